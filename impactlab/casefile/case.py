@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -200,7 +201,7 @@ class Case:
         document = self._located(with_named, self.document, "variants", name, self.checked.variants)
         return _make(self.name, self.file, document, self.registry)._with(variant_name=name)
 
-    @property
+    @cached_property
     def hints(self) -> tuple[str, ...]:
         """Values that may be slips, such as wrong wave speeds, a sentence each."""
         return tuple(odd_speeds(self.scene()))

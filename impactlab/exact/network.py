@@ -22,10 +22,12 @@ from impactlab.exact.arrays import (
     StateRecord,
 )
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, WIDTH
+from impactlab.numerics import records
 from impactlab.numerics.records import columns
 from impactlab.scene.bodies import Segment
 from impactlab.types import Array
 
+ARRAYS = [name for name in MarchArrays._fields if name not in ("coupled", "changes", "pool")]
 Integers = NDArray[np.int64]
 Columns = NDArray[np.void]
 
@@ -83,6 +85,19 @@ class Log(NamedTuple):
     def reached(self) -> float:
         """Time that all junctions have reached [s]."""
         return float(self.junctions["clock"].min())
+
+
+def copied(log: Log) -> Log:
+    """Return a log that has not marched with arrays of its own, as the march writes into them."""
+    old, used = log.memory, int(log.state["pool_used"])
+    arrays: dict[str, Any] = {name: records.copied(getattr(old, name)) for name in ARRAYS}
+    arrays["pool"] = np.empty(len(old.pool))
+    arrays["pool"][:used] = old.pool[:used]
+    named = {name: arrays[name] for name in ("junctions", "nodes", "ends", "contacts", "events")}
+    pieces = arrays["pieces"].reshape(log.pieces.shape)
+    return log._replace(
+        memory=old._replace(**arrays), state=arrays["state"][0], pieces=pieces, begins=log.begins.copy(), **named
+    )
 
 
 def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -> Log:

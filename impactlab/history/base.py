@@ -104,6 +104,7 @@ class Field(NamedTuple):
     values: Array  # (n,)
 
 
+LARGEST_SAMPLES = 5000  # of a channel whose largest value is sought
 FIELD_POINTS = 401  # places of a field along a continuous rod, if none are given
 END_ROUNDING = 1e-9  # of duration or length: a time outside a run, a place outside a body by less is moved into it
 
@@ -227,6 +228,10 @@ class AbstractHistory(Views, ABC):
     @abstractmethod
     def jumps(self, channel: str) -> Array:
         """Return the instants (n,) [s] at which a channel jumps; empty where it is continuous."""
+
+    def largest(self, channel: str) -> float:
+        """Return the largest value of a channel in the run, as a rule that at equal instants."""
+        return float(np.max(self.evaluate(np.linspace(0.0, self.duration, LARGEST_SAMPLES), channel)))
 
     @property
     def record_rate(self) -> float:

@@ -35,13 +35,14 @@ def touches_of(history: AbstractHistory, contact_name: str, quiet: float) -> lis
     every opening is a flight.
     """
     spans = history.spans(contact_name)
-    widest = _widest(history, contact_name, 0.0, history.duration) if quiet > 0.0 and len(spans) > 1 else 0.0
+    widest: float | None = None  # found where it is needed
     touches: list[Touch] = []
     for span in spans:
         last = touches[-1] if touches else None
         joined = last is not None and (last.end is None or span.start - last.end <= quiet)
         if last is not None and last.end is not None and not joined and quiet > 0.0:
-            opening = _widest(history, contact_name, last.end, span.start, OPENING_SAMPLES)
+            opening = _widest(history, contact_name, last.end, span.start)
+            widest = history.largest(f"gap:{contact_name}") if widest is None else widest
             joined = opening <= MIN_FLIGHT * widest
         if last is not None and joined:
             touches[-1] = Touch(last.start, span.end, last.impulse + span.impulse)
@@ -50,11 +51,9 @@ def touches_of(history: AbstractHistory, contact_name: str, quiet: float) -> lis
     return touches
 
 
-def _widest(
-    history: AbstractHistory, contact_name: str, start: float, end: float, samples: int = MAX_SAMPLES // 10
-) -> float:
-    """Return the largest gap of a contact in an interval of time [m]."""
-    return float(np.max(history.evaluate(np.linspace(start, end, samples), f"gap:{contact_name}")))
+def _widest(history: AbstractHistory, contact_name: str, start: float, end: float) -> float:
+    """Return the largest gap of a contact in an opening [m]."""
+    return float(np.max(history.evaluate(np.linspace(start, end, OPENING_SAMPLES), f"gap:{contact_name}")))
 
 
 def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float, dt: float = 0.0) -> str | None:
@@ -98,7 +97,6 @@ def _missed_touch(
     history: AbstractHistory, contact_name: str, touches: Sequence[tuple[float, float]], round_trip: float
 ) -> str | None:
     """Return the text for the first flight after a touch (start, end) in which the faces nearly meet, or None."""
-    widest = _widest(history, contact_name, 0.0, history.duration)
     for number, (_, end) in enumerate(touches):
         until = touches[number + 1][0] if number + 1 < len(touches) else history.duration
         if end >= until:
@@ -110,8 +108,9 @@ def _missed_touch(
         inner = 1 + np.flatnonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] <= gap[2:]))
         # Faces may overlap while no force acts (laws that do not tie positions, soft springs): that is no flight; nor
         # are ripples of faces that have hardly parted.
-        flies = largest[inner] > MIN_FLIGHT * widest
-        near = inner[flies & (gap[inner] >= 0.0) & (gap[inner] < MAX_NEAR_GAP * largest[inner])]
+        near = inner[(gap[inner] >= 0.0) & (gap[inner] < MAX_NEAR_GAP * largest[inner])]
+        if len(near):
+            near = near[largest[near] > MIN_FLIGHT * history.largest(f"gap:{contact_name}")]
         if len(near):
             i = int(near[0])
             share = 100.0 * gap[i] / largest[i]

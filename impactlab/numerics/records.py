@@ -22,6 +22,20 @@ def records(kind: type[Record], count: int) -> tuple[Sequence[Record], Sequence[
     return structures, taken
 
 
+def structures(kind: type[Record], taken: Any) -> Sequence[Record]:
+    """Return records in the form that the loop takes as C structures to read and write by name, on the same memory."""
+    of_kind: Any = array_of(kind, taken.size)
+    made: Sequence[Record] = of_kind.from_buffer(taken) if taken.size else of_kind()
+    return made
+
+
+def copied(array: Any) -> Any:
+    """Return a copy of an array, (n,) if of records: byte by byte, where numpy copies field by field."""
+    if array.dtype.names is None:
+        return array.copy()
+    return np.frombuffer(bytearray(array), array.dtype) if array.size else array
+
+
 def columns(kind: type[Record], count: int) -> tuple[Sequence[Record], Any]:
     """Return zeroed records in the form that the loop takes, and the same memory as an array with named columns."""
     if COMPILED:
@@ -29,6 +43,12 @@ def columns(kind: type[Record], count: int) -> tuple[Sequence[Record], Any]:
         return array, array
     structures: Any = (kind * count)()
     return structures, np.frombuffer(structures, dtype_of(kind)) if count else np.zeros(0, dtype_of(kind))
+
+
+@cache
+def array_of(kind: type[Any], count: int) -> Any:
+    """Return the type of an array of records."""
+    return kind * count
 
 
 @cache

@@ -102,10 +102,20 @@ def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = N
 
     ``name`` is that of a body, or of a channel: ``position:hammer``, ``displacement:rod@0``.
     """
+    return np.zeros(np.shape(t)) - in_frame(groups(scene, touched), name, t, 0.0)
+
+
+def in_frame(found: Sequence[Group], name: str, t: Array, moved: Array | float) -> Array:
+    """Return a displacement [m] less that of the frame of a body's group at times t [s].
+
+    ``found`` are the groups, ``name`` is that of the body or of a channel.
+    """
     place = name.partition(":")[2] or name
     body = place.rpartition("@")[0] or place
-    moved = (group.displacement(t) for group in groups(scene, touched) if body in group.bodies)
-    return next(moved, np.zeros(np.shape(t)))  # a face of a mechanism, which its ground holds
+    group = next((group for group in found if body in group.bodies), None)
+    if group is None or (group.velocity == 0.0 and group.gravity == 0.0):
+        return np.asarray(moved)  # held, of a mechanism by its ground; or at rest
+    return np.asarray(moved - group.displacement(t))
 
 
 def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = None) -> CarriedEnergy:

@@ -123,6 +123,10 @@ class AbstractRecordedHistory(AbstractHistory):
         sloped = mean + self._slopes[channel][step] * (t - middles[step])
         return np.asarray(np.maximum(sloped, np.minimum(mean, 0.0)))  # beyond the last step a force that falls is zero
 
+    def largest(self, channel: str) -> float:
+        found = self.recorded[channel]
+        return super().largest(channel) if found.middles is not None else float(found.values.max())
+
     @property
     def record_rate(self) -> float:
         times = next((each.times for each in self.recorded.values()), np.zeros(0))

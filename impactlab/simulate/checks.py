@@ -15,7 +15,7 @@ from impactlab.metrics.grazing import grazing_kick, near_grazing
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
 from impactlab.scene.facts import moving_faces
-from impactlab.scene.frame import drift, touched_in
+from impactlab.scene.frame import groups, in_frame, touched_in
 from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS
@@ -65,7 +65,7 @@ def add_warnings(history: AbstractHistory) -> None:
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
     for contact in meeting:
         if contact.name not in touched:
-            smallest = float(history.evaluate(np.linspace(0.0, history.duration, 500), f"gap:{contact.name}").min())
+            smallest = float(history.recorded[f"gap:{contact.name}"].values.min())
             text = f"{contact.name}: the faces never met; the smallest gap was {smallest:.6g} m"
             found.append(Warned("no_contact", text))
     gain = gain_of(history)
@@ -83,15 +83,18 @@ def add_warnings(history: AbstractHistory) -> None:
     history.warnings.extend(found)
 
 
-def overlapping(history: AbstractHistory) -> Iterator[Warned]:
+def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Give a warning for each hard contact with a large overlap of its faces."""
-    scene, t, touched = history.scene, np.linspace(0.0, history.duration, 2001), touched_in(history)
+    scene, channels, found = history.scene, history.recorded, groups(history.scene, touched_in(history))
+
+    def travel_of(name: str) -> float:
+        return float(np.ptp(in_frame(found, name, channels[name].times, channels[name].values)))
+
     for contact in scene.contacts:
         if not history.method.laws[contact.name].hard:
             continue
-        deepest = -float(np.min(history.evaluate(t, f"gap:{contact.name}"))) + min(0.0, contact.gap)
-        moving = moving_faces(scene, contact.left, contact.right)
-        travel = max(float(np.ptp(history.evaluate(t, name) - drift(scene, name, t, touched))) for name in moving)
+        deepest = min(0.0, contact.gap) - float(channels[f"gap:{contact.name}"].values.min())
+        travel = max(travel_of(name) for name in moving_faces(scene, contact.left, contact.right))
         if deepest > OVERLAP_WARN * travel:
             share = deepest / travel
             text = f"{contact.name}: the faces overlap by {deepest:.3g} m, {share:.2g} of their travel"

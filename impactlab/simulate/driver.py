@@ -16,6 +16,7 @@ from impactlab.lazy import lazy
 from impactlab.numerics.addresses import entered
 from impactlab.scene.method import Method, laws_of
 from impactlab.scene.problem import Scene
+from impactlab.scene.recent import Recent
 from impactlab.simulate.adaptive.march import March
 from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
 from impactlab.simulate.plan import Plan, is_stepped, prepare
@@ -35,6 +36,23 @@ __all__ = ["Plan", "Progress", "add_warnings", "prepare", "run"]
 CHUNK_SECONDS = 0.1  # s, between two reports of progress
 
 Progress = Callable[[float], None]
+
+
+def assembled(scene: Scene, method: Method) -> tuple[Plan, Assembly | None]:
+    """Return the plan of a run, and the arrays of its loop where it has one."""
+    plan = prepare(scene, method)
+    if plan.dt is None or plan.integrator is None:
+        return plan, None
+    return plan, Assembly(plan, plan.integrator, plan.dt)
+
+
+def can_repeat(made: tuple[Plan, Assembly | None]) -> bool:
+    """Return whether a plan and arrays serve another run of the same scene: not those of an adaptive run."""
+    plan, assembly = made
+    return plan.march is None and (assembly is None or assembly.can_repeat)
+
+
+ready = Recent(assembled, can_repeat)
 
 
 def run_adaptive(march: March, progress: Progress | None, began: float, with_warnings: bool) -> AbstractHistory:
@@ -83,11 +101,11 @@ def run(
         When a law fails, a number is not finite, or energy grows beyond the declared bound; carries the history so far.
     """
     began = clock.perf_counter()
-    plan = prepare(scene, method)
+    plan, assembly = ready(scene, method)
     if plan.march is not None:
         check_rates(scene, scene.records / scene.duration)
         return run_adaptive(plan.march, progress, began, with_warnings)
-    if plan.dt is None or plan.integrator is None:
+    if plan.integrator is None or assembly is None:
         exact = solve(scene, method, progress=progress, begun=begun)
         exact.warnings.extend(plan.warnings)
         exact.integrator_used = False
@@ -96,7 +114,7 @@ def run(
         return exact
     if progress is not None:
         progress(0.0)
-    assembly = Assembly(plan, plan.integrator, plan.dt)
+    assembly = assembly.again() if assembly.can_repeat else assembly
     if with_warnings:  # runs for a reference or for the choice measure nothing
         check_rates(scene, 1.0 / (assembly.stride * assembly.dt))
     history = RecordedHistory(assembly, plan.integrator)

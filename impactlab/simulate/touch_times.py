@@ -9,12 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-import numpy as np
-
 from impactlab.history.base import ContactSpan, Warned
 from impactlab.metrics.norms import midpoints
 from impactlab.scene.facts import impedance_of, moving_faces
-from impactlab.scene.frame import drift, touched_in
+from impactlab.scene.frame import groups, in_frame, touched_in
 from impactlab.scene.method import is_relative, stiffness_of
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
@@ -26,7 +24,8 @@ SHIFT_WARN = 0.2  # round trips by which the contacts of a run may have shifted 
 RESOLVED = 3.0  # time resolutions: a touch or an opening that is shorter may be one of the mesh
 MOVED_WARN = 2.0  # square mean displacements of a face, by impulses of touches that are not resolved
 MIN_MOTION = 0.05  # of the motion of the body's other faces: a face that moves less is at rest
-INSTANTS = 2000  # of the displacement of a face
+INSTANTS = 2000  # of the displacement of a face, at most
+MIN_INSTANTS = 200
 
 
 def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -37,15 +36,23 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
     resolutions = {contact.name: resolution(history, contact) for contact in scene.contacts}
     touches = {contact.name: _touches(history, contact) for contact in scene.contacts}
     yield from _shifted(history, resolutions, touches)
-    t, touched = midpoints(history.duration, INSTANTS), touched_in(history)
+    if not any(touches.values()):
+        return
+    t, found = midpoints(history.duration, _instants(history)), groups(scene, touched_in(history))
     motions: dict[str, dict[str, Array]] = {}  # m, of each body by channel, in the frame of the bodies that interact
     for contact in scene.contacts:
         for point in (contact.left, contact.right):
             for name in moving_faces(scene, point):
-                moved = history.evaluate(t, name) - drift(scene, name, t, touched)
+                moved = in_frame(found, name, t, history.evaluate(t, name))
                 motions.setdefault(point.body, {})[name] = moved
     yield from _displaced(history, resolutions, touches, motions)
     yield from _chattering(history, resolutions, motions)
+
+
+def _instants(history: AbstractRecordedHistory) -> int:
+    """Return at how many instants the displacements of faces are read: no more than a short run has records."""
+    records = max((each.times.size for each in history.recorded.values()), default=0)
+    return min(INSTANTS, max(records, MIN_INSTANTS))
 
 
 def _touches(history: AbstractRecordedHistory, contact: Contact) -> list[tuple[float, float | None]]:
@@ -95,7 +102,7 @@ def _shares(faces: Mapping[str, Array], displaced: float) -> Iterator[tuple[floa
 
 def _mean(values: Array) -> float:
     """Return the square mean of values."""
-    return float(np.sqrt(np.mean(np.square(values))))
+    return math.sqrt(float(values @ values) / values.size)
 
 
 def _displaced(
@@ -122,8 +129,12 @@ def _displaced(
             late.setdefault(point.body, []).extend([resolutions[contact.name]] * len(found))
     worst = (0.0, "")
     for body, faces in motions.items():
-        speed = max(_mean(np.gradient(moved)) for moved in faces.values()) / (history.scene.duration / INSTANTS)
-        worst = max([worst, *_shares(faces, speed * math.hypot(*late.get(body, ())))])
+        doubt = math.hypot(*late.get(body, ()))
+        if doubt == 0.0:
+            continue
+        cell = max(history.duration / moved.size for moved in faces.values())
+        speed = max(_mean(moved[2:] - moved[:-2]) for moved in faces.values()) / (2.0 * cell)
+        worst = max([worst, *_shares(faces, speed * doubt)])
     share, name = worst
     if share > COARSE_WARN:
         text = (

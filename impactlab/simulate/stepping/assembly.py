@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +15,8 @@ from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
-from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
-from impactlab.numerics.records import records
+from impactlab.numerics.addresses import COLUMNS, COMPILED, DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
+from impactlab.numerics.records import copied, records, structures
 from impactlab.scene.method import laws_of
 from impactlab.scene.problem import Point
 from impactlab.simulate.channels import Probed, probed
@@ -53,6 +55,14 @@ from impactlab.types import Array, Arriving, Port, Quantity, Reply
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
 MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
 MIN_EVENTS = 4096  # room for events between two returns of the loop
+MAX_COPIED = 2e6  # bytes of the arrays of an assembly that is kept for the next run
+NAMED: Mapping[str, type[Any]] = {
+    "events": EventRecord, "faces": FaceRecord, "contacts": ContactRecord, "ports": Port, "replies": Reply,
+    "snapshots": SnapshotRecord, "loads": LoadRecord,
+}  # fmt: skip
+"""Records that are also read and written by name."""
+WRITTEN = ("events", "record", "sample", "snapshot_state")
+"""Arrays that are room for what a run writes."""
 Models = Mapping[str, AbstractDiscreteModel]  # by name of the body
 Steppers = Mapping[str, Stepper]
 
@@ -141,6 +151,23 @@ class Assembly:
             other_state=other_state,
             maps=maps,
         )
+        arrays: Any = self.memory if COMPILED else ()
+        small = COMPILED and sum(each.nbytes for each in arrays) <= MAX_COPIED
+        self.can_repeat = small and all(law.compiled for law in laws_of(scene, plan.acting))  # whether `again` serves
+
+    def again(self) -> Assembly:
+        """Return an assembly for another run of the same plan, with arrays of its own; this one must not have run."""
+        other = copy.copy(self)
+        arrays: list[Any] = [
+            np.zeros(old.shape, old.dtype) if name in WRITTEN else copied(old)
+            for name, old in self.memory._asdict().items()
+        ]
+        memory: Any = StepArrays(*arrays)
+        other.memory = memory
+        (other.clock,) = structures(ClockRecord, memory.clock)
+        for name, kind in NAMED.items():
+            setattr(other, name, structures(kind, getattr(memory, name)))
+        return other
 
     def _read_probes(self) -> None:
         """Tell probes that are rows over the state from those that the waves of a delay line give after the run.
