@@ -11,7 +11,7 @@ import numpy as np
 from impactlab.errors import PairingError
 from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Step
-from impactlab.integrators.beam_steps import move
+from impactlab.integrators.chain_steps import energy_of_chain, runs_of, step_chain
 from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import multiply
@@ -26,7 +26,8 @@ N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, LOADED, LOAD = range(8)
 def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
     """Return the parameters of a step.
 
-    They are load, gain dt/(M + dt C/2), chain of springs (n + 1,), share kept of v, ground, mass and wide bands.
+    They are load, gain dt/(M + dt C/2), chain of springs (n + 1,), share kept of v, ground, mass, and the runs of
+    the chain or wide bands.
     """
     n, arrays = int(parameters[N]), parameters[LOAD:]
     chain = arrays[2 * n : 3 * n + 1]
@@ -58,25 +59,26 @@ def free(parameters: Array, state: Array) -> None:
         state[1] += parameters[LOAD + 1] * parameters[LOAD] + soft * dt * state[0]
         state[0] += dt * state[1]
         return
-    load, gain, chain, keep, ground, mass, bands = split(parameters)
+    load, gain, chain, keep, ground, mass, rest = split(parameters)
     u, v = state[:n], state[n : 2 * n]
     if damped != 0.0:
         for i in range(n):
             v[i] *= keep[i]
-    if bandwidth == 1 and n > 1:
-        v[0] -= gain[0] * (chain[0] * u[0] + chain[1] * (u[0] - u[1]))
-        for i in range(1, n - 1):
-            v[i] += gain[i] * (chain[i] * (u[i - 1] - u[i]) - chain[i + 1] * (u[i] - u[i + 1]))
-        v[n - 1] += gain[n - 1] * (chain[n - 1] * (u[n - 2] - u[n - 1]) - chain[n] * u[n - 1])
-    else:
-        along_bands(n, bandwidth, bands, gain, u, v)
     if grounded != 0.0:
         for i in range(n):
             v[i] -= gain[i] * ground[i] * u[i]
     if loaded != 0.0:
         for i in range(n):
             v[i] += gain[i] * load[i]
-    move(n, soft, damped != 0.0, dt, gain, mass, u, v)
+    if soft != 0.0:
+        for i in range(n):
+            v[i] += soft * gain[i] * mass[i] * u[i]
+    if bandwidth == 1 and n > 1:
+        step_chain(rest, gain, chain, dt, u, v)
+        return
+    along_bands(n, bandwidth, rest, gain, u, v)
+    for i in range(n):
+        u[i] += dt * v[i]
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
@@ -85,8 +87,6 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     load, _, chain, _, ground, mass, bands = split(parameters)
     u, v = state[:n], state[n : 2 * n]
     energy, work = 0.0, 0.0
-    for i in range(n):
-        energy += 0.5 * mass[i] * v[i] * v[i]
     if parameters[SOFT] != 0.0:
         for i in range(n):
             energy -= 0.5 * parameters[SOFT] * mass[i] * (u[i] - dt * v[i]) * u[i]
@@ -97,13 +97,11 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
         for i in range(n):
             work += load[i] * (u[i] - 0.5 * dt * v[i])
     if bandwidth == 1 and n > 1:
-        last = n - 1
-        energy += 0.5 * chain[0] * (u[0] - dt * v[0]) * u[0]
-        energy += 0.5 * chain[n] * (u[last] - dt * v[last]) * u[last]
-        for i in range(last):
-            stretch = u[i + 1] - u[i]
-            energy += 0.5 * chain[i + 1] * (stretch - dt * (v[i + 1] - v[i])) * stretch
-    elif bandwidth > 1:
+        energy += 0.5 * energy_of_chain(mass, chain, dt, u, v)
+    else:
+        for i in range(n):
+            energy += 0.5 * mass[i] * v[i] * v[i]
+    if bandwidth > 1:
         for offset in range(1, bandwidth + 1):
             band = bands[(offset - 1) * n : offset * n]
             for i in range(n - offset):
@@ -166,11 +164,11 @@ class CentralDifference(AbstractIntegrator):
                 chain[0], chain[-1] = ground[0], ground[-1]
                 ground[0] = ground[-1] = 0.0
         header = np.array([n_dof, bandwidth, dt, damped, np.any(ground), system.softening, loaded], float)
-        bands = system.stiffness[1:].ravel() if bandwidth > 1 else np.zeros(0)
+        rest = runs_of(gain, chain) if bandwidth == 1 and n_dof > 1 else system.stiffness[1:].ravel()
         return Step(
             free=free,
             measure=measure,
-            parameters=np.concatenate((header, system.load, gain, chain, keep, ground, mass, bands)),
+            parameters=np.concatenate((header, system.load, gain, chain, keep, ground, mass, rest)),
             load=slice(LOADED, LOAD + n_dof),
             state=state,
         )

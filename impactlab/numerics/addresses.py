@@ -25,11 +25,13 @@ import numpy as np
 from numba import from_dtype, types
 from numba.core import cgutils
 from numba.core.ccallback import CFunc
+from numba.core.errors import NumbaError
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
 from impactlab.errors import PluginError
 from impactlab.numerics.cache import FOREIGN, cache_of, is_kept
+from impactlab.numerics.pointers import VECTOR, by_pointers, form_of, pointed
 from impactlab.types import Port, Reply, Side
 
 config: Any = numba.config
@@ -38,7 +40,6 @@ CALLBACK: Any = CFunc
 normalised: Any = normalize_signature
 COMPILED = not config.DISABLE_JIT
 
-VECTOR = types.float64[::1]
 FREE = types.void(VECTOR, VECTOR)
 MEASURE = types.void(VECTOR, VECTOR, VECTOR)
 DERIVE = FREE
@@ -65,6 +66,13 @@ def call_in_python(address: int, *arguments: Any) -> None:
 
 if COMPILED:
 
+    def split(context: Any, builder: Any, kind: Any, value: Any) -> list[Any]:
+        """Return pointer and size of a vector, a number as it is."""
+        if kind != VECTOR:
+            return [value]
+        array = context.make_array(kind)(context, builder, value)
+        return [array.data, array.nitems]
+
     def _call(typing_context: Any, address: Any, *arguments: Any) -> Any:  # noqa: ARG001 - numba's signature
         """Call the C function at an address; the arguments must be of its very types."""
 
@@ -73,6 +81,10 @@ if COMPILED:
 
             unpack: Any = cgutils.unpack_tuple
             passed = unpack(builder, values[1])
+            if form_of(arguments):
+                passed = [
+                    part for pair in zip(arguments, passed, strict=True) for part in split(context, builder, *pair)
+                ]
             function = ir.FunctionType(ir.VoidType(), [value.type for value in passed])
             builder.call(builder.inttoptr(values[0], function.as_pointer()), passed)
             return context.get_dummy_value()
@@ -166,17 +178,36 @@ def compiled(function: Callable[..., None], signature: Any) -> Any:
     if known is not None:
         return known[1]
     load_array_functions()
-    options = {"fastmath": FAST}
-    made = CALLBACK(function, normalised(signature), locals={}, options=options)
-    made._cache = cache_of(function, options)
     try:
-        made.compile()
+        counts = signature is not RESPOND and not form_of(signature.args)
+        made = _c_function(function, signature, {"fastmath": FAST, "_nrt": counts})
     except Exception as error:
         raise PluginError(
             f"{_place(function, error)}: `{function.__qualname__}` cannot be compiled: {_fault(error)}",
             remedy="Compiled code takes floats, `math` and fields of its records; `compiled = False` takes any Python.",
         ) from error
     _compiled[function, id(signature)] = signature, made
+    return made
+
+
+def _c_function(function: Callable[..., None], signature: Any, options: dict[str, Any]) -> Any:
+    """Return a C function; without numba's runtime for objects, which counts references at every slice of an array.
+
+    Code that makes arrays of its own needs that runtime, and is compiled again with it.
+    """
+    form = form_of(signature.args)
+    if form:
+        taken = types.void(*pointed(signature.args))
+        made = CALLBACK(by_pointers(function, form, options), normalised(taken), locals={}, options=options)
+    else:
+        made = CALLBACK(function, normalised(signature), locals={}, options=options)
+    made._cache = cache_of(function, options)
+    try:
+        made.compile()
+    except NumbaError:
+        if options["_nrt"]:
+            raise
+        return _c_function(function, signature, options | {"_nrt": True})
     return made
 
 

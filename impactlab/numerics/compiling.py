@@ -48,7 +48,7 @@ def copied(function: Function) -> Function:
 ENTRY: Decorator = kept(_nrt=False, fastmath=FAST)
 PART: Decorator = kept(_nrt=False, fastmath=FAST, **CALLED)
 INLINE: Decorator = njit(inline="always", _nrt=False, **CALLED)
-HELPER: Decorator = kept(fastmath=FAST)
+HELPER: Decorator = kept(_nrt=False, fastmath=FAST)
 UNPACK: Decorator = copied  # into kernels; from Python a plain function
 # Of the solution from event to event; parts that allocate need the runtime.
 EXACT_ENTRY: Decorator = kept(**EXACTLY)

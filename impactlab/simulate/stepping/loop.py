@@ -211,9 +211,10 @@ def sample_energies(m: StepArrays) -> bool:
         parameters = m.parameters[body.parameter_start : body.parameter_end]
         m.scratch[2] = 0.0
         call(body.measure, parameters, m.state[body.state_start : body.state_end], m.scratch)
-        momentum = m.scratch[2]
-        for i in range(body.state_start + body.n_dof, body.state_start + 2 * body.n_dof):
-            momentum += m.momentum[i] * m.state[i]
+        momentum, first = m.scratch[2], body.state_start + body.n_dof
+        row, velocity = m.momentum[first : first + body.n_dof], m.state[first : first + body.n_dof]
+        for i in range(row.size):
+            momentum += row[i] * velocity[i]
         m.sample[n, SAMPLED + 3 * number] = m.scratch[0]
         m.sample[n, SAMPLED + 1 + 3 * number] = m.scratch[1]
         m.sample[n, SAMPLED + 2 + 3 * number] = momentum

@@ -1,0 +1,88 @@
+"""The leapfrog step of a chain of springs in one pass over its nodes, and the energy it conserves.
+
+Each node reads its neighbours before they move, so velocities and displacements are written in the same pass. Nodes of
+a uniform segment share one factor, so that only displacements and velocities are read and written.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.numerics.compiling import HELPER
+from impactlab.types import Array
+
+MIN_RUN = 8  # nodes: a shorter run of equal ones takes as long node by node
+SAME_TOL = 4.0 * float(np.finfo(float).eps)  # of a factor: coefficients that differ by rounding are taken for equal
+
+
+def runs_of(gain: Array, chain: Array) -> Array:
+    """Return the runs of a chain without its last node, flat: number of nodes, factor shared by all, 0 if none.
+
+    ``gain`` (n,) is dt over the masses, ``chain`` (n + 1,) the stiffness of the springs, those to the ground at both
+    ends included. The factor is gain times stiffness, on both sides of a node.
+    """
+    left, right = (gain * chain[:-1])[:-1], (gain * chain[1:])[:-1]
+    even = np.abs(right - left) <= SAME_TOL * np.abs(left)
+    joins = even[1:] & even[:-1] & (np.abs(left[1:] - left[:-1]) <= SAME_TOL * np.abs(left[1:]))
+    starts = np.concatenate(([0], np.flatnonzero(~joins) + 1, [left.size]))
+    runs: list[list[float]] = []
+    for first, end in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
+        if end - first >= MIN_RUN and left[first] != 0.0:
+            runs.append([end - first, left[first]])
+        elif runs and runs[-1][1] == 0.0:
+            runs[-1][0] += end - first
+        else:
+            runs.append([end - first, 0.0])
+    return np.array(runs, float).ravel()
+
+
+@HELPER
+def pass_uniform(count: int, factor: float, dt: float, before: float, u: Array, v: Array) -> float:
+    """Step nodes that share a factor; ``before`` is the old displacement left of them, returned is that of the last."""
+    here = u[0]
+    for i in range(count):
+        after = u[i + 1]
+        v[i] += factor * ((before - here) + (after - here))
+        u[i] = here + dt * v[i]
+        before, here = here, after
+    return before
+
+
+@HELPER
+def pass_each(count: int, gain: Array, chain: Array, dt: float, before: float, u: Array, v: Array) -> float:
+    """Step nodes that differ, as `pass_uniform` those that do not."""
+    here = u[0]
+    for i in range(count):
+        after = u[i + 1]
+        v[i] += gain[i] * (chain[i] * (before - here) + chain[i + 1] * (after - here))
+        u[i] = here + dt * v[i]
+        before, here = here, after
+    return before
+
+
+@HELPER
+def step_chain(runs: Array, gain: Array, chain: Array, dt: float, u: Array, v: Array) -> None:
+    """Step a chain of springs, tied to the ground at both ends: v += dt M^-1 (-K u), then u += dt v."""
+    last = u.size - 1
+    before, done = 0.0, 0
+    for run in range(runs.size // 2):
+        count, factor = int(runs[2 * run]), runs[2 * run + 1]
+        if factor != 0.0:
+            before = pass_uniform(count, factor, dt, before, u[done:], v[done:])
+        else:
+            before = pass_each(count, gain[done:], chain[done:], dt, before, u[done:], v[done:])
+        done += count
+    v[last] += gain[last] * (chain[last] * (before - u[last]) - chain[last + 1] * u[last])
+    u[last] += dt * v[last]
+
+
+@HELPER
+def energy_of_chain(mass: Array, chain: Array, dt: float, u: Array, v: Array) -> float:
+    """Return twice the energy that leapfrog conserves in a chain, v M v + u_old K u [J]."""
+    last = u.size - 1
+    energy = mass[last] * v[last] * v[last]
+    energy += chain[0] * (u[0] - dt * v[0]) * u[0] + chain[last + 1] * (u[last] - dt * v[last]) * u[last]
+    for i in range(last):
+        stretch = u[i + 1] - u[i]
+        energy += mass[i] * v[i] * v[i] + chain[i + 1] * (stretch - dt * (v[i + 1] - v[i])) * stretch
+    return float(energy)
