@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
+
 import numpy as np
 
 from impactlab.errors import CaseError
@@ -11,6 +13,9 @@ from impactlab.models.mesh.base import AbstractMesh, null_space, part
 from impactlab.numerics.banded import full, multiply, solve
 from impactlab.numerics.threads import one_thread
 from impactlab.types import Array
+
+MAX_KEPT = 8  # meshes whose eigenvectors stay in memory
+MAX_KEPT_SIZE = 500_000  # numbers of one of them, 4 MB
 
 
 def lowest(mass: Array, stiffness: Array, count: int) -> Array:
@@ -32,9 +37,26 @@ def upright(shapes: Array) -> Array:
     return np.asarray(shapes * np.sign(shapes[first, np.arange(shapes.shape[1])]))
 
 
+_kept: OrderedDict[tuple[bytes, bytes, int], Array] = OrderedDict()
+
+
 def eigenvectors(mesh: AbstractMesh, count: int) -> Array:
-    """Return the first eigenvectors of a mesh, (n_mesh_dof, count); rigid motions first, and exact."""
-    return with_rigid_motions(mesh, lowest(full(mesh.mass), full(mesh.stiffness), count))
+    """Return the first eigenvectors of a mesh, (n_mesh_dof, count); rigid motions first, and exact.
+
+    Those of the last meshes are kept: runs of one mesh with other steps, as the automatic choice makes them, solve one
+    eigenproblem.
+    """
+    key = mesh.mass.tobytes(), mesh.stiffness.tobytes(), count
+    shapes = _kept.get(key)
+    if shapes is None:
+        shapes = lowest(full(mesh.mass), full(mesh.stiffness), count)
+        if shapes.size <= MAX_KEPT_SIZE:
+            _kept[key] = shapes
+    else:
+        _kept.move_to_end(key)
+    while len(_kept) > MAX_KEPT:
+        _kept.popitem(last=False)
+    return with_rigid_motions(mesh, shapes.copy())
 
 
 def with_rigid_motions(mesh: AbstractMesh, shapes: Array) -> Array:

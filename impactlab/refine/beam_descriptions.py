@@ -1,7 +1,6 @@
-"""Descriptions of scenes with beams: modes under exact steps, beam elements, continuous beams on grids.
+"""Descriptions of scenes with beams for references: modes under exact steps, beam elements, continuous beams on grids.
 
-Each refines space and time together. As for rods, factors of predicted errors decide where trials begin only; they were
-measured on spheres and hammers on pinned beams and cantilevers.
+Each refines space and time together.
 """
 
 from __future__ import annotations
@@ -9,8 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from impactlab.bases.beams.modes import BeamModes
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.bases.beams.modes import has_closed_form
+from impactlab.errors import ImpactlabError
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.models.continuous import Continuous
@@ -29,15 +28,13 @@ from impactlab.simulate.body_sizes import MAX_BEAM_MODES
 STEPS = 20  # in the shortest of the scene's times, per unit of fineness
 MAX_DENSE_ELEMENTS = 400  # behind modes without a closed form, whose eigenproblem is dense
 SPEED_RATIO = 1.8  # c1/c2 of steel: wave speeds of a Timoshenko beam
-ERROR_FACTOR = 0.3  # of n^-2 (n^-1 with shear): the predicted error at fineness n
-MIN_CHOICE_FINENESS = 12  # modes or elements
 
 
 def stepped(asked: Simulation) -> Iterator[Description]:
     """Give the modes and the mesh, the better one first."""
     scene = asked.scene
     sheared = any(beam.theory == "timoshenko" for beam in beams_of(scene))
-    modal = not any(_is_lossy(beam) for beam in beams_of(scene)) and _are_delay_lines(scene)
+    modal = not any(is_lossy(beam) for beam in beams_of(scene)) and are_delay_lines(scene)
     if sheared:  # the slope jumps at a force: modes converge as 1/n, elements with a node there do not see it
         yield _meshed(asked)
     if modal:
@@ -73,10 +70,10 @@ def continuous(asked: Simulation) -> Description | None:
         if not uniform or not (beam.theory == "timoshenko" or is_infinite(beam)):
             return None
     wanted = any(law.hard for law in laws_of(*asked)) or any(is_infinite(beam) for beam in beams)
-    if not wanted or not _are_delay_lines(scene):
+    if not wanted or not are_delay_lines(scene):
         return None
     transits = {beam.name: beam.length / beam.segments[0].shear_speed for beam in sheared}
-    shortest = min([_shortest_time(asked) / STEPS, *transits.values()])
+    shortest = min([shortest_time(asked) / STEPS, *transits.values()])
     # The grid of an infinite beam goes on for as far as its waves run.
     spans = [transits[beam.name] + SPEED_RATIO * scene.duration * is_infinite(beam) for beam in sheared]
 
@@ -98,7 +95,7 @@ def continuous(asked: Simulation) -> Description | None:
     )
 
 
-def _shortest_time(asked: Simulation) -> float:
+def shortest_time(asked: Simulation) -> float:
     """Return the shortest time of a scene [s].
 
     It is its duration, about the first period of its beams, or a rise of force.
@@ -112,12 +109,12 @@ def _shortest_time(asked: Simulation) -> float:
     return min(asked.scene.duration, STEPS * shortest_rise(*asked), *periods)
 
 
-def _is_lossy(beam: Beam) -> bool:
+def is_lossy(beam: Beam) -> bool:
     """Return whether a beam or its ends lose energy, which exact modes leave out."""
     return beam.is_damped or any(end.kind in ("dashpot", "infinite") for end in (beam.left, beam.right))
 
 
-def _are_delay_lines(scene: Scene) -> bool:
+def are_delay_lines(scene: Scene) -> bool:
     """Return whether all rods may be stepped delay lines beside beams."""
     rods = {rod.name: rod for rod in rods_of(scene)}
     places: list[Point | Probe] = [*scene.probes]
@@ -127,20 +124,18 @@ def _are_delay_lines(scene: Scene) -> bool:
     return not rods or (plain and on_ends and not scene.gravity)
 
 
-def _modal_model(beam: Beam, modes: int) -> Modal:
-    """Return the modes of a beam, in closed form where one is known."""
-    try:
-        BeamModes(beam, 2)
-    except CaseError:
-        held = sum({"clamped": 2, "pinned": 1}.get(end.kind, 0) for end in (beam.left, beam.right))
-        elements = min(4 * modes, MAX_DENSE_ELEMENTS)
-        return Modal(elements=elements, modes=min(modes, 2 * elements - held - 2))
-    return Modal(modes=modes)
+def modal_model(beam: Beam, modes: int, elements_per_mode: int = 4) -> Modal:
+    """Return the modes of a beam, in closed form where one is known, else of a mesh."""
+    if has_closed_form(beam):
+        return Modal(modes=modes)
+    held = sum({"clamped": 2, "pinned": 1}.get(end.kind, 0) for end in (beam.left, beam.right))
+    elements = min(elements_per_mode * modes, MAX_DENSE_ELEMENTS)
+    return Modal(elements=elements, modes=min(modes, 2 * elements - held - 2))
 
 
 def _modal(asked: Simulation) -> Description:
     scene, beams = asked.scene, beams_of(asked.scene)
-    shortest = _shortest_time(asked)
+    shortest = shortest_time(asked)
     transit = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
     order = 1.0 if any(beam.theory == "timoshenko" for beam in beams) else 2.0
 
@@ -149,7 +144,7 @@ def _modal(asked: Simulation) -> Description:
 
     def simulation(n: int) -> Simulation:
         rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)))
-        return rods.but(models={**rods.method.models, **{beam.name: _modal_model(beam, n) for beam in beams}})
+        return rods.but(models={**rods.method.models, **{beam.name: modal_model(beam, n) for beam in beams}})
 
     return Description(
         "modes under exact steps",
@@ -158,19 +153,14 @@ def _modal(asked: Simulation) -> Description:
         cost.BEAM_MODES,
         lambda n: (scene.duration / dt(n), len(beams) * n),
         reference_order=order,
-        error=lambda n: ERROR_FACTOR * float(n) ** -order,
-        order=order,
-        safety=3.0,
-        min_fineness=MIN_CHOICE_FINENESS,
+        for_choice=False,
         max_fineness=MAX_BEAM_MODES,
     )
 
 
 def _meshed(asked: Simulation) -> Description:
     scene = asked.scene
-    shortest, meshed = _shortest_time(asked), Simulation(split_at_contacts(scene), asked.method)
-    # With shear a force leaves a kink that falls between nodes.
-    order = 1.0 if any(beam.theory == "timoshenko" for beam in beams_of(scene)) else 2.0
+    shortest, meshed = shortest_time(asked), Simulation(split_at_contacts(scene), asked.method)
 
     def simulation(n: int) -> Simulation:
         return modelled_as(meshed, FiniteElement(n), Midpoint(), StepRule(dt=shortest / (STEPS * n)))
@@ -182,8 +172,5 @@ def _meshed(asked: Simulation) -> Description:
         cost.BEAM_MESH,
         lambda n: (STEPS * n * scene.duration / shortest, len(scene.elastic) * n),
         reference_order=1.0 if force_jumps(*asked) else 2.0,
-        error=lambda n: ERROR_FACTOR * float(n) ** -order,
-        order=order,
-        safety=3.0,
-        min_fineness=MIN_CHOICE_FINENESS,
+        for_choice=False,
     )

@@ -9,8 +9,18 @@ from functools import partial
 
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.refine import reach
 from impactlab.refine.choice_record import Candidate, Choice, Ladder, Verdict
-from impactlab.refine.convergence import SHOWN_SAFETY, Level, Progress, Study, finest_error
+from impactlab.refine.convergence import (
+    SHOWN_SAFETY,
+    TWO_LEVEL_SAFETY,
+    Level,
+    Progress,
+    Reach,
+    Study,
+    error_of_two,
+    finest_error,
+)
 from impactlab.refine.cost import FIXED_S
 from impactlab.refine.descriptions import EXACT_ERROR, Description
 from impactlab.refine.distances import counted, difference, distances
@@ -27,6 +37,7 @@ EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a pred
 SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred
 MAX_GROWTH = 2.6  # of the fineness from level to level: across a longer step no order shows
 MARGIN = 1.1  # factor on the fineness that an estimate asks for
+PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description
 MAX_LEVELS = 12  # of one description
 MAX_FAILURES = 3  # levels of a description that may fail, each followed by one of twice the fineness
 MAX_GAIN_RATIO = 10.0  # of the energy that a run gains, over the reference energy, to the error that is stated
@@ -34,6 +45,7 @@ MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order sho
 MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: shorter periods that give less need no such resolution
 PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
 CHEAPEST = "the cheapest found within the tolerance"
+NOT_CONVERGING = "does not converge to the tolerance"
 DONE = "done"  # of a study that needs no further level
 
 
@@ -72,6 +84,8 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     if best is None:
         raise failed[0] if failed else _nothing_serves(why, studies)
     study, level = best
+    if level.error > allowed(method) and (refused := reach.refusal(allowed(method), studies, best, BUDGET_S)):
+        raise refused
     history, description = level.history, study.description
     if studies:
         candidates: Sequence[Candidate] = tuple(_candidates(studies, study, level, why))
@@ -130,15 +144,15 @@ def searched(
         met = best is not None and best[1].error <= tolerance
         if best is not None and met and not _worth_trying(study, best, studies):
             break
-        if _cost_of_trial(study) > left:
-            reason = (
-                f"would take {_cost_of_trial(study):.2g} s of solving, beyond the {BUDGET_S:g} s that a choice may take"
-            )
-            affordable = _affordable(study, left if len(waiting) == 1 else 0.5 * left)
-            if affordable is None or met:
-                study.closed = reason
+        if not met and study.description.unit:
+            if not study.levels and _cost_of_trial(study) > min(PROBE_S, left):
+                study.next = _affordable(study, min(PROBE_S, left)) or study.next
+            elif reach.needed_s(study) > left:
+                study.closed = reach.reason(study, left)
                 continue
-            study.next, study.last = affordable, reason
+        if _cost_of_trial(study) > left:
+            study.closed = _beyond_budget(study)
+            continue
         left -= _cost_of_trial(study)
         try:
             new = _tried(study, asked, progress)
@@ -153,7 +167,6 @@ def searched(
             failed.append(error)
             study.closed = f"refused: {error.text}"
             continue
-        study.closed = study.closed or study.last
         for level in new:
             if best is None or _better((study, level), best, tolerance):
                 best = study, level
@@ -169,23 +182,24 @@ def _priority(study: Study) -> float:
 
 
 def _cost_of_trial(study: Study) -> float:
-    """Return the predicted seconds of solving the next level, and the coarser ones that the first one needs."""
-    first = study.description.unit and len(study.levels) < 2
-    coarser = study.description.coarser(study.next) if first else ()
-    return study.seconds + sum(study.description.seconds(fineness) for fineness in coarser)
+    """Return the predicted seconds of solving the next level, and the coarser one that the first one needs."""
+    first = study.description.unit and not study.levels
+    return study.seconds + (study.description.seconds(study.description.coarser(study.next)[0]) if first else 0.0)
 
 
 def _affordable(study: Study, seconds: float) -> int | None:
-    """Return a fineness near the largest whose trial takes so long [s]; None where no useful one does."""
-    description = study.description
-    least = max([description.min_fineness, *(round(1.2 * level.fineness) for level in study.levels)])
-    fineness = study.next
-    while description.unit and fineness >= least:
+    """Return a fineness near the largest whose trial takes so long [s], at most the next one; None where none does."""
+    description, fineness = study.description, study.next
+    while fineness >= description.min_fineness:
         trial = Study(description, description.whole(fineness), study.levels)
         if _cost_of_trial(trial) <= seconds:
             return trial.next
         fineness = int(0.8 * fineness)
     return None
+
+
+def _beyond_budget(study: Study) -> str:
+    return f"would take {_cost_of_trial(study):.2g} s of solving, beyond the {BUDGET_S:g} s that a choice may take"
 
 
 def _worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study]) -> bool:
@@ -195,8 +209,13 @@ def _worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study])
     """
     if _seconds(best) <= MIN_SPEEDUP * study.seconds:
         return False
-    spent = sum(each.description.cost.setup_s * len(each.levels) for each in studies)
-    return spent + study.description.cost.setup_s <= MAX_CHOOSING * study.seconds
+    return spent_s(studies, study) <= MAX_CHOOSING * study.seconds
+
+
+def spent_s(studies: list[Study], following: Study) -> float:
+    """Return the predicted seconds of all runs so far, and of the set-up of one that follows."""
+    runs = [(each.description, level.fineness) for each in studies for level in each.levels]
+    return following.description.cost.setup_s + sum(each.cost.setup_s + each.seconds(n) for each, n in runs)
 
 
 def _seconds(run: tuple[Study, Level]) -> float:
@@ -212,18 +231,20 @@ def _better(one: tuple[Study, Level], best: tuple[Study, Level], tolerance: floa
 
 
 def _tried(study: Study, asked: Simulation, progress: Progress | None) -> list[Level]:
-    """Run the next level, the first time two coarser ones before it; estimate errors and set the next fineness."""
+    """Run the next level, the first time one that is coarser after it; estimate errors and set the next fineness.
+
+    The finer one comes first: its modes serve the coarser one too.
+    """
     description = study.description
     if not description.unit:
         level = study.run(0, progress)
         level.error, study.closed = EXACT_ERROR, DONE
         return [level]
-    wanted: tuple[int, ...] = ()
-    if len(study.levels) < 2:
-        wanted = description.coarser(study.next)
-        study.next = max(study.next, description.whole(wanted[-1] + 1))
-    tried = {level.fineness for level in study.levels}
-    new = [study.run(fineness, progress) for fineness in (*(n for n in wanted if n not in tried), study.next)]
+    wanted = [study.next]
+    if not study.levels:
+        wanted.append(description.coarser(study.next)[0])
+        study.next = wanted[0] = max(study.next, description.whole(wanted[1] + 1))
+    new = [study.run(fineness, progress) for fineness in wanted]
     estimate_errors(study, asked)
     return new
 
@@ -232,7 +253,7 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     """Set the error of every level, and the next fineness or why none follows."""
     description, levels, tolerance = study.description, study.levels, allowed(asked.method)
     finest = levels[-1]
-    errors, last_error = _extrapolated(levels, asked, description)
+    errors, by_order = _extrapolated(levels, asked, description)
     least = _distance_to_check(study)
     for level, error in zip(levels, errors, strict=True):
         level.error, level.reason = max(error, least), ""
@@ -244,37 +265,50 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
         elif level.error > tolerance:
             level.reason = f"expected error {level.error:.2g} beyond the tolerance"
     # By the declared order: one that has not shown yet may still do so, and a run too fine costs more.
-    needed = finest.fineness * MARGIN * (max(last_error, 1e-300) / tolerance) ** (1.0 / description.order)
-    if not math.isfinite(needed) or finest.error > last_error:
+    needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / tolerance) ** (1.0 / description.order)
+    if not math.isfinite(needed) or finest.error > errors[-1]:
         needed = 2.0 * finest.fineness
+    else:
+        study.reach = Reach(finest.fineness, by_order, needed)
     met = [level.fineness for level in levels if level.error <= tolerance]
     study.next = max(description.min_fineness, math.ceil(min(needed, MAX_GROWTH * finest.fineness)))
-    if not met:
+    if not met and len(levels) == 2 and needed <= finest.fineness:
+        study.next = description.coarser(finest.fineness)[1]  # a third level between shows the order
+    elif not met:
         study.next = max(study.next, math.ceil(1.5 * finest.fineness))
     study.next = min(description.whole(study.next), description.max_fineness)
     # A run that is cheaper by little is not worth the time of another level.
-    if met and description.seconds(min(met)) <= MIN_SPEEDUP * study.seconds:
+    cheapest = description.seconds(min(met)) if met else math.inf
+    if met and (cheapest <= MIN_SPEEDUP * study.seconds or spent_s([study], study) > MAX_CHOOSING * study.seconds):
         study.closed = DONE
+    if study.next in [level.fineness for level in levels]:
+        study.closed = DONE if met else NOT_CONVERGING
     if len(levels) > MAX_LEVELS or (not met and finest.fineness >= description.max_fineness):
-        study.closed = "does not converge to the tolerance"
+        study.closed = NOT_CONVERGING
 
 
 def _extrapolated(levels: list[Level], asked: Simulation, description: Description) -> tuple[list[float], float]:
-    """Return the error of each level, by its distance to the finest one, and the extrapolated error of that.
+    """Return the error of each level, by its distance to the finest one, and the error of that by the declared order.
 
-    Each is the largest over the quantities that count; that of the finest is the one of the last level's quantity.
+    Each is the largest over the quantities that count. The second one says how fine the next level must be; of three
+    levels and more it is the stated error of the finest.
     """
     last = len(levels) - 1
-    found = []
-    if last >= 2:
-        fineness = [level.fineness for level in levels]
-        for pairs in distances([level.history for level in levels], *counted(asked), PEAK_MARGIN):
-            estimate = finest_error(pairs, fineness, description.order)
-            found.append((pairs, estimate.with_safety(description.safety)))
+    fineness = [level.fineness for level in levels]
+    order, safety = description.order, description.safety
+    found, by_order = [], []
+    for pairs in distances([level.history for level in levels], *counted(asked), PEAK_MARGIN) if last else ():
+        if last == 1:
+            error = error_of_two(pairs[0, 1], fineness[0], fineness[1], order) * max(safety, TWO_LEVEL_SAFETY)
+            by_order.append(SHOWN_SAFETY * pairs[0, 1] / ((fineness[1] / fineness[0]) ** order - 1.0))
+        else:
+            error = finest_error(pairs, fineness, order).with_safety(safety)
+            by_order.append(error)
+        found.append((pairs, error))
     if not found:
         return [math.inf] * len(levels), math.inf
     errors = [max((pairs[i, last] if i < last else 0.0) + error for pairs, error in found) for i in range(len(levels))]
-    return errors, max(error for _, error in found)
+    return errors, max(by_order)
 
 
 def _distance_to_check(study: Study) -> float:

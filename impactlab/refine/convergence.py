@@ -20,6 +20,7 @@ from impactlab.simulate import driver
 MIN_ORDER_SHARE = 0.5  # of the declared order: the least that an estimate assumes
 MAX_ORDER = 8.0  # largest order searched for
 MAX_ORDER_RATIO = 1.25  # of the observed to the declared order, either way, up to which the order shows
+TWO_LEVEL_SAFETY = 3.0  # factor, at least, on an estimate from two levels, which show no order; Roache1998
 SHOWN_SAFETY = 1.6  # factor on an estimate where the order shows; Roache1998 takes 1.25, docs/audit.md needs more
 
 Progress = Callable[[float], None]
@@ -50,6 +51,14 @@ class Level:
     run_s: float = 0.0  # set-up and checks included
 
 
+class Reach(NamedTuple):
+    """How far a description gets, by its declared order: a bound from below on its cost."""
+
+    fineness: int  # of the finest run
+    error: float  # estimated error of that run by the declared order, with the least safety
+    needed: float  # fineness that the tolerance needs
+
+
 @dataclass
 class Study:
     """A description with its levels so far, and the fineness of the next one."""
@@ -58,7 +67,7 @@ class Study:
     next: int
     levels: list[Level] = field(default_factory=list)  # by rising fineness
     closed: str = ""  # why no level follows, for people
-    last: str = ""  # why the next level is the last one, for people
+    reach: Reach | None = None  # None as long as nothing is known
     failures: int = 0  # levels that ended as failed
 
     @property
@@ -102,6 +111,21 @@ def finest_error(pairs: Pairs, fineness: Sequence[float], order: float) -> Estim
     """
     estimates = [_of_three(pairs, i, fineness[i : i + 3], order) for i in range(len(fineness) - 2)]
     return estimates[-1]._replace(shown=all(estimate.shown for estimate in estimates))
+
+
+def error_of_two(distance: float, coarse: float, fine: float, order: float) -> float:
+    """Return the error of the finer of two levels by the lowest order that an estimate assumes.
+
+    Parameters
+    ----------
+    distance : float
+        Of the two levels in one quantity.
+    coarse, fine : float
+        Their fineness.
+    order : float
+        Declared order of convergence, of which `MIN_ORDER_SHARE` is assumed.
+    """
+    return distance / (math.pow(fine / coarse, MIN_ORDER_SHARE * order) - 1.0)
 
 
 def _of_three(pairs: Pairs, first: int, fineness: Sequence[float], order: float) -> Estimate:

@@ -36,4 +36,5 @@ LUMPED_MESH = Cost(1.5e-7, 0.9e-9, setup_s=8e-4, margin=1.5)  # size: elements o
 IMPLICIT_MESH = Cost(3e-7, 7e-9, setup_s=8e-4, margin=1.5)  # size: elements of all rods
 BEAM_MODES = Cost(3e-7, 1.5e-9, setup_s=5e-3, margin=1.5)  # size: modes of all beams
 BEAM_MESH = Cost(3e-7, 5e-8, setup_s=5e-3, margin=1.5)  # size: elements of all bodies
+BEAM_EXPLICIT = Cost(1.5e-7, 3e-9, setup_s=2e-3, margin=1.2)  # size: elements of all bodies
 BEAM_GRIDS = Cost(6e-7, 1.6e-8)  # size: cells of the grids of all continuous beams

@@ -75,11 +75,15 @@ class Description:
     multiple: int = 1  # that a fineness is of
     check: Callable[[int], Simulation] | None = None  # the same off the special step, where it has one
     check_error: Callable[[int], float] = lambda _n: 0.0  # of `check`, at most
+    detail: Callable[[int], str] | None = None  # what else a fineness sets, for people
     begun: Begun | None = None  # of the exact solver: its march over the first intervals
 
     def words(self, fineness: int) -> str:
         """Return the description with its fineness, for people."""
-        return f"{self.name}, {fineness} {self.unit}" if self.unit else self.name
+        if not self.unit:
+            return self.name
+        detail = "" if self.detail is None else f", {self.detail(fineness)}"
+        return f"{self.name}, {fineness} {self.unit}{detail}"
 
     def seconds(self, fineness: int) -> float:
         """Return the predicted time of solving [s]."""

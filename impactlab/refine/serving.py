@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact.contact_kinds import balanced, first_gap, massless
-from impactlab.refine import beam_descriptions, descriptions
+from impactlab.refine import beam_descriptions, beam_families, descriptions
 from impactlab.refine.descriptions import Description
 from impactlab.scene.facts import bare_beam, beams_of, changes
 from impactlab.scene.method import Simulation, laws_of
@@ -39,15 +39,17 @@ def for_choice(
 
     ``served`` is the exact solver as `exact_for` has found it.
     """
-    found = [description for description in stepped(asked) if description.for_choice]
-    if beams_of(asked.scene):
+    if beams_of(asked.scene) and not changes(asked.scene):
+        if not has_unique_solution(asked):
+            return [], ""
         if not beam_descriptions.is_singular(asked):
-            return found, ""
+            return list(beam_families.families(asked)), ""
         beam = beams_of(asked.scene)[0].name
-        return found, (
+        return [], (
             f"a hard contact on the Euler-Bernoulli beam '{beam}' has no converged solution: its faces part and meet "
             "ever more often as the description is refined. Give the contact a law with a stiffness"
         )
+    found = [description for description in stepped(asked) if description.for_choice]
     if any(law.two_sided for law in laws_of(*asked)):  # estimates read periods of contact, which links have not
         found = []
     exact, why = exact_for(asked) if served is None else served

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 
 import pytest
 
 from impactlab import load_case, run
 from impactlab.errors import CaseError
 from impactlab.refine import choice
+from impactlab.refine.cost import RIGID
 from impactlab.refine.reference import Reference, find
 from impactlab.refine.stated_error import measured_error, set_measured_error
 from impactlab.report import summary
 from impactlab.scene.method import COUNTED
+from impactlab.simulate import driver
 
 BALL = {
     "schema_version": 1,
@@ -83,12 +86,26 @@ def test_tolerance_on_without_a_tolerance_is_refused(tmp_path):
         load_case(tmp_path / "ball.json")
 
 
-def test_a_choice_that_runs_out_of_its_budget_gives_its_best_run_and_the_reason(tmp_path, monkeypatch):
-    """It does not blame the physics: what it cannot afford is a matter of cost."""
-    monkeypatch.setattr(choice, "BUDGET_S", 1.5e-3)
-    history = run(case(tmp_path, tolerance=1e-8))
-    assert not history.choice.met
-    assert "beyond the 0.0015 s that a choice may take" in " ".join(rung.reason for rung in history.choice.ladder)
+def test_a_tolerance_out_of_reach_is_refused_with_the_best_that_could_be_reached(tmp_path, monkeypatch):
+    """No run takes longer than a probe, and the tolerance that the error names is kept."""
+    monkeypatch.setattr(choice, "BUDGET_S", 4e-3)
+    monkeypatch.setattr(choice, "PROBE_S", 6e-4)
+    runs = []
+    ran = driver.run
+    monkeypatch.setattr(driver, "run", lambda *given, **named: runs.append(ran(*given, **named)) or runs[-1])
+    with pytest.raises(CaseError, match=r"no description keeps 1e-08 within 0\.004 s of solving: the best") as caught:
+        run(case(tmp_path, tolerance=1e-8))
+    assert caught.value.path == "solve.tolerance"
+    assert "by rigid bodies, " in caught.value.text
+    assert len(runs) == 2
+    assert sum(run.cost.steps for run in runs) * RIGID.step_s + 2 * RIGID.fixed_s <= 6e-4
+    offered = float(re.search(r"Give a tolerance of (\S+) or more", caught.value.remedy)[1])
+    assert 1e-8 < offered < 1e-4
+    assert run(case(tmp_path, tolerance=offered)).choice.met
+
+
+def test_what_no_description_can_try_is_a_matter_of_cost(tmp_path, monkeypatch):
+    """The error does not blame the physics."""
     monkeypatch.setattr(choice, "BUDGET_S", 1e-6)
     with pytest.raises(CaseError, match="no description can be tried: rigid bodies: would take"):
         run(case(tmp_path))

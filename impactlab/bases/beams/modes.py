@@ -7,10 +7,11 @@ from typing import cast, final
 import numpy as np
 
 from impactlab.bases.base import Coordinates, even_grid, quadrature
+from impactlab.bases.beams.kept import elastic_modes
 from impactlab.bases.beams.roots import Held
-from impactlab.bases.beams.shapes import Layout, found, normalised
+from impactlab.bases.beams.shapes import Layout
 from impactlab.bases.beams.statics import WORDS, BeamStatics
-from impactlab.bases.beams.waves import BeamNumbers, even_odd, fields, waves
+from impactlab.bases.beams.waves import BeamNumbers, even_odd, fields
 from impactlab.errors import CaseError
 from impactlab.models.mesh.beams import no_such
 from impactlab.scene.bodies import Beam, Profile
@@ -48,21 +49,24 @@ class BeamModes(Coordinates):
             segment.rotary_inertia / (line_mass * unit**2),
             segment.bending_stiffness / (segment.shear_stiffness * unit**2),
         )
-        self._squared, shares = found(numbers, self._kinds, modes)
-        self._waves = waves(numbers, self._squared)
-        self._shares = normalised(numbers, self._waves, shares, layout) / np.sqrt(line_mass * unit)
+        self._squared, self._waves, shares = elastic_modes(numbers, self._kinds, modes)
+        self._shares = shares / np.sqrt(line_mass * unit)
         self._rigid = rigid_motions(self._kinds, numbers.rotary * layout.unit**2)
         self._scales = (1.0, 1.0 / unit, segment.bending_stiffness / unit**2, segment.bending_stiffness / unit**3)
         elastic = np.sqrt(self._squared * segment.bending_stiffness / (line_mass * unit**4))
         self.frequencies = np.concatenate((np.zeros(len(self._rigid)), elastic))
         self._statics: dict[float, BeamStatics] = {}
+        self._rows: dict[tuple[float, int], Array] = {}  # of places, which a run asks for again and again
         first = {"free": 0, "pinned": 1, "clamped": 2}[self._kinds[0]]
         self._shares *= np.where(self._at(np.zeros(1), first)[0, len(self._rigid) :] < 0.0, -1.0, 1.0)
 
     def row(self, x: float, quantity: Quantity) -> Array:
         if quantity not in QUANTITIES_OF_BEAM:
             raise no_such(quantity)
-        return np.asarray(self._at(np.array([x]), 0 if quantity == "velocity" else WORDS.index(quantity))[0])
+        key = x, 0 if quantity == "velocity" else WORDS.index(quantity)
+        if key not in self._rows:
+            self._rows[key] = self._at(np.array([x]), key[1])[0]
+        return self._rows[key].copy()
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
         if face not in self._statics:
@@ -130,8 +134,16 @@ def rigid_motions(kinds: tuple[Held, Held], rotary: float) -> Array:
     return np.zeros((0, 2))
 
 
+def has_closed_form(beam: Beam) -> bool:
+    """Return whether the modes of a beam are known without a mesh: uniform, at rest, no tension, plain ends."""
+    plain = all(end.kind in ("clamped", "pinned", "free") for end in (beam.left, beam.right))
+    return plain and len(beam.segments) == 1 and beam.tension == 0.0 and beam.rotation is None
+
+
 def _check(beam: Beam) -> None:
     """Raise `CaseError` where the modes of the beam are not known without a mesh."""
+    if has_closed_form(beam):
+        return
     ends = [end.kind for end in (beam.left, beam.right)]
     if beam.rotation is not None:
         raise CaseError(
@@ -140,8 +152,6 @@ def _check(beam: Beam) -> None:
             remedy="Give 'elements' for the eigenvectors of a mesh.",
             path="solve.model",
         )
-    if len(beam.segments) == 1 and beam.tension == 0.0 and all(kind in ("clamped", "pinned", "free") for kind in ends):
-        return
     raise CaseError(
         f"analytic modes need a uniform beam without tension, its ends clamped, pinned or free; '{beam.name}' has "
         f"{len(beam.segments)} segment(s), a tension of {beam.tension:.6g} N and ends {ends[0]}, {ends[1]}",

@@ -1,0 +1,89 @@
+"""Tolerances out of reach: the least cost of keeping one, by the declared order, and the best that a budget gives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from impactlab.errors import CaseError
+from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
+
+MAX_SHARE = 0.6  # of a budget, of its last run: those before it take the rest
+OUT_OF_REACH = "cannot keep the tolerance: "  # begins the reason of a study that was ended for it
+
+
+class Best(NamedTuple):
+    """The least error that a description may have within a time."""
+
+    words: str
+    error: float
+    seconds: float  # predicted
+
+
+def needed_s(study: Study) -> float:
+    """Return the least predicted seconds of solving with which a study may keep the tolerance; 0 if not known yet."""
+    if study.reach is None:
+        return 0.0
+    return study.description.seconds(_whole(study, study.reach.needed))
+
+
+def within(study: Study, seconds: float) -> Best:
+    """Return the best that a study may reach where all its runs solve for so long [s].
+
+    The order may not show, so that the estimate takes the safety of the description.
+    """
+    description, reach = study.description, study.reach
+    assert reach is not None  # noqa: S101 - asked of studies out of reach alone
+    low, high = reach.fineness, max(_whole(study, reach.needed), reach.fineness)
+    while high - low > max(1, low // 50):
+        middle = (low + high) // 2
+        low, high = (
+            (middle, high) if description.seconds(description.whole(middle)) <= MAX_SHARE * seconds else (low, middle)
+        )
+    low = min(description.whole(low), description.max_fineness)
+    error = (
+        max(1.0, description.safety / SHOWN_SAFETY) * reach.error * math.pow(reach.fineness / low, description.order)
+    )
+    return Best(description.words(low), error, description.seconds(low))
+
+
+def reason(study: Study, seconds: float) -> str:
+    """Return why a study ends, for people; ``seconds`` are left of the budget."""
+    best = within(study, seconds)
+    return (
+        f"{OUT_OF_REACH}it takes {needed_s(study):.2g} s of solving at least, and {seconds:.2g} s may be spent; "
+        f"about {best.error:.2g} could be reached"
+    )
+
+
+def refusal(tolerance: float, studies: Sequence[Study], best: tuple[Study, Level], seconds: float) -> CaseError | None:
+    """Return the error of a tolerance out of reach of all studies, with the best that could be reached.
+
+    None where no study ended for that reason.
+    """
+    ended = [study for study in studies if study.closed.startswith(OUT_OF_REACH)]
+    if not ended:
+        return None
+    found = [within(study, seconds) for study in ended]
+    description, level = best[0].description, best[1]
+    found.append(Best(description.words(level.fineness), level.error, description.seconds(level.fineness)))
+    least = min(found, key=lambda each: each.error)
+    return CaseError(
+        f"no description keeps {tolerance:g} within {seconds:g} s of solving: the best that could be reached is about "
+        f"{least.error:.2g}, by {least.words}",
+        remedy=f"Give a tolerance of {_rounded_up(least.error):g} or more, a shorter duration, or model, integrator "
+        "and step of your own.",
+        path="solve.tolerance",
+    )
+
+
+def _rounded_up(value: float) -> float:
+    """Return the value with a margin of a quarter, its first digit rounded up."""
+    scale = 10.0 ** math.floor(math.log10(1.25 * value))
+    return math.ceil(1.25 * value / scale) * scale
+
+
+def _whole(study: Study, fineness: float) -> int:
+    description = study.description
+    return description.whole(math.ceil(min(fineness, description.max_fineness)))

@@ -1,0 +1,69 @@
+"""Modes of beams kept between runs: how often they are found, and that no bit depends on it."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactlab import load_case
+from impactlab.api import physics_of, solve
+from impactlab.bases import shapes
+from impactlab.bases.beams import kept
+from impactlab.bases.beams.waves import BeamNumbers
+from impactlab.models.mesh.beams import BeamMesh
+from impactlab.scene import Beam, BeamSegment, End
+from impactlab.scene.method import Tolerance
+
+CASES = Path(__file__).parents[2] / "cases"
+SEGMENT = BeamSegment(length=1.0, area=3e-4, inertia=8e-9, young=2.1e11, density=7850.0)
+
+
+@pytest.fixture(autouse=True)
+def nothing_kept(monkeypatch):
+    monkeypatch.setattr(kept, "_kept", type(kept._kept)())
+    monkeypatch.setattr(shapes, "_kept", type(shapes._kept)())
+
+
+@pytest.mark.parametrize("kinds", list(itertools.product(("free", "pinned", "clamped"), repeat=2)))
+@pytest.mark.parametrize("numbers", [BeamNumbers(0.0, 0.0), BeamNumbers(1e-3, 3e-3)])
+def test_the_first_of_many_modes_are_those_found_alone(kinds, numbers, monkeypatch):
+    alone = [kept.elastic_modes(numbers, kinds, count) for count in (1, 7, 19, 64)]
+    kept._kept.clear()
+    kept.elastic_modes(numbers, kinds, 150)
+    monkeypatch.setattr(kept, "found", None)  # nothing is found again
+    for one in alone:
+        again = kept.elastic_modes(numbers, kinds, one.squared.size)
+        assert np.array_equal(one.squared, again.squared)
+        assert np.array_equal(one.shares, again.shares)
+        assert all(np.array_equal(*pair) for pair in zip(one.carried.squares, again.carried.squares, strict=True))
+        assert all(np.array_equal(*pair) for pair in zip(one.carried.turning, again.carried.turning, strict=True))
+
+
+def test_modes_in_closed_form_are_found_once_in_a_choice(monkeypatch):
+    counts = []
+    found = kept.found
+    monkeypatch.setattr(kept, "found", lambda *given: counts.append(given[2]) or found(*given))
+    asked = physics_of(load_case(CASES / "sphere_on_beam.yaml")).but(tolerance=Tolerance(1e-2))
+    first = solve(*asked)
+    assert first.choice.chosen.startswith("modes")
+    assert len(counts) == 1
+    solve(*asked)
+    assert len(counts) == 1
+
+
+def test_eigenvectors_of_a_mesh_are_found_once(monkeypatch):
+    counts = []
+    lowest = shapes.lowest
+    monkeypatch.setattr(shapes, "lowest", lambda *given: counts.append(given[2]) or lowest(*given))
+    mesh = BeamMesh(Beam("beam", (SEGMENT,), End("clamped"), End("free")), 20, "consistent", 0.0)
+    one = shapes.eigenvectors(mesh, 8)
+    one[:] = 0.0  # a caller's own copy
+    assert np.any(shapes.eigenvectors(mesh, 8))
+    assert counts == [8]
+    longer = BeamMesh(Beam("beam", (SEGMENT,), End("clamped"), End("pinned")), 20, "consistent", 0.0)
+    shapes.eigenvectors(longer, 8)
+    shapes.eigenvectors(mesh, 9)
+    assert counts == [8, 8, 9]
