@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
@@ -190,6 +190,9 @@ class AbstractHistory(Views, ABC):
     case: Cased | None = None  # None of a scene that was run without a case
     choice: Choice | None = None  # of a run with a tolerance: the method chosen, and why
     load_impulses: Mapping[str, float] = {}  # N s, of loads over time as the run has taken them, by body
+    _spans: tuple[tuple[ContactSpan, ...], dict[str, list[tuple[int, ContactSpan]]]] | None = (
+        None  # by contact, once looked up
+    )
     integrator_used: bool = True  # False: every elastic body steps by itself, or the run is exact
 
     @abstractmethod
@@ -288,7 +291,22 @@ class AbstractHistory(Views, ABC):
 
     def spans(self, contact: str) -> list[ContactSpan]:
         """Return the periods of contact of one contact by its name."""
-        return [span for span in self.contacts if span.contact == contact]
+        return [span for _, span in self._by_contact().get(contact, ())]
+
+    def spans_of(self, contacts: Iterable[str]) -> list[ContactSpan]:
+        """Return the periods of contact of several contacts by their names, in the order of ``contacts`` of the run."""
+        table = self._by_contact()
+        found = [numbered for contact in dict.fromkeys(contacts) for numbered in table.get(contact, ())]
+        return [span for _, span in sorted(found, key=lambda numbered: numbered[0])]
+
+    def _by_contact(self) -> dict[str, list[tuple[int, ContactSpan]]]:
+        """Return the numbered periods of each contact; found once, as runs may have thousands of contacts."""
+        if self._spans is None or self._spans[0] is not self.contacts:
+            found: dict[str, list[tuple[int, ContactSpan]]] = {}
+            for number, span in enumerate(self.contacts):
+                found.setdefault(span.contact, []).append((number, span))
+            self._spans = self.contacts, found
+        return self._spans[1]
 
     def impulse_of(self, contact: str) -> float:
         """Return the whole impulse of one contact, or of a link [N s]."""

@@ -57,9 +57,11 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
     """Return the collisions of a run, in order of their starts."""
     found = []
     given = {name: _given(scene, history, name) for name in scene.bodies}
-    for pair in dict.fromkeys((contact.left.body, contact.right.body) for contact in scene.contacts):
-        names = {contact.name for contact in scene.contacts if (contact.left.body, contact.right.body) == pair}
-        spans = sorted((span for span in history.contacts if span.contact in names), key=lambda span: span.start)
+    between: dict[tuple[str, str], list[str]] = {}
+    for contact in scene.contacts:
+        between.setdefault((contact.left.body, contact.right.body), []).append(contact.name)
+    for pair, names in between.items():
+        spans = sorted(history.spans_of(names), key=lambda span: span.start)
         longest = memory(scene, pair)
         group: list[ContactSpan] = []
         until = -math.inf
@@ -89,8 +91,10 @@ class Given(NamedTuple):
 
 def _given(scene: Scene, history: AbstractHistory, name: str) -> Given:
     """Return the impulses that a body was given by its contacts."""
-    signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in scene.contacts}
-    spans = sorted((span for span in history.contacts if signs[span.contact] != 0.0), key=lambda span: span.start)
+    own = [each for _, each in scene.met_by(name)]
+    signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in own}
+    met = [contact for contact, sign in signs.items() if sign != 0.0]
+    spans = sorted(history.spans_of(met), key=lambda span: span.start)
     impulses = (signs[span.contact] * span.impulse for span in spans)
     return Given(
         np.array([span.start for span in spans]),
@@ -121,7 +125,7 @@ def _collision(
         [mean_velocity(scene, history, name, until, given_to[name]) for name in (other, striker)], sign
     )
     lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
-    fastest = max((abs(body.velocity) for body in scene.bodies.values()), default=0.0)
+    fastest = scene.fastest
     meets = approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
     meets = meets and not _others_touch(scene, history, striker, pair, start, until)
     return Collision(
@@ -149,13 +153,9 @@ def _others_touch(
 ) -> bool:
     """Return whether contacts with a third body touch a body, or links hold it, in a time."""
     links = {link.name for link in history.links}
-    third = [
-        contact
-        for contact in scene.contacts
-        if name in (contact.left.body, contact.right.body) and {contact.left.body, contact.right.body} != set(pair)
-    ]
-    names = {contact.name for contact in third}
-    touched = (span.start < end and span.until(math.inf) > start for span in history.contacts if span.contact in names)
+    third = [each for _, each in scene.met_by(name) if {each.left.body, each.right.body} != set(pair)]
+    spans = history.spans_of(contact.name for contact in third)
+    touched = (span.start < end and span.until(math.inf) > start for span in spans)
     return any(touched) or any((contact.group or contact.name) in links for contact in third)
 
 

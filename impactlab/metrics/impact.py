@@ -9,7 +9,8 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, force_channels, largest, midpoints
-from impactlab.scene.frame import groups, touched_in
+from impactlab.scene.frame import frames as frames_of
+from impactlab.scene.frame import touched_in
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -35,7 +36,7 @@ def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: S
     """
     bodies = free_bodies(scene, history, reference)
     t, end = midpoints(scene.duration), np.array([scene.duration])
-    frames = {name: group for group in groups(scene, touched_in(reference)) for name in group.bodies}
+    frames = frames_of(scene, touched_in(reference))
     speeds = {name: _velocity(reference, name, mass, t) for name, mass in bodies.items()}
     scale, fastest = (
         max((float(np.max(np.abs(each))) for each in found), default=0.0)

@@ -335,7 +335,7 @@ def _resolves_contacts(history: AbstractHistory, asked: Simulation) -> bool:
     for contact, law in zip(asked.scene.contacts, laws_of(*asked), strict=True):
         if law.hard or not law.answers_force:
             continue
-        spans = [span for span in history.contacts if span.contact == contact.name]
+        spans = history.spans(contact.name)
         total = sum(span.impulse for span in spans)
         for span in spans:
             counts = span.impulse > MIN_IMPULSE_SHARE * total

@@ -77,7 +77,7 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
 def _spans(axis: Axes, trace: Trace, scene: Scene, contact: str, row: int) -> None:
     """Draw one row of `contacts` and write how many contacts it holds at its end."""
     time = clock(scene)
-    spans = [span for span in trace.history.contacts if span.contact == contact]
+    spans = trace.history.spans(contact)
     kicks = [
         event.time / time.size for event in trace.history.events if (event.contact, event.kind) == (contact, "impulse")
     ]

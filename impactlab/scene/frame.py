@@ -9,7 +9,7 @@ bodies fly along together.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -46,11 +46,31 @@ def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group,
 
     ``touched`` are the names of the contacts that were closed in a run; all contacts of the scene if not given.
     """
+    key = None if touched is None else frozenset(touched)
+    if key not in scene.groups_found:
+        scene.groups_found[key] = _groups(scene, key)
+    found: tuple[Group, ...] = scene.groups_found[key]
+    return found
+
+
+def frames(scene: Scene, touched: Collection[str] | None = None) -> Mapping[str, Group]:
+    """Return the group of each body by its name; ``touched`` as of `groups`."""
+    key = "frames", None if touched is None else frozenset(touched)
+    if key not in scene.groups_found:
+        scene.groups_found[key] = {name: group for group in groups(scene, touched) for name in group.bodies}
+    found: Mapping[str, Group] = scene.groups_found[key]
+    return found
+
+
+def _groups(scene: Scene, touched: frozenset[str] | None) -> tuple[Group, ...]:
     leader = {name: name for name in scene.bodies}
 
     def first(name: str) -> str:
+        row = []
         while leader[name] != name:
+            row.append(name)
             name = leader[name]
+        leader.update(dict.fromkeys(row, name))  # so that a long chain is walked once
         return name
 
     pulled = scene.gravity != 0.0  # a body that does not fall with the others holds their frame
@@ -92,7 +112,7 @@ def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> di
 
     It is 0 where something holds it.
     """
-    return {name: group.velocity for group in groups(scene, touched) for name in group.bodies}
+    return {name: group.velocity for name, group in frames(scene, touched).items()}
 
 
 def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = None) -> Array:
@@ -102,17 +122,17 @@ def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = N
 
     ``name`` is that of a body, or of a channel: ``position:hammer``, ``displacement:rod@0``.
     """
-    return np.zeros(np.shape(t)) - in_frame(groups(scene, touched), name, t, 0.0)
+    return np.zeros(np.shape(t)) - in_frame(frames(scene, touched), name, t, 0.0)
 
 
-def in_frame(found: Sequence[Group], name: str, t: Array, moved: Array | float) -> Array:
+def in_frame(found: Mapping[str, Group], name: str, t: Array, moved: Array | float) -> Array:
     """Return a displacement [m] less that of the frame of a body's group at times t [s].
 
-    ``found`` are the groups, ``name`` is that of the body or of a channel.
+    ``found`` are the groups by body, ``name`` is that of the body or of a channel.
     """
     place = name.partition(":")[2] or name
     body = place.rpartition("@")[0] or place
-    group = next((group for group in found if body in group.bodies), None)
+    group = found.get(body)
     if group is None or (group.velocity == 0.0 and group.gravity == 0.0):
         return np.asarray(moved)  # held, of a mechanism by its ground; or at rest
     return np.asarray(moved - group.displacement(t))

@@ -57,8 +57,8 @@ def balance(
     """
     body = scene.bodies[name]
     given = scale = 0.0
-    for contact, impulse in zip(scene.contacts, impulses, strict=True):
-        push = impulse * (float(contact.right.body == name) - float(contact.left.body == name))
+    for number, contact in scene.met_by(name):
+        push = impulses[number] * (float(contact.right.body == name) - float(contact.left.body == name))
         given, scale = given + push, scale + abs(push)
     mass = body.moving_mass
     loads = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 from impactlab.scene.bodies import Body, ElasticBody
 from impactlab.scene.instrument import Instrument
@@ -113,6 +114,39 @@ class Scene:
         """
         touching = [point.body for contact in self.contacts for point in (contact.left, contact.right)]
         return {name: self.bodies[name] for name in dict.fromkeys((*touching, *sorted(self.bodies)))}
+
+    @cached_property
+    def touching(self) -> dict[str, list[tuple[int, int]]]:
+        """Faces of each body that has contacts, by name: number of the contact, 0 for its left or 1 for its right."""
+        found: dict[str, list[tuple[int, int]]] = {}
+        for number, contact in enumerate(self.contacts):
+            found.setdefault(contact.left.body, []).append((number, 0))
+            found.setdefault(contact.right.body, []).append((number, 1))
+        return found
+
+    @cached_property
+    def places(self) -> list[tuple[int, int]]:
+        """The place of the left and the right face of each contact among the faces of its body."""
+        found = [[0, 0] for _ in self.contacts]
+        for faces in self.touching.values():
+            for place, (number, side) in enumerate(faces):
+                found[number][side] = place
+        return [(left, right) for left, right in found]
+
+    def met_by(self, body: str) -> list[tuple[int, Contact]]:
+        """Return the contacts of a body with their numbers, each once."""
+        numbers = dict.fromkeys(number for number, _ in self.touching.get(body, ()))
+        return [(number, self.contacts[number]) for number in numbers]
+
+    @cached_property
+    def fastest(self) -> float:
+        """Largest velocity of a body at t = 0 [m/s]."""
+        return max((abs(body.velocity) for body in self.bodies.values()), default=0.0)
+
+    @cached_property
+    def groups_found(self) -> dict[Any, Any]:
+        """Groups of bodies joined by contacts that were found already (`impactlab.scene.frame`)."""
+        return {}
 
     @cached_property
     def elastic(self) -> dict[str, ElasticBody]:

@@ -19,12 +19,12 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Give the warnings of a finished run that concern its beams."""
     scene, laws = history.scene, history.method.laws
     for name, body in scene.bodies.items():
-        if doubts := body.theory_doubts(*_shortest(history, name)):
+        if body.elastic is not None and (doubts := body.theory_doubts(*_shortest(history, name))):
             text = f"'{name}' has theory euler_bernoulli, and {' and '.join(doubts)}; use theory: timoshenko"
             yield Warned("stocky_beam", text)
     for contact in scene.contacts:
         beams = [body for body in (scene.bodies[point.body] for point in (contact.left, contact.right)) if body.bends]
-        spans = [span for span in history.contacts if span.contact == contact.name]
+        spans = history.spans(contact.name)
         if beams and spans:
             if laws[contact.name].hard:
                 yield from _singular(contact, beams, spans)
@@ -34,11 +34,10 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
 def _shortest(history: AbstractRecordedHistory, name: str) -> tuple[str, float]:
     """Return the shortest contact of a soft law on a body and its length [s]; inf without one."""
     soft = {
-        contact.name
-        for contact in history.scene.contacts
-        if name in (contact.left.body, contact.right.body) and not history.method.laws[contact.name].hard
+        contact.name: None for _, contact in history.scene.met_by(name) if not history.method.laws[contact.name].hard
     }
-    lasted = [(s.end - s.start, s.contact) for s in history.contacts if s.contact in soft and s.end is not None]
+    spans = [span for contact in soft for span in history.spans(contact)]
+    lasted = [(s.end - s.start, s.contact) for s in spans if s.end is not None]
     time, contact = min(((time, contact) for time, contact in lasted if time > 0.0), default=(math.inf, ""))
     return contact, time
 

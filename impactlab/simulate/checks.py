@@ -15,7 +15,7 @@ from impactlab.metrics.grazing import grazing_kick, near_grazing
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
 from impactlab.scene.facts import moving_faces
-from impactlab.scene.frame import groups, in_frame, touched_in
+from impactlab.scene.frame import frames, in_frame, touched_in
 from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS
@@ -85,7 +85,7 @@ def add_warnings(history: AbstractHistory) -> None:
 
 def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Give a warning for each hard contact with a large overlap of its faces."""
-    scene, channels, found = history.scene, history.recorded, groups(history.scene, touched_in(history))
+    scene, channels, found = history.scene, history.recorded, frames(history.scene, touched_in(history))
 
     def travel_of(name: str) -> float:
         return float(np.ptp(in_frame(found, name, channels[name].times, channels[name].values)))
@@ -105,9 +105,10 @@ def sensitive_sequences(history: AbstractHistory) -> Iterator[Warned]:
     """Give a warning for each body of large motion with a long sequence of contacts."""
     scene = history.scene
     for name, body in scene.bodies.items():
-        own = {each.name for each in scene.contacts if name in (each.left.body, each.right.body)}
-        count = sum(span.contact in own for span in history.contacts)
-        if body.changes and count > SURE_CONTACTS:
+        if not body.changes:
+            continue
+        count = sum(len(history.spans(each.name)) for _, each in scene.met_by(name))
+        if count > SURE_CONTACTS:
             text = f"{name}: {count} periods of contact, each following from the one before it with a larger difference"
             yield Warned("sensitive_sequence", f"{text}; compare with half the step and with more modes")
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from impactlab.history.base import ContactSpan, Warned
 from impactlab.metrics.norms import midpoints
 from impactlab.scene.facts import impedance_of, moving_faces
-from impactlab.scene.frame import groups, in_frame, touched_in
+from impactlab.scene.frame import frames, in_frame, touched_in
 from impactlab.scene.method import is_relative, stiffness_of
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
@@ -38,7 +38,7 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
     yield from _shifted(history, resolutions, touches)
     if not any(touches.values()):
         return
-    t, found = midpoints(history.duration, _instants(history)), groups(scene, touched_in(history))
+    t, found = midpoints(history.duration, _instants(history)), frames(scene, touched_in(history))
     motions: dict[str, dict[str, Array]] = {}  # m, of each body by channel, in the frame of the bodies that interact
     for contact in scene.contacts:
         for point in (contact.left, contact.right):
@@ -68,7 +68,7 @@ def _touches(history: AbstractRecordedHistory, contact: Contact) -> list[tuple[f
 
 
 def _spans(history: AbstractRecordedHistory, contact: Contact) -> list[ContactSpan]:
-    return [span for span in history.contacts if span.contact == contact.name and span.kicks is None]
+    return [span for span in history.spans(contact.name) if span.kicks is None]
 
 
 def _shifted(

@@ -54,6 +54,7 @@ from impactlab.types import Array, Arriving, Port, Quantity, Reply
 
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
 MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
+MANY = 100  # contacts, from which the room for events is that of a few steps
 MIN_EVENTS = 4096  # room for events between two returns of the loop
 MAX_COPIED = 2e6  # bytes of the arrays of an assembly that is kept for the next run
 NAMED: Mapping[str, type[Any]] = {
@@ -78,6 +79,7 @@ class Assembly:
         self.laws = [LawAddress(law.respond, law.compiled) for law in laws_of(scene, plan.acting)]
         self._read_probes()
         self._plan = plan
+        self._numbers = {name: number for number, name in enumerate(built)}
         self._points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
         state, starts = flat([stepper.state for stepper in steppers.values()])
         self._shift = dict(zip(built, starts.tolist(), strict=False))  # the last start is the end
@@ -106,7 +108,9 @@ class Assembly:
         (self.clock,), clock = records(ClockRecord, 1)
         self.clock.timed, self.clock.steps = dt, plan.steps
         self.clock.changes = int(any(stepper.columns is not None for stepper in steppers.values()))
-        self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(scene.contacts)))
+        located = plan.method.events == "located"
+        per_contact = 1024 if located or len(scene.contacts) <= MANY else 16
+        self.events, events = records(EventRecord, max(MIN_EVENTS, per_contact * len(scene.contacts)))
         faces, pushes = self._faces_and_pushes()
         loads, load_times, load_forces = self._loads()
         candidates = find_pairs(self.faces, self.contacts, plan.pushes, self._read_on(steppers, row_start, row_index))
@@ -187,7 +191,8 @@ class Assembly:
             )
             or (each.body in chains and (each.quantity not in MOTION or chains[each.body].node_at(each.x) is None))
         ]
-        self.probes = [each for each in asked if each not in self.in_waves]
+        of_waves = set(self.in_waves)
+        self.probes = [each for each in asked if each not in of_waves]
         self.sent = [(name, row) for name, chain in chains.items() for row in chain.sent()]
         points = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
         touched = {(point.body, point.x) for point in points}
@@ -294,8 +299,9 @@ class Assembly:
         return dampers
 
     def _readings(self) -> Sequence[ReadingRecord]:
+        numbers = self._numbers
         wanted = [
-            (list(self.built).index(face_read(contact, reading).body), number, slot)
+            (numbers[face_read(contact, reading).body], number, slot)
             for number, (contact, start) in enumerate(zip(self.scene.contacts, self._plan.starts, strict=True))
             for slot, reading in enumerate(start.readings)
         ]
@@ -308,24 +314,24 @@ class Assembly:
         by_name, phases = records(PhaseRecord, len(phased))
         maps, starts = flat([np.concatenate((each.closing, each.opening)) for each in phased.values()])
         for phase, (name, each), start in zip(by_name, phased.items(), starts.tolist(), strict=False):
-            phase.contact, phase.body, phase.map_start = each.contact, list(self.built).index(name), start
+            phase.contact, phase.body, phase.map_start = each.contact, self._numbers[name], start
         return phases, maps
 
     def _faces_and_pushes(self) -> tuple[Sequence[FaceRecord], Sequence[PushRecord]]:
         """Return faces and pushed rows; the ports of a body are its faces in their order, then its pushed rows."""
-        pushed, names = self._plan.pushes, list(self.built)
+        pushed, names = self._plan.pushes, self._numbers
         self.faces, faces = records(FaceRecord, len(self._points))
         push_by_name, pushes = records(PushRecord, len(pushed))
         taken = dict.fromkeys(names, 0)
         for number, (face, point) in enumerate(zip(self.faces, self._points, strict=True)):
-            face.body, face.place, face.sign = names.index(point.body), taken[point.body], (-1.0, 1.0)[number % 2]
+            face.body, face.place, face.sign = names[point.body], taken[point.body], (-1.0, 1.0)[number % 2]
             stepper = self._plan.steppers[point.body]
             face.moves = int(stepper.state.size > 0)
             for kind, each in enumerate(responses_of(stepper)):
                 self._write_ranges(face, point.body, each[face.place], 3 * kind)
             taken[point.body] += 1
         for record, push in zip(push_by_name, pushed, strict=True):
-            record.contact, record.body, record.weight = push.contact, names.index(push.body), push.weight
+            record.contact, record.body, record.weight = push.contact, names[push.body], push.weight
             record.place = taken[push.body]
             self._write_ranges(record, push.body, self._plan.steppers[push.body].force_response[record.place], 0)
             taken[push.body] += 1
@@ -360,7 +366,7 @@ class Assembly:
         for number, (record, name) in enumerate(zip(self.loads, names, strict=True)):
             stepper = self._plan.steppers[name]
             own = isinstance(self.built[name].model, AbstractSelfStepping)
-            record.body, record.piece = list(self.built).index(name), -1
+            record.body, record.piece = self._numbers[name], -1
             record.place = len(stepper.jump) - names[number:].count(name)
             record.table_start, record.table_end = starts[number : number + 2].tolist()
             record.point = 0.5 if own else self.integrator.load_point
@@ -372,10 +378,15 @@ class Assembly:
         """Write the ranges of a body's displacements, velocities and other state with nonzero response."""
         system = self.built[body].system
         n_dof = system.load.size
+        # In a body with phases, and in a mechanism, the response changes within the run.
+        changes = system.phases is not None or self._plan.steppers[body].columns is not None
         for part, first in enumerate((0, n_dof, 2 * n_dof)):
-            size = np.abs(response[first : response.size if part == 2 else first + n_dof])
-            # In a body with phases, and in a mechanism, the response changes within the run.
-            changes = system.phases is not None or self._plan.steppers[body].columns is not None
+            end = response.size if part == 2 else first + n_dof
+            if end - first <= 1:  # of a mass: the one entry is the largest
+                if end > first and (changes or response[first] != 0.0):
+                    record.low[at + part], record.high[at + part] = first, end
+                continue
+            size = np.abs(response[first:end])
             least = -1.0 if changes else RESPONSE_TOL * size.max(initial=0.0)
             moved = (size > least).nonzero()[0]
             if moved.size:

@@ -50,6 +50,7 @@ class RecordedHistory(AbstractRecordedHistory):
         self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
         self._places: dict[str, Array] = {}  # of their fields
         self._times = np.zeros(0)  # of the snapshots
+        self._numbers: dict[str, int] = {}  # of contacts by name, once looked up
         self._integrator = integrator
         self._raw: list[tuple[float, int, int, float, float, float]] = []
         self._joined = groups(assembly.scene)
@@ -125,8 +126,9 @@ class RecordedHistory(AbstractRecordedHistory):
         return self._waves_of(body).velocities(np.array(x), within_run(t, self.duration))
 
     def impulse_of(self, contact: str) -> float:
-        numbers = {each.name: number for number, each in enumerate(self.scene.contacts)}
-        kept = self.assembly.contacts[numbers[contact]]
+        if not self._numbers:
+            self._numbers = {each.name: number for number, each in enumerate(self.scene.contacts)}
+        kept = self.assembly.contacts[self._numbers[contact]]
         return kept.total - self._beyond * kept.force if kept.joined else super().impulse_of(contact)
 
     @property
@@ -186,10 +188,7 @@ class RecordedHistory(AbstractRecordedHistory):
                     channels[f"displacement:{place}"] = Channel(times, record[:, at], False)
                     instants = self._velocity_times(point.body, point.x, times, of_velocity)
                     channels[f"velocity:{place}"] = Channel(instants, record[:, at + 1], False)
-        for group in dict.fromkeys(contact.group for contact in scene.contacts if contact.group):
-            forces = [channels[f"force:{contact.name}"] for contact in scene.contacts if contact.group == group]
-            total = sum((each.values for each in forces[1:]), forces[0].values)
-            channels.setdefault(f"force:{group}", forces[0]._replace(values=total))
+        self._sum_groups()
         first = 1 + 6 * len(scene.contacts)
         for number, probe in enumerate(assembly.probes):
             moving = probe.quantity == "velocity"
@@ -218,10 +217,21 @@ class RecordedHistory(AbstractRecordedHistory):
                 channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 2 + 3 * number], False)
             channels[f"energy:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 3 * number], False)
 
+    def _sum_groups(self) -> None:
+        """Add the sums of the forces of contacts of one name."""
+        channels, grouped = self.recorded, dict[str, list[Channel]]()
+        for contact in self.scene.contacts:
+            if contact.group:
+                grouped.setdefault(contact.group, []).append(channels[f"force:{contact.name}"])
+        for group, forces in grouped.items():
+            total = sum((each.values for each in forces[1:]), forces[0].values)
+            channels.setdefault(f"force:{group}", forces[0]._replace(values=total))
+
     def _read_energy(self) -> None:
         assembly, scene = self.assembly, self.scene
         sample = assembly.memory.sample[: assembly.clock.n_samples]
-        columns = {name: SAMPLED + 3 * list(assembly.built).index(name) for name in scene.in_order}
+        numbers = {name: number for number, name in enumerate(assembly.built)}
+        columns = {name: SAMPLED + 3 * numbers[name] for name in scene.in_order}
         touched = touched_in(self)
         joined = self._joined if len(touched) == len(self._reach.groups) else groups(scene, touched)
         work = sample[:, [column + 1 for column in columns.values()]].sum(axis=1)

@@ -73,10 +73,9 @@ def self_stepping(built: Mapping[str, BuiltBody]) -> frozenset[str]:
 def faces_of(scene: Scene, body: str) -> tuple[Face, ...]:
     """Return the faces of a body: places and partners, contact by contact."""
     faces = []
-    for number, contact in enumerate(scene.contacts):
-        for point, other in ((contact.left, contact.right), (contact.right, contact.left)):
-            if point.body == body:
-                faces.append(Face(point.x, number, scene.bodies[other.body].rigid_mass))
+    for number, side in scene.touching.get(body, ()):
+        pair = scene.contacts[number].left, scene.contacts[number].right
+        faces.append(Face(pair[side].x, number, scene.bodies[pair[1 - side].body].rigid_mass))
     return tuple(faces)
 
 
@@ -92,11 +91,14 @@ def prepare_steppers(
 
     Without ``impulses`` their columns in a mechanism stay those at t = 0.
     """
-    points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
+    points = [(contact.left, contact.right) for contact in scene.contacts]
+    pushed: dict[str, list[Push]] = {}
+    for push in pushes:
+        pushed.setdefault(push.body, []).append(push)
     steppers = {}
     for name, (body, model, system) in built.items():
-        rows = [model.row(point.x, "displacement") for point in points if point.body == name]
-        rows += [model.row(push.x, push.quantity) for push in pushes if push.body == name]
+        rows = [model.row(points[number][side].x, "displacement") for number, side in scene.touching.get(name, ())]
+        rows += [model.row(push.x, push.quantity) for push in pushed.get(name, ())]
         loads = [(model.row(x, "displacement"), load) for x, load in body.loads]
         rows += [row for row, _ in loads]
         ports = np.array(rows).reshape(len(rows), system.load.size)
@@ -156,13 +158,12 @@ def facts_of(
     scene: Scene, method: Method, built: Mapping[str, BuiltBody], steppers: Mapping[str, Stepper], number: int
 ) -> Facts:
     """Return the facts of both sides of a contact; without a stepper a face has no velocity per force."""
-    points = [point for each in scene.contacts for point in (each.left, each.right)]
     found = []
-    for face in (2 * number, 2 * number + 1):
-        point = points[face]
+    for point, port in zip(
+        (scene.contacts[number].left, scene.contacts[number].right), scene.places[number], strict=True
+    ):
         body, moved = built[point.body], math.nan
         if stepper := steppers.get(point.body):
-            port = sum(other.body == point.body for other in points[:face])
             n_dof = stepper.jump.shape[1]
             moved = float(stepper.force_response[port, n_dof : 2 * n_dof] @ stepper.face_rows[port])
         with in_precision(f"the static compliance of '{point.body}'", f"bodies.{point.body}", body.body):
