@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from impactlab.numerics import addresses
     from impactlab.refine import choice
+    from impactlab.refine import outlook as outlooks
     from impactlab.refine import reference as references
     from impactlab.refine.reference import Reference
     from impactlab.report import notebook
@@ -36,6 +37,7 @@ else:  # with the libraries that they load, each when it is first used
     addresses = lazy("impactlab.numerics.addresses")
     driver, plan = lazy("impactlab.simulate.driver"), lazy("impactlab.simulate.plan")
     choice, references = lazy("impactlab.refine.choice"), lazy("impactlab.refine.reference")
+    outlooks = lazy("impactlab.refine.outlook")
     notebook, summaries = lazy("impactlab.report.notebook"), lazy("impactlab.report.summary")
 
 Progress = Callable[[float], None]
@@ -250,11 +252,16 @@ def summarised(
 ) -> tuple[dict[str, Any], Reference | None]:
     """Return the summary of a run and the reference of its errors.
 
-    ``budget`` are the seconds of predicted solving that a reference may take where no exact answer serves: by default
-    so few that a run is not kept waiting.
+    ``budget`` are the seconds of predicted solving that a reference may take. Without it a reference is computed where
+    it is predicted to take no longer than ten times the run (`impactlab.refine.outlook`).
     """
-    reference = reference_of(*physics_of(case), references.RUN_BUDGET_S if budget is None else budget)
-    return summaries.summarise(case.label, case.scene(), history, reference), reference
+    physics = physics_of(case)
+    if budget is None:
+        reference, outlook = outlooks.unasked(*physics, history)
+    else:
+        reference = reference_of(*physics, budget)
+        outlook = outlooks.of(reference)
+    return summaries.summarise(case.label, case.scene(), history, reference, outlook), reference
 
 
 def failure(case_name: str, error: BaseException) -> dict[str, Any]:

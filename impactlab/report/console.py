@@ -108,8 +108,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
         lines.append(f"  errors    against {against}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items()))
     elif summary["errors"] is None:
-        why = "no exact answer, and no converged one in a short time; try --reference"
-        lines.append(f"  errors    not measured: {why}")
+        lines.append(f"  errors    {summary['reference']['text']}")
     if summary.get("choice"):
         lines += choice.choice_lines(summary["choice"])
     cost = summary["cost"]

@@ -155,4 +155,6 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
     if errors and errors["mass_displacement"] is not None:
         off = cell(100 * errors["mass_displacement"])
         sentences.append(f"The displacement of the mass differs from {errors['reference']} by {off} %.")
+    elif errors is None:
+        sentences.append(f"Errors: {summary['reference']['text']}.")
     return sentences

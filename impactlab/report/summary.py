@@ -17,6 +17,7 @@ from impactlab.history.base import AbstractHistory, ContactSpan, Event
 from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import agreements, collisions
 from impactlab.plugins import kind_of
+from impactlab.refine.outlook import Outlook, of
 from impactlab.refine.reference import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
 from impactlab.scene.bodies import Body, Mechanism, PartMechanism
@@ -60,6 +61,7 @@ def summarise(
     scene: Scene,
     history: AbstractHistory,
     reference: Reference | tuple[str, AbstractHistory] | None = None,
+    outlook: Outlook | None = None,
 ) -> dict[str, Any]:
     """Return the summary of a run, ready for JSON.
 
@@ -73,6 +75,8 @@ def summarise(
         Result of the run.
     reference : Reference, or (str, AbstractHistory), optional
         The answer it is judged by, with its uncertainty, or its name and history; without one ``errors`` is null.
+    outlook : Outlook, optional
+        Why there is no reference, if there is none; by default that none answers the scene.
     """
     found, tolerance = None, history.method.tolerance
     if reference is not None:
@@ -94,6 +98,7 @@ def summarise(
         "rotation": rotation(scene),
         "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
         "errors": found,
+        "reference": (outlook or of(Reference(*reference) if reference else None)).document,
         "cost": dataclasses.asdict(history.cost),
         "choice": None if history.choice is None else history.choice.document(method(history)),
         "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],
