@@ -20,6 +20,7 @@ from impactlab.lazy import lazy
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
+from impactlab.wall_time import CHOOSING, REFERENCE, spent_on
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -159,7 +160,8 @@ def solve(scene: Scene, method: Method, progress: Progress | None = None) -> Abs
     """Run a scene under a method, chosen automatically under a tolerance; issue no `RunWarning`."""
     if method.tolerance is None:
         return driver.run(scene, method, progress)
-    return choice.run(scene, method, progress)
+    with spent_on(CHOOSING):  # the run that is chosen is one of its trials
+        return choice.run(scene, method, progress)
 
 
 @contextlib.contextmanager
@@ -256,12 +258,14 @@ def summarised(
     it is predicted to take no longer than ten times the run (`impactlab.refine.outlook`).
     """
     physics = physics_of(case)
-    if budget is None:
-        reference, outlook = outlooks.unasked(*physics, history)
-    else:
-        reference = reference_of(*physics, budget)
-        outlook = outlooks.of(reference)
-    return summaries.summarise(case.label, case.scene(), history, reference, outlook), reference
+    with spent_on(REFERENCE):
+        if budget is None:
+            reference, outlook = outlooks.unasked(*physics, history)
+        else:
+            reference = reference_of(*physics, budget)
+            outlook = outlooks.of(reference)
+    with spent_on("writing"):
+        return summaries.summarise(case.label, case.scene(), history, reference, outlook), reference
 
 
 def failure(case_name: str, error: BaseException) -> dict[str, Any]:

@@ -7,6 +7,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
+from impactlab.wall_time import LOADING, spent_on
+
 
 class LazyModule:
     """A module that is imported when one of its attributes is first read."""
@@ -17,7 +19,8 @@ class LazyModule:
 
     def __getattr__(self, attribute: str) -> Any:
         if self._module is None:
-            self._module = import_module(self._name)
+            with spent_on(LOADING):
+                self._module = import_module(self._name)
         return getattr(self._module, attribute)
 
 

@@ -28,6 +28,7 @@ from impactlab.lazy import above
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import odd_speeds
+from impactlab.wall_time import spent_on
 
 
 @dataclass(frozen=True, init=False)
@@ -261,7 +262,9 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
     file = Path(path)
     if not file.suffix and not file.exists() and file.name == str(path):
         path = file = case_named(file.name)
-    return case_of(file.stem, str(path), read_document(file), registry=registry)
+    with spent_on("reading"):
+        document = read_document(file)
+    return case_of(file.stem, str(path), document, registry=registry)
 
 
 def case_of(

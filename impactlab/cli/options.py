@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from impactlab.cli.rooms import casefile, edit, starter
+from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
     from impactlab.casefile import Case
@@ -91,6 +92,13 @@ def load(
     metrics: list[str] | None = None,
 ) -> Case:
     """Return the case that a command names, its variant and method chosen, its values set."""
+    with spent_on("checking"):
+        return _loaded(file, sets, method, variant, metrics)
+
+
+def _loaded(
+    file: Path, sets: list[str] | None, method: str | None, variant: str | None, metrics: list[str] | None
+) -> Case:
     loaded = casefile.load_case(found(file))
     if variant is not None:
         loaded = loaded.variant(variant)

@@ -33,6 +33,7 @@ from impactlab.cli.rooms import (
     run_report,
     sampling,
 )
+from impactlab.wall_time import timed
 
 
 def run(
@@ -51,7 +52,7 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run one case: its summary on the screen, history and figures in DIR."""
-    with reporting(case, as_json):
+    with reporting(case, as_json), timed() as watch:
         loaded = load(case, sets, method, variant, metric)
         say_hints(loaded)
         drawn_as = figure_files.figure_files(figures, width)
@@ -66,7 +67,9 @@ def run(
 
             history = api.run(loaded, report, 0 if out is None else sampling.FRAMES)
         summary, judge = api.summarised(loaded, history, references.FULL_BUDGET_S if reference else None)
+        watch.change("writing")
         if out is not None:
+            summary["cost"]["wall_time"] = watch.seconds()  # of the summary in the folder: up to here
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
                 again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
@@ -74,7 +77,9 @@ def run(
                 data = files.write_data(draft, history, summary, judge, origin._asdict())
                 run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as, data)
             console.say(f"written: {out}")
-        console.print_json(summary) if as_json else print(console.summary_text(summary))
+        text = "" if as_json else console.summary_text(summary)
+        summary["cost"]["wall_time"] = watch.seconds()
+        console.print_json(summary) if as_json else print(text, console.wall_time(summary), sep="\n")
         if summary["status"] != "completed":
             raise Left(1)
 

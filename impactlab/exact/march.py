@@ -31,6 +31,7 @@ from impactlab.exact.network import Log
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.numerics.addresses import COMPILED, call, entered, load_array_functions, type_of
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
+from impactlab.wall_time import COMPILING, spent_on
 
 MAX_BURST = 64  # events within 1e3 merge tolerances; more count as infinitely many
 
@@ -216,8 +217,9 @@ def prepared(log: Log) -> Log:
     if np.any(log.contacts["branch"] >= 0):
         memory = memory._replace(changes=branch_changes.address(memory))
     if COMPILED and not entry.overloads:
-        load_array_functions()
-        entry.compile((type_of(memory),))
+        with spent_on(COMPILING):
+            load_array_functions()
+            entry.compile((type_of(memory),))
     return log._replace(memory=memory)
 
 

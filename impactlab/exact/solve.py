@@ -22,6 +22,7 @@ from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import Recent
 from impactlab.scene.sizes import NUMBER, in_bytes, memory_limit
+from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
     from impactlab.exact import end_balance, march
@@ -86,12 +87,33 @@ def solve(
     intervals by hand; here any number of them, contacts and rods is solved.
     """
     began, run = clock.perf_counter(), Simulation(scene, method)
-    if begun is None:
-        layout, log = network(scene, method)
-        log = march.prepared(log)
-    else:
-        layout, log = begun.layout, begun.log
+    with spent_on("set-up"):
+        if begun is None:
+            layout, log = network(scene, method)
+            log = march.prepared(log)
+        else:
+            layout, log = begun.layout, begun.log
     ready = clock.perf_counter()
+    with spent_on("solving"):
+        history = marched(run, layout, log, whole, progress, begun)
+    history.cost.setup_s = ready - began + (begun.setup_s if begun else 0.0)
+    history.cost.solve_s = clock.perf_counter() - ready + (begun.march_s if begun else 0.0)
+    with spent_on("checks"):
+        if not (isinstance(history, ContinuousHistory) and end_balance.error_at_end(history.log) <= CLOSED_TOL):
+            check_balance(history)
+    return history
+
+
+def marched(
+    run: Simulation,
+    layout: Layout,
+    log: Log,
+    whole: bool,
+    progress: Callable[[float], None] | None,
+    begun: Begun | None,
+) -> ContinuousHistory | ThinnedHistory:
+    """Return the history of a march to the end; the other arguments are those of `solve`."""
+    scene = run.scene
     thinner: Thinner | None = None
     log.state["most"] = log.state["intervals"] + INTERVALS_PER_CHECK
     if begun is not None and begun.status in (TOO_MANY, UNRESOLVED):
@@ -117,12 +139,7 @@ def solve(
             )
             if whole or filled:
                 stop(run, layout, log, too_large(log, most), thinner)
-    history = thinner.finish(log, scene.duration) if thinner else ContinuousHistory(run, layout, log, scene.duration)
-    history.cost.setup_s = ready - began + (begun.setup_s if begun else 0.0)
-    history.cost.solve_s = clock.perf_counter() - ready + (begun.march_s if begun else 0.0)
-    if not (thinner is None and end_balance.error_at_end(log) <= CLOSED_TOL):
-        check_balance(history)
-    return history
+    return thinner.finish(log, scene.duration) if thinner else ContinuousHistory(run, layout, log, scene.duration)
 
 
 def room(log: Log) -> int:

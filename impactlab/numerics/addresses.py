@@ -33,6 +33,7 @@ from impactlab.errors import PluginError
 from impactlab.numerics.cache import FOREIGN, cache_of, is_kept
 from impactlab.numerics.pointers import VECTOR, by_pointers, form_of, pointed
 from impactlab.types import Port, Reply, Side
+from impactlab.wall_time import COMPILING, LOADING, spent_on
 
 config: Any = numba.config
 type_of: Any = numba.typeof
@@ -149,7 +150,8 @@ def load_array_functions() -> None:
     if hidden:
         sys.modules[blas] = None  # type: ignore[assignment] # Python then reports that it cannot be imported
     try:
-        import numba.np.arraymath  # noqa: F401
+        with spent_on(LOADING):
+            import numba.np.arraymath  # noqa: F401
     finally:
         if hidden:
             del sys.modules[blas]
@@ -167,8 +169,10 @@ def entered(entry: Any, *arguments: Any) -> Any:
     if _interpreting:
         return in_python(entry)(*arguments)
     if COMPILED and not entry.overloads:
-        say_if_compiling(entry)
-        load_array_functions()
+        with spent_on(COMPILING):
+            say_if_compiling(entry)
+            load_array_functions()
+            return entry(*arguments)
     return entry(*arguments)
 
 
@@ -177,6 +181,11 @@ def compiled(function: Callable[..., None], signature: Any) -> Any:
     known = _compiled.get((function, id(signature)))  # signatures are constants; comparing them takes far longer
     if known is not None:
         return known[1]
+    with spent_on(COMPILING):
+        return _compiled_now(function, signature)
+
+
+def _compiled_now(function: Callable[..., None], signature: Any) -> Any:
     load_array_functions()
     try:
         counts = signature is not RESPOND and not form_of(signature.args)

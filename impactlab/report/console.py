@@ -121,6 +121,13 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def wall_time(summary: Mapping[str, Any]) -> str:
+    """Return the line with the wall time of a command by stage, and its sum."""
+    spent = summary["cost"]["wall_time"]
+    stages = ", ".join(f"{stage} {seconds:.3f}" for stage, seconds in spent.items())
+    return f"  wall time {sum(spent.values()):.3f} s: {stages}"
+
+
 def _link(link: Mapping[str, Any]) -> str:
     """Return the line of a link."""
     several = f" ({link['pieces']} pieces)" if link["pieces"] > 1 else ""

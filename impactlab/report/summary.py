@@ -25,6 +25,7 @@ from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, models_of
 from impactlab.scene.problem import Scene
 from impactlab.types import Relative
+from impactlab.wall_time import REFERENCE, spent_on
 
 SCHEMA_VERSION = 1
 PLAIN = (str, int, bool, type(None))  # types that a summary takes as they are
@@ -80,7 +81,8 @@ def summarise(
     """
     found, tolerance = None, history.method.tolerance
     if reference is not None:
-        found = errors(history, Reference(*reference), scene)
+        with spent_on(REFERENCE):
+            found = errors(history, Reference(*reference), scene)
         if tolerance is not None:
             set_measured_error(history, measured_error(found, Reference(*reference), tolerance.on))
     summary = {

@@ -25,6 +25,7 @@ from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.simulate.stepping.loop import advance_dated
 from impactlab.simulate.stepping.preparation import self_stepping
+from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
     from impactlab.simulate.stepping import located
@@ -58,7 +59,8 @@ ready = Recent(assembled, can_repeat)
 def run_adaptive(march: March, progress: Progress | None, began: float, with_warnings: bool) -> AbstractHistory:
     """Return the history of an adaptive run; raises `StepError` as `run` does."""
     set_up = clock.perf_counter()
-    history, system = march.run(progress), march.system
+    with spent_on("solving"):
+        history, system = march.run(progress), march.system
     solved = clock.perf_counter()
     if with_warnings:
         add_warnings(history)
@@ -101,39 +103,44 @@ def run(
         When a law fails, a number is not finite, or energy grows beyond the declared bound; carries the history so far.
     """
     began = clock.perf_counter()
-    plan, assembly = ready(scene, method)
+    with spent_on("set-up"):
+        plan, assembly = ready(scene, method)
     if plan.march is not None:
         check_rates(scene, scene.records / scene.duration)
         return run_adaptive(plan.march, progress, began, with_warnings)
     if plan.integrator is None or assembly is None:
         exact = solve(scene, method, progress=progress, begun=begun)
-        exact.warnings.extend(plan.warnings)
+        with spent_on("checks"):
+            exact.warnings.extend(plan.warnings)
         exact.integrator_used = False
         before = 0.0 if begun is None else begun.setup_s + begun.march_s
         exact.cost.setup_s = before + clock.perf_counter() - began - exact.cost.solve_s
         return exact
     if progress is not None:
         progress(0.0)
-    assembly = assembly.again() if assembly.can_repeat else assembly
-    if with_warnings:  # runs for a reference or for the choice measure nothing
-        check_rates(scene, 1.0 / (assembly.stride * assembly.dt))
-    history = RecordedHistory(assembly, plan.integrator)
-    history.warnings.extend(plan.warnings)
-    history.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
-    entered(loop.start, assembly.memory)
-    # Compiled here, so that the first run's solve time is that of the steps.
-    entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
+    with spent_on("set-up"):
+        assembly = assembly.again() if assembly.can_repeat else assembly
+        if with_warnings:  # runs for a reference or for the choice measure nothing
+            check_rates(scene, 1.0 / (assembly.stride * assembly.dt))
+        history = RecordedHistory(assembly, plan.integrator)
+        history.warnings.extend(plan.warnings)
+        history.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
+        entered(loop.start, assembly.memory)
+        # Compiled here, so that the first run's solve time is that of the steps.
+        entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
     history.cost.setup_s = clock.perf_counter() - began
     began = clock.perf_counter()
-    status = walk(assembly, history, progress)
-    history.finish()
+    with spent_on("solving"):
+        status = walk(assembly, history, progress)
+        history.finish()
     solved = clock.perf_counter()
-    if with_warnings:
-        add_warnings(history)
-    history.cost.solve_s, history.cost.checks_s = solved - began, clock.perf_counter() - solved
-    history.cost.steps = assembly.clock.step
-    history.cost.unknowns = sum(body.system.load.size for body in plan.built.values())
-    check_run(status, assembly, history)
+    with spent_on("checks"):
+        if with_warnings:
+            add_warnings(history)
+        history.cost.solve_s, history.cost.checks_s = solved - began, clock.perf_counter() - solved
+        history.cost.steps = assembly.clock.step
+        history.cost.unknowns = sum(body.system.load.size for body in plan.built.values())
+        check_run(status, assembly, history)
     return history
 
 
