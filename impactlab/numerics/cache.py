@@ -4,7 +4,9 @@ The name of a file holds a digest of the kernel: its bytecode, all functions and
 its compiler options, numba and the processor. The first bytes of the file are a digest of that identity and of its
 content. So a file that is stale, damaged, swapped for another or of another machine is not used.
 
-The files stand beside the source, or in a folder that all installations share where NUMBA_CACHE_DIR names one.
+The files of a checkout stand beside the source. Those of an installed package stand in the cache of the user, in a
+folder for each version, so that they outlive the installation: names and digests hold no path and no time of a file.
+NUMBA_CACHE_DIR names another folder, for all.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import contextlib
 import hashlib
 import os
 import pickle
+import sys
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -26,9 +29,12 @@ import numpy as np
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
 
+from impactlab import __version__
+
 DAY = 86400.0  # s; an older half-written file is removed
 DIGEST = 32  # bytes of a SHA-256
 SHORT = 16  # hexadecimal digits of a digest in a file name
+INSTALLED = {"site-packages", "dist-packages"}  # a folder in the path of an installed package
 FOREIGN = ("numba", "numpy", "math", "cmath", "builtins", "llvmlite", "ctypes")  # known by the version of numba
 # Errors in rebuilding a kernel whose checksum is right: it is then compiled again.
 FAULTS = (EOFError, pickle.UnpicklingError, ValueError, TypeError, AttributeError, ImportError, IndexError, KeyError)
@@ -158,13 +164,36 @@ class KernelFile:
         return self.folder / name, f"{self.base} {called} {self.fingerprint}".encode()
 
 
+def folder_of(module: str, source: Path, beside: Path) -> Path:
+    """Return the folder for the kernels of a module by its source; ``beside`` is the one that numba would take."""
+    shared = os.environ.get("NUMBA_CACHE_DIR")
+    if shared:
+        return Path(shared, "impactlab", module)
+    if not INSTALLED.intersection(source.parts):
+        return beside
+    try:
+        folder = user_cache() / "impactlab" / f"{__version__}-numba-{numba.__version__}" / module
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):  # no home, as in a container
+        return beside
+    return folder if os.access(folder, os.W_OK) else beside
+
+
+def user_cache() -> Path:
+    """Return the folder in which the user's programs keep what they can make again."""
+    if os.name == "nt":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+
+
 class KernelCache(Cache):  # type: ignore[misc] # numba has types in some versions
     """Numba's cache of one function, with our files."""
 
     def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
         super().__init__(function)
-        shared = os.environ.get("NUMBA_CACHE_DIR")  # one place for all installations, whatever their path
-        folder = Path(shared, "impactlab", function.__module__) if shared else Path(self._cache_path)
+        folder = folder_of(function.__module__, Path(function.__code__.co_filename), Path(self._cache_path))
         self._cache_file = KernelFile(folder, self._impl.filename_base, function, options)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import FunctionType
 
+import numba
 import numpy as np
 import pytest
 
-from impactlab.numerics.cache import KernelFile, fingerprint
+from impactlab import __version__
+from impactlab.numerics.cache import KernelFile, fingerprint, folder_of
 
 ROOT = Path(__file__).parents[2]
 KERNELS = """
@@ -144,8 +147,26 @@ def test_kernels_of_older_code_stay_on_disk_for_good(tmp_path: Path, kept: Kerne
     assert only(tmp_path).is_file()
 
 
-def started(*command: str, cwd: Path, seed: str = "0") -> subprocess.Popen[str]:
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(cwd), "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
+def test_kernels_of_an_installed_package_stand_in_a_folder_of_the_user_by_version(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setattr("impactlab.numerics.cache.user_cache", lambda: tmp_path)
+    beside = tmp_path / "__pycache__"
+    assert folder_of("a.b", tmp_path / "checkout" / "a" / "b.py", beside) == beside
+    homes = [tmp_path / env / "lib" / "site-packages" / "a" / "b.py" for env in ("old", "new")]
+    first, second = (folder_of("a.b", home, beside) for home in homes)
+    assert first == second == tmp_path / "impactlab" / f"{__version__}-numba-{numba.__version__}" / "a.b"
+    (tmp_path / "file").touch()
+    monkeypatch.setattr("impactlab.numerics.cache.user_cache", lambda: tmp_path / "file")  # no folder
+    assert folder_of("a.b", homes[0], beside) == beside
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "shared"))
+    assert folder_of("a.b", homes[0], beside) == tmp_path / "shared" / "impactlab" / "a.b"
+
+
+def started(*command: str, cwd: Path, seed: str = "0", **variables: str | None) -> subprocess.Popen[str]:
+    given = {"NUMBA_CACHE_DIR": str(cwd), "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT), **variables}
+    environment = {key: value for key, value in (os.environ | given).items() if value is not None}
     pipe = subprocess.PIPE
     return subprocess.Popen([sys.executable, *command], cwd=cwd, env=environment, stdout=pipe, stderr=pipe, text=True)
 
@@ -181,6 +202,30 @@ def test_two_cold_processes_disturb_each_other_and_a_bad_file_ends_the_next(tmp_
         path.unlink()
         path.mkdir()
     assert result(run()) == first
+
+
+@pytest.mark.slow
+def test_compiled_code_outlives_a_reinstall_of_the_same_version(tmp_path: Path) -> None:
+    home = tmp_path / "user"
+
+    def installed(environment: str) -> str:
+        """Install into another place, with another time of the file; return what a process there prints."""
+        packages = tmp_path / environment / "site-packages"
+        packages.mkdir(parents=True)
+        (packages / "kernels.py").write_text(KERNELS)
+        os.utime(packages / "kernels.py", (1e9, 1e9 + len(environment)))
+        cache: dict[str, str | None] = {"NUMBA_CACHE_DIR": None, "XDG_CACHE_HOME": str(home)}
+        printed = result(started("-m", "kernels", cwd=packages, **cache))
+        shutil.rmtree(packages)
+        return printed
+
+    first = installed("old")
+    files = sorted(home.rglob("__main__/*.nbc"))
+    assert len(files) >= 3
+    stamps = [path.stat().st_mtime_ns for path in files]
+    assert installed("another") == first
+    assert sorted(home.rglob("__main__/*.nbc")) == files
+    assert [path.stat().st_mtime_ns for path in files] == stamps  # nothing was compiled again
 
 
 @pytest.mark.slow
