@@ -1,0 +1,119 @@
+"""Granular chains: spheres by Hertz, the solitary wave as a fixed point and its tail, waves read from a run."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import impactlab as il
+from impactlab.errors import ImpactlabError
+from impactlab.granular import (
+    LONG_WAVE_FACTOR,
+    leading_wave,
+    solitary_wave,
+    sphere_mass,
+    sphere_stiffness,
+    wave_speed,
+)
+
+SOLVE = {"integrator": {"kind": "central_difference"}, "step": {"dt": 2e-7}}
+
+
+def test_spheres() -> None:
+    assert sphere_mass(5e-3, 7850.0) == pytest.approx(4.1102503884e-3)
+    equal = sphere_stiffness(210e9, 0.3, 5e-3, 5e-3)
+    assert equal == pytest.approx(210e9 * math.sqrt(2.0 * 5e-3) / (3.0 * 0.91), rel=1e-14)
+    assert sphere_stiffness(210e9, 0.3, 5e-3) == pytest.approx(math.sqrt(2.0) * equal, rel=1e-14)
+    # The compliances of two materials add up; that of a rigid one is nothing.
+    assert sphere_stiffness(210e9, 0.3, 5e-3, 5e-3, others=(1e40, 0.3)) == pytest.approx(2.0 * equal, rel=1e-14)
+    with pytest.raises(ImpactlabError, match="radius -1 is out of range"):
+        sphere_mass(-1.0, 7850.0)
+    with pytest.raises(ImpactlabError, match=r"poisson 0\.6 is out of range"):
+        sphere_stiffness(210e9, 0.6, 5e-3)
+
+
+def test_the_factor_of_the_discrete_chain_and_of_the_long_wave() -> None:
+    wave = solitary_wave()
+    assert wave.factor == pytest.approx(0.9055, abs=5e-5)  # as published
+    assert wave.factor == pytest.approx(solitary_wave(points=1024).factor, rel=1e-14)
+    assert wave.residual < 1e-14
+    assert pytest.approx(0.8944, abs=5e-5) == LONG_WAVE_FACTOR
+    assert wave_speed(7.7e9, 4.1e-3, 213.0) == pytest.approx(
+        wave.factor * math.sqrt(7.7e9 ** (2 / 3) * 213.0 ** (1 / 3) / 4.1e-3), rel=1e-14
+    )
+
+
+def test_the_wave_obeys_its_equation_in_plain_sums() -> None:
+    """The convolution with the tent once more, by the trapezoidal rule and the term of order h^2 of its three kinks."""
+    wave = solitary_wave()
+    h, per_bead = wave.s[1] - wave.s[0], 256
+    offsets = np.arange(-per_bead, per_bead + 1)
+    tent = h * (1.0 - np.abs(offsets) / per_bead)
+    force = np.maximum(wave.overlap, 0.0) ** 1.5
+    again = np.convolve(force, tent, mode="same")
+    again += h * h / 12.0 * (np.roll(force, per_bead) - 2.0 * force + np.roll(force, -per_bead))
+    assert again == pytest.approx(wave.overlap, abs=1e-11)
+
+
+def test_the_tail_falls_doubly_exponentially() -> None:
+    """Ahead by one bead the overlap is the power 3/2 of that before, times a slowly varying factor."""
+    wave = solitary_wave()
+    at = [float(np.interp(s, wave.s, wave.overlap)) for s in (1.5, 2.5, 3.0, 3.5)]
+    logs = np.log(at)
+    assert logs[1] / logs[0] > 1.5
+    assert at[3] < 1e-5
+    assert logs[3] < 1.4 * logs[1]
+
+
+def test_the_linear_limit_has_no_solitary_wave() -> None:
+    for exponent in (1.0, math.nan, 6.0):
+        with pytest.raises(ImpactlabError, match=r"is out of range\. Allowed: 1\.1 to 5"):
+            solitary_wave(exponent)
+    assert solitary_wave(3.0).factor < solitary_wave(1.5).factor
+
+
+def test_a_wave_is_read_between_the_records() -> None:
+    mass, stiffness = 4e-3, 7.7e9
+    chain = {
+        "bodies": {"striker": il.Mass(mass, velocity=1.0), "bead": il.Mass(mass, repeat=24)},
+        "contacts": [il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": stiffness})],
+    }
+    history = il.run(il.Case.from_dict({**chain, "solve": {**SOLVE, "duration": 4e-4}}))
+    wave = leading_wave(history, [contact.name for contact in history.scene.contacts][:-4])
+    assert wave.speed(10, -1) == pytest.approx(wave_speed(stiffness, mass, float(wave.forces[15])), rel=1e-4)
+    with pytest.raises(ImpactlabError, match="has no largest value within the run"):
+        leading_wave(history, until=1e-5)
+    with pytest.raises(ImpactlabError, match=r"there is no contact 'a\|b'"):
+        leading_wave(history, ["a|b"])
+
+
+masses = st.lists(st.floats(1e-3, 1e-2), min_size=3, max_size=12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(masses=masses, speed=st.floats(0.05, 5.0), exponent=st.floats(1.2, 3.0), gap=st.floats(0.0, 1e-6))
+def test_random_chains_keep_energy_and_momentum_and_mirror(
+    masses: list[float], speed: float, exponent: float, gap: float
+) -> None:
+    n = len(masses)
+    stiffness = 1e9 * 1e-5 ** (1.5 - exponent)  # so that overlaps of 10 um give like forces
+    law = {"kind": "hertz", "stiffness": stiffness, "exponent": exponent}
+    solve = {"duration": 3e-4, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}}
+
+    def run(order: list[float], velocities: list[float]) -> np.ndarray:
+        beads = il.Mass({"each": order}, velocity={"each": velocities}, repeat=n)  # type: ignore[arg-type]
+        case = il.Case(bodies={"bead": beads}, contacts=[il.Chain(["bead"], law, gap=gap)], solve=solve)
+        history = il.run(case)
+        ends = [history.evaluate([0.0, history.duration], f"momentum:bead_{i}") for i in range(1, n + 1)]
+        before, after = np.sum(ends, axis=0)
+        assert after == pytest.approx(before, rel=1e-12, abs=1e-15 * n)
+        assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-9
+        return np.array([end[1] for end in ends])
+
+    struck = [speed, *([0.0] * (n - 1))]
+    mirrored = run(masses[::-1], [-each for each in struck[::-1]])
+    assert -mirrored[::-1] == pytest.approx(run(masses, struck), abs=1e-9 * masses[0] * speed)
