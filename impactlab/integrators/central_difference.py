@@ -16,6 +16,7 @@ from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import multiply
 from impactlab.numerics.compiling import UNPACK
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, LOADED, LOAD = range(8)
@@ -29,10 +30,36 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, 
     They are load, gain dt/(M + dt C/2), chain of springs (n + 1,), share kept of v, ground, mass, and the runs of
     the chain or wide bands.
     """
-    n, arrays = int(parameters[N]), parameters[LOAD:]
-    chain = arrays[2 * n : 3 * n + 1]
-    rest = arrays[3 * n + 1 :]
-    return arrays[:n], arrays[n : 2 * n], chain, rest[:n], rest[n : 2 * n], rest[2 * n : 3 * n], rest[3 * n :]
+    n = int(parameters[N])
+    keep, rest = LOAD + 3 * n + 1, LOAD + 6 * n + 1
+    return (
+        window(parameters, LOAD, n),
+        window(parameters, LOAD + n, n),
+        window(parameters, LOAD + 2 * n, n + 1),
+        window(parameters, keep, n),
+        window(parameters, keep + n, n),
+        window(parameters, keep + 2 * n, n),
+        window(parameters, rest, parameters.size - rest),
+    )
+
+
+@UNPACK
+def add_rare(parameters: Array, u: Array, v: Array) -> None:
+    """Change the velocities by what few bodies have: dampers, springs to the ground, loads, centrifugal forces."""
+    n, soft = int(parameters[N]), parameters[SOFT]
+    load, gain, _, keep, ground, mass, _ = split(parameters)
+    if parameters[DAMPED] != 0.0:
+        for i in range(n):
+            v[i] *= keep[i]
+    if parameters[GROUNDED] != 0.0:
+        for i in range(n):
+            v[i] -= gain[i] * ground[i] * u[i]
+    if parameters[LOADED] != 0.0:
+        for i in range(n):
+            v[i] += gain[i] * load[i]
+    if soft != 0.0:
+        for i in range(n):
+            v[i] += soft * gain[i] * mass[i] * u[i]
 
 
 @UNPACK
@@ -59,20 +86,10 @@ def free(parameters: Array, state: Array) -> None:
         state[1] += parameters[LOAD + 1] * parameters[LOAD] + soft * dt * state[0]
         state[0] += dt * state[1]
         return
-    load, gain, chain, keep, ground, mass, rest = split(parameters)
-    u, v = state[:n], state[n : 2 * n]
-    if damped != 0.0:
-        for i in range(n):
-            v[i] *= keep[i]
-    if grounded != 0.0:
-        for i in range(n):
-            v[i] -= gain[i] * ground[i] * u[i]
-    if loaded != 0.0:
-        for i in range(n):
-            v[i] += gain[i] * load[i]
-    if soft != 0.0:
-        for i in range(n):
-            v[i] += soft * gain[i] * mass[i] * u[i]
+    u, v = window(state, 0, n), window(state, n, n)
+    if damped != 0.0 or grounded != 0.0 or loaded != 0.0 or soft != 0.0:
+        add_rare(parameters, u, v)
+    _, gain, chain, _, _, _, rest = split(parameters)
     if bandwidth == 1 and n > 1:
         step_chain(rest, gain, chain, dt, u, v)
         return
@@ -85,7 +102,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write the energy that leapfrog conserves, v M v/2 + u_old K u/2 [J], and its work of the load [J]."""
     n, bandwidth, dt = int(parameters[N]), int(parameters[BANDWIDTH]), parameters[DT]
     load, _, chain, _, ground, mass, bands = split(parameters)
-    u, v = state[:n], state[n : 2 * n]
+    u, v = window(state, 0, n), window(state, n, n)
     energy, work = 0.0, 0.0
     if parameters[SOFT] != 0.0:
         for i in range(n):

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.numerics.compiling import HELPER
+from impactlab.numerics.compiling import HELPER, UNPACK
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 MIN_RUN = 8  # nodes: a shorter run of equal ones takes as long node by node
@@ -60,17 +61,19 @@ def pass_each(count: int, gain: Array, chain: Array, dt: float, before: float, u
     return before
 
 
-@HELPER
+@UNPACK
 def step_chain(runs: Array, gain: Array, chain: Array, dt: float, u: Array, v: Array) -> None:
     """Step a chain of springs, tied to the ground at both ends: v += dt M^-1 (-K u), then u += dt v."""
     last = u.size - 1
     before, done = 0.0, 0
     for run in range(runs.size // 2):
         count, factor = int(runs[2 * run]), runs[2 * run + 1]
+        x, rate = window(u, done, count + 1), window(v, done, count)
         if factor != 0.0:
-            before = pass_uniform(count, factor, dt, before, u[done:], v[done:])
+            before = pass_uniform(count, factor, dt, before, x, rate)
         else:
-            before = pass_each(count, gain[done:], chain[done:], dt, before, u[done:], v[done:])
+            given, springs = window(gain, done, count), window(chain, done, count + 1)
+            before = pass_each(count, given, springs, dt, before, x, rate)
         done += count
     v[last] += gain[last] * (chain[last] * (before - u[last]) - chain[last + 1] * u[last])
     u[last] += dt * v[last]

@@ -31,7 +31,8 @@ from numba.extending import intrinsic
 
 from impactlab.errors import PluginError
 from impactlab.numerics.cache import FOREIGN, cache_of, is_kept
-from impactlab.numerics.pointers import VECTOR, by_pointers, form_of, pointed
+from impactlab.numerics.pointers import by_pointers, form_of, pointed
+from impactlab.numerics.windows import VECTOR
 from impactlab.types import Port, Reply, Side
 from impactlab.wall_time import COMPILING, LOADING, spent_on
 

@@ -7,42 +7,42 @@ calls kernels in every step, so that these take a pointer and a size per array, 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, cast
+from typing import Any
 
 import numba
 from numba import types
 
-VECTOR = types.float64[::1]
+from impactlab.numerics.windows import VECTOR, array_at
+
 pointer_to: Any = types.CPointer
 POINTER = pointer_to(types.float64)
-carray = cast(Any, numba).carray
 Kernel = Callable[..., None]
 
 
 def _vv(kernel: Kernel) -> Kernel:
     def by_pointers(a: Any, n_a: int, b: Any, n_b: int) -> None:
-        kernel(carray(a, (n_a,)), carray(b, (n_b,)))
+        kernel(array_at(a, n_a), array_at(b, n_b))
 
     return by_pointers
 
 
 def _vvv(kernel: Kernel) -> Kernel:
     def by_pointers(a: Any, n_a: int, b: Any, n_b: int, c: Any, n_c: int) -> None:
-        kernel(carray(a, (n_a,)), carray(b, (n_b,)), carray(c, (n_c,)))
+        kernel(array_at(a, n_a), array_at(b, n_b), array_at(c, n_c))
 
     return by_pointers
 
 
 def _vvvv(kernel: Kernel) -> Kernel:
     def by_pointers(a: Any, n_a: int, b: Any, n_b: int, c: Any, n_c: int, d: Any, n_d: int) -> None:
-        kernel(carray(a, (n_a,)), carray(b, (n_b,)), carray(c, (n_c,)), carray(d, (n_d,)))
+        kernel(array_at(a, n_a), array_at(b, n_b), array_at(c, n_c), array_at(d, n_d))
 
     return by_pointers
 
 
 def _vf(kernel: Kernel) -> Kernel:
     def by_pointers(a: Any, n_a: int, x: float) -> None:
-        kernel(carray(a, (n_a,)), x)
+        kernel(array_at(a, n_a), x)
 
     return by_pointers
 

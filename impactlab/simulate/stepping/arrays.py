@@ -55,6 +55,8 @@ class FaceRecord(ctypes.Structure):
     few: int  # entries of the state that a force changes, where they are at most `FEW`; else -1
     index: Annotated[Integers, FEW]  # which, and by how much per force
     per_force: Annotated[Numbers, FEW]
+    u_at: int  # entries of the state that are its displacement and velocity; -1 where they are sums over several
+    v_at: int
     sign: float  # direction of the push: -1 left, +1 right
     u: float  # m, at the start of the step
     v: float  # m/s

@@ -40,7 +40,15 @@ from impactlab.simulate.stepping.arrays import (
     SnapshotRecord,
     StepArrays,
 )
-from impactlab.simulate.stepping.packing import Coordinates, dashpots, flat, jumps_and_loads, responses_of, sparse
+from impactlab.simulate.stepping.packing import (
+    Coordinates,
+    alone,
+    dashpots,
+    flat,
+    jumps_and_loads,
+    responses_of,
+    sparse,
+)
 from impactlab.simulate.stepping.pairs import find_pairs
 from impactlab.simulate.stepping.preparation import (
     BuiltBody,
@@ -112,6 +120,9 @@ class Assembly:
         per_contact = 1024 if located or len(scene.contacts) <= MANY else 16
         self.events, events = records(EventRecord, max(MIN_EVENTS, per_contact * len(scene.contacts)))
         faces, pushes = self._faces_and_pushes()
+        entries = alone(row_start, row_index, row_value)[: 2 * len(self.faces)].reshape(2, -1)
+        for face, u_at, v_at in zip(self.faces, *entries.tolist(), strict=True):
+            face.u_at, face.v_at = (-1, -1) if phased or min(u_at, v_at) < 0 else (u_at, v_at)
         loads, load_times, load_forces = self._loads()
         candidates = find_pairs(self.faces, self.contacts, plan.pushes, self._read_on(steppers, row_start, row_index))
         n_contacts = len(scene.contacts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import (
     FEW,
     LAYERS,
@@ -24,10 +25,11 @@ NO_EFFECT = 1e-20  # of a contact's effect on its own faces
 def row_times_state(m: StepArrays, row: int) -> float:
     """Return a sparse row times the state; contiguous entries, as of modes, are read without an index."""
     begin, end = m.row_start[row], m.row_start[row + 1]
+    if end - begin == 1:
+        return float(m.row_value[begin] * m.state[m.row_index[begin]])
     total = 0.0
-    if end - begin > 1 and m.row_index[end - 1] - m.row_index[begin] == end - begin - 1:
-        first = m.row_index[begin]
-        values, state = m.row_value[begin:end], m.state[first : first + end - begin]
+    if end > begin and m.row_index[end - 1] - m.row_index[begin] == end - begin - 1:
+        values, state = window(m.row_value, begin, end - begin), window(m.state, m.row_index[begin], end - begin)
         for i in range(values.size):
             total += values[i] * state[i]
         return total

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, INLINE, PART
+from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import SAMPLED, StepArrays
 from impactlab.simulate.stepping.contact_solve import effect_of, evaluate_law, solve_contacts
 from impactlab.simulate.stepping.end_loads import apply_loads, book_loads, read_loads
@@ -97,17 +98,19 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
     """Take the free step of all bodies, under their loads, and read the faces at its end."""
     for number in range(len(m.bodies)):
         body = m.bodies[number]
-        parameters = m.parameters[body.parameter_start : body.parameter_end]
-        call(body.free, parameters, m.state[body.state_start : body.state_end])
+        parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
+        call(body.free, parameters, window(m.state, body.state_start, body.state_end - body.state_start))
     if len(m.loads) > 0:
         apply_loads(m, time, dt)
     if m.clock[0].changes != 0:
         rewrite_columns(m)
     n_faces = len(m.faces)
     for number in range(n_faces):
-        if m.faces[number].moves != 0:
-            m.faces[number].free_u = row_times_state(m, number)
-            m.faces[number].free_v = row_times_state(m, n_faces + number)
+        face = m.faces[number]
+        if face.u_at >= 0:
+            face.free_u, face.free_v = m.state[face.u_at], m.state[face.v_at]
+        elif face.moves != 0:
+            face.free_u, face.free_v = row_times_state(m, number), row_times_state(m, n_faces + number)
     if len(m.pushes) > 0:
         pushed_values(m, True)
 
@@ -116,7 +119,7 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
 def add_responses(m: StepArrays, state_start: int, start: int, factor: float, low: int, high: int) -> None:
     """Add a factor times a range of a response to a body's state; a long one in vector registers."""
     if high - low > MIN_VECTOR:
-        state, response = m.state[state_start + low : state_start + high], m.responses[start + low : start + high]
+        state, response = window(m.state, state_start + low, high - low), window(m.responses, start + low, high - low)
         for i in range(state.size):
             state[i] += factor * response[i]
         return
@@ -132,6 +135,24 @@ def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
     start = body.response_start + (kind * body.n_ports + face.place) * (body.state_end - body.state_start)
     for part in range(3 * kind, 3 * kind + 3):
         add_responses(m, body.state_start, start, face.sign * given, face.low[part], face.high[part])
+
+
+@INLINE
+def read_faces(m: StepArrays) -> None:
+    """Read the faces at the end of the step, with all contact forces: from the state, or by their influence."""
+    for number in range(len(m.faces)):
+        face = m.faces[number]
+        if face.u_at >= 0:
+            face.u, face.v = m.state[face.u_at], m.state[face.v_at]
+            continue
+        if face.moves == 0:
+            continue
+        u, v, contact = face.free_u, face.free_v, m.contacts[number // 2]
+        for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
+            other = m.contacts[m.coupled[pair]]
+            u += effect_of(m, pair, number % 2, 0, other)
+            v += effect_of(m, pair, number % 2, 1, other)
+        m.faces[number].u, m.faces[number].v = u, v
 
 
 @INLINE
@@ -158,16 +179,7 @@ def correct(m: StepArrays) -> None:
         push = record.weight * m.contacts[record.contact].push
         for part in range(3):
             add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
-    for number in range(len(m.faces)):
-        if m.faces[number].moves == 0:
-            continue
-        u, v = m.faces[number].free_u, m.faces[number].free_v
-        contact = m.contacts[number // 2]
-        for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
-            other = m.contacts[m.coupled[pair]]
-            u += effect_of(m, pair, number % 2, 0, other)
-            v += effect_of(m, pair, number % 2, 1, other)
-        m.faces[number].u, m.faces[number].v = u, v
+    read_faces(m)
     if m.clock[0].changes != 0:
         read_again(m)
 
@@ -208,11 +220,11 @@ def sample_energies(m: StepArrays) -> bool:
     finite = True
     for number in range(len(m.bodies)):
         body = m.bodies[number]
-        parameters = m.parameters[body.parameter_start : body.parameter_end]
+        parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
         m.scratch[2] = 0.0
-        call(body.measure, parameters, m.state[body.state_start : body.state_end], m.scratch)
+        call(body.measure, parameters, window(m.state, body.state_start, body.state_end - body.state_start), m.scratch)
         momentum, first = m.scratch[2], body.state_start + body.n_dof
-        row, velocity = m.momentum[first : first + body.n_dof], m.state[first : first + body.n_dof]
+        row, velocity = window(m.momentum, first, body.n_dof), window(m.state, first, body.n_dof)
         for i in range(row.size):
             momentum += row[i] * velocity[i]
         m.sample[n, SAMPLED + 3 * number] = m.scratch[0]
@@ -263,6 +275,8 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
     The clock carries everything that continues from one call to the next, so that no bit depends on the chunks.
     """
     clock = m.clock[0]
+    # Counted down: a division in every step takes as long as three nodes.
+    to_record, to_sample = stride - clock.step % stride, sample_stride - clock.step % sample_stride
     while clock.step < last_step:
         if clock.n_records + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
             return RECORDS_FULL
@@ -277,10 +291,15 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
         write_events(m, time, dt)
         book_step(m, dt, end)
         clock.step += 1
-        if clock.step % stride == 0 or clock.step == clock.steps:
+        to_record -= 1
+        to_sample -= 1
+        if to_record == 0 or clock.step == clock.steps:
             write_record(m)
-        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample_energies(m):
-            return NOT_FINITE
+            to_record = stride
+        if to_sample == 0 or clock.step == clock.steps:
+            if not sample_energies(m):
+                return NOT_FINITE
+            to_sample = sample_stride
     return DONE
 
 

@@ -58,6 +58,15 @@ def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None =
     return np.array(starts, np.int64), np.concatenate(indices), np.concatenate(values)
 
 
+def alone(starts: Ints, indices: Ints, values: Floats) -> Ints:
+    """Return, of sparse rows, which entry of the state each is; -1 where it is more than that entry, or none."""
+    entries = np.full(starts.size - 1, -1)
+    single = np.flatnonzero(np.diff(starts) == 1)
+    single = single[values[starts[single]] == 1.0]
+    entries[single] = indices[starts[single]]
+    return entries
+
+
 def responses_of(stepper: Stepper) -> tuple[Array, Array, Array]:
     """Return the responses of a body's ports to forces, impulses and projections, (n_ports, n_state) each."""
     return stepper.force_response, stepper.impulse_response, stepper.projection_response
