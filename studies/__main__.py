@@ -24,6 +24,7 @@ STUDIES = {
     "cases": "studies.cases",
     "dispersive": "studies.beams.dispersive",
     "first_force": "studies.beams.first_force",
+    "granular": "studies.granular",
     "hard": "studies.hard",
     "hopkinson": "studies.hopkinson",
     "how_sure": "studies.how_sure",

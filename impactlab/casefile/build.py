@@ -26,6 +26,7 @@ from impactlab.scene.bodies import Body, ElasticBody, Mass, PartMechanism, Wall
 from impactlab.scene.method import Method, Simulation, StepRule, Tolerance
 from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import check_scales
+from impactlab.scene.sizes import default_records
 from impactlab.types import Relative
 
 DEFAULT_INTEGRATOR = {"kind": "newmark"}
@@ -91,6 +92,8 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
         metrics=tuple(dict.fromkeys(case.metrics)),
         round_trip=round_trip,
     )
+    if "records" not in case.solve.model_fields_set:
+        scene = dataclasses.replace(scene, records=default_records(scene, scene.records))
     check_scales(scene)
     return Simulation(scene, _method(case, laws, models, registry))
 

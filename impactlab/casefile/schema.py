@@ -180,7 +180,9 @@ class SolveBlock(Block):
         default="dated", description="dated: whole steps, times interpolated; located: steps are cut at events"
     )
     records: Records = Field(
-        default=RECORDS, description="instants kept; of more steps every second, third ... is kept, events all"
+        default=RECORDS,
+        description="instants kept; of more steps every second, third ... is kept, events all; of more than some 350 "
+        "bodies as many as 0.9 GB hold if not given",
     )
 
 

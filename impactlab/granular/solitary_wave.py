@@ -48,7 +48,7 @@ class SolitaryWave:
     @property
     def force(self) -> Array:
         """Force of a contact over its largest, (points,)."""
-        return np.asarray((self.overlap / self.largest) ** self.exponent)
+        return np.asarray((np.maximum(self.overlap, 0.0) / self.largest) ** self.exponent)
 
 
 @lru_cache(maxsize=16)

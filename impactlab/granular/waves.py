@@ -87,4 +87,6 @@ def _largest(history: AbstractRecordedHistory, contact: str, until: float) -> tu
     slope, bend = 0.5 * (after - before), after - 2.0 * top + before
     shift = -slope / bend if bend < 0.0 else 0.0
     step = float(channel.times[at + 1] - channel.times[at - 1]) / 2.0
-    return float(channel.times[at]) + shift * step, top + 0.5 * slope * shift
+    # Of a run with more steps than records the latter are means over several.
+    kept = max((span.peak_force or 0.0 for span in history.spans(contact) if span.start <= until), default=0.0)
+    return float(channel.times[at]) + shift * step, max(top + 0.5 * slope * shift, kept if until == math.inf else 0.0)

@@ -30,6 +30,7 @@ from impactlab.refine.reference import (
 from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Method, Simulation, laws_of, theories
 from impactlab.scene.problem import RECORDS, Scene
+from impactlab.scene.sizes import default_records
 
 MAX_RATIO = 10.0  # of the predicted seconds of a reference to those of the run, up to which it is computed unasked
 # Seconds, measured on the cases of the suite by the time of the processor.
@@ -90,7 +91,7 @@ def reference_s(scene: Scene, method: Method) -> Outlook:
 
 def converged_s(scene: Scene, method: Method) -> Outlook:
     """Return the predicted seconds of a converged reference."""
-    asked = Simulation(scene, method).but(records=RECORDS, frames=())
+    asked = Simulation(scene, method).but(records=default_records(scene, RECORDS), frames=())
     found = list(descriptions_of(asked))
     if not found or all(least_s(each) > FIRST_SHARE * FULL_BUDGET_S for each in found):
         return Outlook("none")

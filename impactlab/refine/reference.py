@@ -21,6 +21,7 @@ from impactlab.refine.serving import has_unique_solution, stepped
 from impactlab.scene.facts import beams_of, changes
 from impactlab.scene.method import Method, Simulation, is_relative, laws_of, modelled, models_of, theories
 from impactlab.scene.problem import RECORDS, Scene
+from impactlab.scene.sizes import default_records
 
 # Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, its exact links and
 # cushions, linear between changes of branch, and the converged solution.
@@ -120,7 +121,7 @@ _kept: OrderedDict[Any, Reference | None] = OrderedDict()
 
 def converged(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Reference | None:
     """Return the better of two independent descriptions refined until their error is known, or None."""
-    asked = Simulation(dataclasses.replace(scene, records=RECORDS, frames=()), method)
+    asked = Simulation(dataclasses.replace(scene, records=default_records(scene, RECORDS), frames=()), method)
     key = (physics_key(*asked), budget)
     try:
         if key in _kept:

@@ -10,6 +10,7 @@ import dataclasses
 import math
 import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from impactlab.errors import CaseError
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
 
 MEMORY = 2e9  # bytes
 BUILT = 0.1  # of it, for the matrices and steppers of all bodies
+ASKED = 1e8  # bytes, from which the machine is asked for what it has free
 FRAMES = 0.1  # of it, for the states at the frames of a run
 CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
+FEWEST = 100  # records of a run
 NUMBER = 8.0  # bytes
 
 
@@ -40,6 +43,21 @@ def memory_limit() -> float:
     return limit
 
 
+def available_memory() -> float | None:
+    """Return the bytes that the machine has free; None where it does not say."""
+    try:
+        with Path("/proc/meminfo").open(encoding="ascii") as stream:
+            for line in stream:
+                if line.startswith("MemAvailable:"):
+                    return 1024.0 * float(line.split()[1])
+    except (OSError, ValueError, IndexError):
+        pass
+    try:
+        return float(os.sysconf("SC_AVPHYS_PAGES")) * float(os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
 def check_memory(numbers: float, text: str, path: str, remedy: str, share: float = BUILT) -> None:
     """Raise `CaseError` where numbers of 8 bytes exceed a share of the memory.
 
@@ -53,6 +71,13 @@ def check_memory(numbers: float, text: str, path: str, remedy: str, share: float
             "IMPACTLAB_MEMORY, in bytes.",
             path=path,
         )
+    if needed > ASKED and (free := available_memory()) is not None and needed > share * free:
+        raise CaseError(
+            f"{text} take about {in_bytes(needed)}, and this machine has {in_bytes(free)} free. Allowed: "
+            f"{in_bytes(share * free)}",
+            remedy=f"{remedy} Or end other programs.",
+            path=path,
+        )
 
 
 def in_bytes(count: float) -> str:
@@ -63,13 +88,28 @@ def in_bytes(count: float) -> str:
     return f"{count / 1e3:.3g} kB"
 
 
+def columns_of(scene: Scene) -> int:
+    """Return how many numbers a record holds: time, six of each contact, probes, position and velocity of masses."""
+    masses = sum(len(body.recorded) for body in scene.bodies.values())
+    return 1 + 6 * len(scene.contacts) + len(scene.recorded_probes) + masses
+
+
+def default_records(scene: Scene, most: int) -> int:
+    """Return the instants kept where a case does not say: ``most``, of many bodies as many as half the limit holds.
+
+    The limit is that of 2 GB, whatever ``IMPACTLAB_MEMORY`` says, so that the same case keeps the same.
+    """
+    room = 0.5 * (1.0 - BUILT) * MEMORY / (2.0 * NUMBER * columns_of(scene))
+    return max(FEWEST, min(most, int(room)))
+
+
 def check_records(scene: Scene, steps: float, more: int = 0) -> None:
     """Raise `CaseError` where the records of a run are too large; ``more`` numbers are recorded beside channels."""
-    columns = 1.0 + 6.0 * len(scene.contacts) + len(scene.recorded_probes) + more
+    columns = columns_of(scene) + more
     kept = min(steps, float(scene.records)) + 1.0
-    check_memory(
-        2.0 * kept * columns, f"{kept:.3g} records of {columns:g} numbers", "solve.records", "Give fewer.", 1.0 - BUILT
-    )
+    fitting = int((1.0 - BUILT) * memory_limit() / (2.0 * NUMBER * columns))
+    remedy = f"Give {fitting} or fewer." if fitting >= FEWEST else "Give fewer bodies, contacts or probes."
+    check_memory(2.0 * kept * columns, f"{kept:.3g} records of {columns} numbers", "solve.records", remedy, 1.0 - BUILT)
 
 
 def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:

@@ -192,6 +192,8 @@ def prepare(scene: Scene, method: Method) -> Plan:
         unused = () if method.integrator is None else (UNUSED,)
         return Plan(scene, method, method, None, 0, {}, {}, (), (), None, unused)
     check_bodies(scene, method)
+    if method.step.dt is not None and not isinstance(method.integrator, AbstractAdaptive):
+        check_records(scene, math.ceil(scene.duration / method.step.dt - 1e-9))  # before thousands of bodies are built
     built = build_bodies(scene, method)
     own = self_stepping(built)
     stepped = is_stepped(scene, own)

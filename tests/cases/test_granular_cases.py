@@ -59,7 +59,7 @@ def test_the_wave_has_the_speed_of_the_discrete_chain() -> None:
 
 @pytest.mark.slow
 def test_a_thousand_beads_hand_the_wave_on_unchanged() -> None:
-    history = il.run(case_of("solitary_wave").variant("thousand").with_("solve.records", 60000))
+    history = il.run(case_of("solitary_wave").variant("thousand"))
     wave = leading_wave(history, [contact.name for contact in history.scene.contacts][:-4])
     half = len(wave.forces) // 2
     assert np.ptp(wave.forces[half:]) < 1e-3 * wave.forces[-1]

@@ -234,3 +234,20 @@ def test_an_error_names_the_line_of_the_block(tmp_path: Path) -> None:
     with pytest.raises(CaseError) as refused:
         il.load_case(file)
     assert (refused.value.path, refused.value.line) == ("bodies.bead.mass", 8)
+
+
+def test_records_of_many_bodies_fit_into_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 10000 beads a record has 80000 numbers: kept are as many as half of the limit holds, unless the case says."""
+    many = {**BEADS, "bead": {**BEADS["bead"], "repeat": 10000, "mass": 1e-3}}
+    solve = {**SOLVE, "duration": 0.02}
+    assert made(bodies=many, solve=solve).scene().records == int(0.9e9 / 16 / (1 + 6 * 10001 + 2 * 10001))
+    assert made(solve=solve).scene().records == 20000
+    with pytest.raises(CaseError) as refused:
+        il.run(made(bodies=many, solve={**solve, "records": 20000}))
+    assert refused.value.path == "solve.records"
+    assert refused.value.text == "2e+04 records of 80009 numbers take about 25.6 GB. Allowed: 1.8 GB"
+    assert "Give 1406 or fewer." in refused.value.remedy
+    # The machine may have less than that limit.
+    monkeypatch.setattr("impactlab.scene.sizes.available_memory", lambda: 5e8)
+    with pytest.raises(CaseError, match=r"and this machine has 500 MB free\. Allowed: 450 MB"):
+        il.run(made(bodies=many, solve=solve))
