@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from impactlab.numerics.compiling import UNPACK
+from impactlab.numerics.compiling import LAW_PART, UNPACK
 from impactlab.types import Port, Reply
 
 # Parameters of the port.
@@ -73,7 +73,7 @@ def stress_in_step(port: Port, sign: float, force: float, slid: float) -> float:
     return flow_stress(port, (port.memory[SLID] + slid) / p[LENGTH], max(0.0, rate) / p[LENGTH])
 
 
-@UNPACK
+@LAW_PART
 def slid_in_step(port: Port, trial: float) -> float:
     """Return the way of the slider of a specimen in this step [m], for its elastic trial force.
 
@@ -144,7 +144,7 @@ def dashpot(port: Port, first: float, last: float) -> float:
     return p[DAMPING] * (p[CAPACITY] if p[CAPACITY] > 0.0 else 0.5 * (abs(first) + abs(last)))
 
 
-@UNPACK
+@LAW_PART
 def total_at(port: Port, overlap: float) -> float:
     """Return the force of the step [N] if it ends at an overlap.
 

@@ -44,12 +44,21 @@ def copied(function: Function) -> Function:
     return cast(Function, made)
 
 
+def called_plain(function: Function) -> Function:
+    """Return a function that compiled code calls, one body for all of its callers; from Python a plain function."""
+    made: Any = PART(function)
+    if made is not function:  # not with compilation switched off
+        made.__class__ = PlainFromPython
+    return cast(Function, made)
+
+
 # Of the step loop and the schemes: called from Python, called by compiled functions, copied into them, called by both.
 ENTRY: Decorator = kept(_nrt=False, fastmath=FAST)
 PART: Decorator = kept(_nrt=False, fastmath=FAST, **CALLED)
 INLINE: Decorator = njit(inline="always", _nrt=False, **CALLED)
 HELPER: Decorator = kept(_nrt=False, fastmath=FAST)
 UNPACK: Decorator = copied  # into kernels; from Python a plain function
+LAW_PART: Decorator = called_plain  # of a law: parts that are copied into each other grow with every level
 # Of the solution from event to event; parts that allocate need the runtime.
 EXACT_ENTRY: Decorator = kept(**EXACTLY)
 RELEASING_ENTRY: Decorator = kept(nogil=True, **EXACTLY)  # without the interpreter's lock
