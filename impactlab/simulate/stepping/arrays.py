@@ -204,6 +204,7 @@ class ClockRecord(ctypes.Structure):
     timed: float  # s, the step length that the steppers are prepared for
     recorded: float  # s, time of the last record
     changes: int  # 1 where the columns of a body change with its state
+    rare: int  # 1 where a step has more to read than faces: readings of laws, pushed rows, loads, dashpots
 
 
 class StepArrays(NamedTuple):

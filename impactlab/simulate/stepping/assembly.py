@@ -166,6 +166,8 @@ class Assembly:
             other_state=other_state,
             maps=maps,
         )
+        m = self.memory
+        self.clock.rare = int(any(map(len, (m.readings, m.pushes, m.loads, m.dampers))))
         arrays: Any = self.memory if COMPILED else ()
         small = COMPILED and sum(each.nbytes for each in arrays) <= MAX_COPIED
         self.can_repeat = small and all(law.compiled for law in laws_of(scene, plan.acting))  # whether `again` serves

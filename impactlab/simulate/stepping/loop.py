@@ -20,6 +20,7 @@ from impactlab.types import MEMORY
 
 # Status that `advance_dated` returns.
 DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4
+TWO = 2  # entries of the state that a force changes: a displacement and a velocity
 MIN_VECTOR = 8  # entries: in shorter ranges, setting up vector registers costs more than it saves
 SNAPSHOT_TOL = 1e-9  # of a step: a snapshot this little after its end is taken at its end (a multiple of dt is rounded)
 
@@ -34,9 +35,8 @@ def closed_phases(m: StepArrays) -> int:
 
 
 @INLINE
-def begin_step(m: StepArrays, end: float) -> None:
-    """Read the state at the start of a step: readings of laws, dashpots, snapshots."""
-    clock = m.clock[0]
+def read_rare(m: StepArrays) -> None:
+    """Read at the start of a step what few scenes have: readings of laws, pushed rows, loads, dashpots."""
     first_reading = 2 * len(m.faces)
     for number in range(len(m.readings)):
         value = row_times_state(m, first_reading + number)
@@ -53,6 +53,14 @@ def begin_step(m: StepArrays, end: float) -> None:
         damper.old = m.state[damper.index]
         if damper.other >= 0:
             damper.old -= m.state[damper.other]
+
+
+@INLINE
+def begin_step(m: StepArrays, end: float) -> None:
+    """Read the state at the start of a step, beside the faces, and take snapshots."""
+    clock = m.clock[0]
+    if clock.rare != 0:
+        read_rare(m)
     for number in range(clock.n_snapshots, len(m.snapshots)):
         if m.snapshots[number].time > end + SNAPSHOT_TOL * (end - clock.time):
             break
@@ -100,7 +108,8 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
         body = m.bodies[number]
         parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
         call(body.free, parameters, window(m.state, body.state_start, body.state_end - body.state_start))
-    if len(m.loads) > 0:
+    rare = m.clock[0].rare != 0
+    if rare and len(m.loads) > 0:
         apply_loads(m, time, dt)
     if m.clock[0].changes != 0:
         rewrite_columns(m)
@@ -111,7 +120,7 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
             face.free_u, face.free_v = m.state[face.u_at], m.state[face.v_at]
         elif face.moves != 0:
             face.free_u, face.free_v = row_times_state(m, number), row_times_state(m, n_faces + number)
-    if len(m.pushes) > 0:
+    if rare and len(m.pushes) > 0:
         pushed_values(m, True)
 
 
@@ -156,37 +165,50 @@ def read_faces(m: StepArrays) -> None:
 
 
 @INLINE
+def push_face(m: StepArrays, number: int, force: float) -> None:
+    """Add the response to a force at a face to the state of its body: two entries of a node or of a rigid body."""
+    face = m.faces[number]
+    push = face.sign * force
+    if face.few == TWO:
+        first, second = face.index[0], face.index[1]
+        if first >= 0 and second >= 0:  # always; known, it spares a check at each
+            m.state[first] += push * face.per_force[0]
+            m.state[second] += push * face.per_force[1]
+    elif face.few >= 0:
+        for entry in range(face.few):
+            m.state[face.index[entry]] += push * face.per_force[entry]
+    elif force != 0.0:
+        respond_to(m, number, 0, force)
+
+
+@INLINE
 def correct(m: StepArrays) -> None:
     """Add the responses to the forces, impulses, projections and pushes of the step to the state at its end."""
     for number in range(len(m.faces)):
-        contact, face = m.contacts[number // 2], m.faces[number]
-        if face.moves == 0:
+        contact = m.contacts[number // 2]
+        if m.faces[number].moves == 0:
             continue
-        if face.few >= 0:
-            push = face.sign * contact.force
-            for entry in range(face.few):
-                m.state[face.index[entry]] += push * face.per_force[entry]
-        elif contact.force != 0.0:
-            respond_to(m, number, 0, contact.force)
+        push_face(m, number, contact.force)
         if contact.impulse != 0.0:
             respond_to(m, number, 1, contact.impulse)
         if contact.projection != 0.0:
             respond_to(m, number, 2, contact.projection)
-    for number in range(len(m.pushes)):
-        record = m.pushes[number]
-        body = m.bodies[record.body]
-        start = body.response_start + record.place * (body.state_end - body.state_start)
-        push = record.weight * m.contacts[record.contact].push
-        for part in range(3):
-            add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
+    if m.clock[0].rare != 0:
+        for number in range(len(m.pushes)):
+            record = m.pushes[number]
+            body = m.bodies[record.body]
+            start = body.response_start + record.place * (body.state_end - body.state_start)
+            push = record.weight * m.contacts[record.contact].push
+            for part in range(3):
+                add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
     read_faces(m)
     if m.clock[0].changes != 0:
         read_again(m)
 
 
 @INLINE
-def book_step(m: StepArrays, dt: float, end: float) -> None:
-    """Book the losses of an accepted step, take snapshots, advance the clock."""
+def book_rare(m: StepArrays, dt: float) -> None:
+    """Book the work of loads and the losses of dashpots."""
     clock = m.clock[0]
     if len(m.loads) > 0:
         book_loads(m, dt)
@@ -201,6 +223,14 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
         else:
             clock.lost_ends += damper.damping * felt * felt / dt
         damper.before = moved
+
+
+@INLINE
+def book_step(m: StepArrays, dt: float, end: float) -> None:
+    """Book the losses of an accepted step, take snapshots, advance the clock."""
+    clock = m.clock[0]
+    if clock.rare != 0:
+        book_rare(m, dt)
     for number in range(clock.n_snapshots, len(m.snapshots)):
         if m.snapshots[number].time > end + SNAPSHOT_TOL * dt:
             break
