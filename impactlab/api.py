@@ -17,6 +17,7 @@ from impactlab.errors import DoubtfulResult, ImpactlabError, RunNote, RunWarning
 from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
+from impactlab.numerics.collector import collector_paused
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
@@ -159,7 +160,8 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
 def solve(scene: Scene, method: Method, progress: Progress | None = None) -> AbstractHistory:
     """Run a scene under a method, chosen automatically under a tolerance; issue no `RunWarning`."""
     if method.tolerance is None:
-        return driver.run(scene, method, progress)
+        with collector_paused(len(scene.bodies)):
+            return driver.run(scene, method, progress)
     with spent_on(CHOOSING):  # the run that is chosen is one of its trials
         return choice.run(scene, method, progress)
 

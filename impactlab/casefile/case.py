@@ -25,6 +25,7 @@ from impactlab.casefile.starter import case_named
 from impactlab.casefile.written import yaml_text
 from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.lazy import above
+from impactlab.numerics.collector import collector_paused
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import odd_speeds
@@ -307,22 +308,34 @@ def locate(document: Document, path: str) -> int | None:
     return document.lines.get(keys)
 
 
+def _checked_and_built(
+    name: str, file: str, data: dict[str, Any], registry: plugins.Registry
+) -> tuple[CaseBlock, Simulation]:
+    """Return the checked blocks of a case, written out, and its scene and method; raise with all faults found."""
+    try:
+        with folder_of(file):
+            checked = CaseBlock.model_validate(data)
+    except ValidationError as error:
+        fault = case_error(error, data, allowed=CaseBlock)
+        raise combined([fault, *part_faults(data, registry)]) from error
+    try:
+        check(checked, registry)
+        return checked, build(checked, name, registry)
+    except ImpactlabError as error:
+        raise combined([error, *part_faults(data, registry)]) from error
+
+
+def _length(bodies: Any) -> int:
+    return len(bodies) if isinstance(bodies, dict) else 0
+
+
 def _make(name: str, file: str, document: Document, registry: plugins.Registry) -> Case:
     origins = Origins()
     try:
         check_texts(document.data)
         data, origins = expand(document.data)
-        try:
-            with folder_of(file):
-                checked = CaseBlock.model_validate(data)
-        except ValidationError as error:
-            fault = case_error(error, data, allowed=CaseBlock)
-            raise combined([fault, *part_faults(data, registry)]) from error
-        try:
-            check(checked, registry)
-            built = build(checked, name, registry)
-        except ImpactlabError as error:
-            raise combined([error, *part_faults(data, registry)]) from error
+        with collector_paused(_length(data.get("bodies"))):
+            checked, built = _checked_and_built(name, file, data, registry)
     except ImpactlabError as error:
         origins.led_back(error)
         _placed(error, file, document)

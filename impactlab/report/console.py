@@ -87,8 +87,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     lines += _shortened(
         collisions, lambda each: f"  collision {sentence(each)}", "collisions", lambda each: each["impulse"]
     )
-    for name, body in summary["final"]["bodies"].items():
-        lines.append(f"  at end    {name}: " + ", ".join(_state(key, value) for key, value in body.items()))
+    lines += _at_end(summary["final"]["bodies"])
     for name, turn in summary.get("rotation", {}).items():
         facts = [f"{_number(turn[key])} {unit}{words}" for key, unit, words in STEADY if key in turn]
         unchecked = "; not checked: its momentum, which the centrifugal force changes"
@@ -212,6 +211,25 @@ def _shortened(
     first, last = entries[:FIRST_LINES], entries[-LAST_LINES:]
     rest = f"            ... {len(between)} more {name}{within} (all of them: --json)"
     return [*map(line, first), rest, *map(line, last)]
+
+
+def _at_end(bodies: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Return one line per body; of many the first and last ones, and the range of each quantity of those between."""
+
+    def line(name: str) -> str:
+        return f"  at end    {name}: " + ", ".join(_state(key, value) for key, value in bodies[name].items())
+
+    names = list(bodies)
+    if len(names) <= MAX_LINES:
+        return [line(name) for name in names]
+    between = names[FIRST_LINES : len(names) - LAST_LINES]
+    ranges = []
+    for key in dict.fromkeys(key for name in between for key in bodies[name]):
+        values = [value for name in between if isinstance(value := bodies[name].get(key), float)]
+        if values:
+            ranges.append(f", {key} {_number(min(values))} to {_number(max(values))}")
+    rest = f"            ... {len(between)} more bodies{''.join(ranges)} (all of them: --json)"
+    return [*map(line, names[:FIRST_LINES]), rest, *map(line, names[-LAST_LINES:])]
 
 
 def _options(options: Mapping[str, Any]) -> str:

@@ -21,12 +21,12 @@ SAME_PLACE = 1e-9  # of a segment: a contact this near to its end is on it
 
 def rods_of(scene: Scene) -> list[WaveBody]:
     """Return the bodies of a scene that move by the wave equation of rods."""
-    return [body.waves for body in scene.bodies.values() if body.waves is not None]
+    return list(scene.wave_bodies)
 
 
 def beams_of(scene: Scene) -> list[Beam]:
     """Return the beams of a scene."""
-    return beams_among(scene.bodies.values())
+    return beams_among(scene.elastic.values()) if scene.elastic else []
 
 
 def changes(scene: Scene) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from impactlab.scene.bodies import Body, ElasticBody
+from impactlab.scene.bodies import Body, ElasticBody, WaveBody
 from impactlab.scene.instrument import Instrument
 
 SAME_TIME = 1e-9  # of the duration: times of fields that are nearer to each other are the same
@@ -152,6 +152,11 @@ class Scene:
     def elastic(self) -> dict[str, ElasticBody]:
         """Bodies that deform and need a model, by name."""
         return {name: body.elastic for name, body in self.bodies.items() if body.elastic is not None}
+
+    @cached_property
+    def wave_bodies(self) -> tuple[WaveBody, ...]:
+        """Bodies that move by the wave equation of rods."""
+        return tuple(body.waves for body in self.bodies.values() if body.waves is not None)
 
     @property
     def recorded_probes(self) -> tuple[Probe, ...]:

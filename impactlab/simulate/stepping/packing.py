@@ -38,6 +38,8 @@ def dashpots(system: Operators) -> list[tuple[int, int, float, bool]]:
     v C v is the sum of c (v_i - v_j)^2 over the pairs, with c = -C_ij, and of the row sums times v_i^2. Of these row
     sums the dashpots at the ends are a part, the rest acts inside the body.
     """
+    if not system.damping.any() and system.ground_dashpots is None and system.end_dashpots is None:
+        return []
     ground, ends, found = system.dashpots_inside(), system.dashpots_at_ends(), []
     n_dof = ends.size
     for offset in range(1, system.damping.shape[0]):
@@ -51,7 +53,7 @@ def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None =
     """Return rows, each a shift into the state and a dense row, as starts, indices, values; without zeros."""
     starts, indices, values = [0], [np.zeros(0, np.int64)], [np.zeros(0)]
     for number, (shift, row) in enumerate(rows):
-        kept = np.flatnonzero(row if pattern is None else pattern[number])
+        kept = (row if pattern is None else pattern[number]).nonzero()[0]
         indices.append(kept + shift)
         values.append(row[kept])
         starts.append(starts[-1] + kept.size)

@@ -13,6 +13,9 @@ ReadOn = Mapping[str, Mapping[int, Sequence[Ints]]]
 """Entries of a body's state that its faces are read from, by name of the body and number of the face."""
 
 
+FEW = 4  # faces of a body that are compared one by one: the two of a bead in a chain of thousands
+
+
 def find_pairs(
     faces: Sequence[FaceRecord], contacts: Sequence[ContactRecord], pushes: Sequence[Push], read_on: ReadOn
 ) -> Ints:
@@ -37,6 +40,9 @@ def find_pairs(
             for contact in together:
                 found[contact] |= together
             continue
+        if len(read) <= FEW:
+            _add_few(found, faces, read)
+            continue
         numbers = np.array(list(read))
         changed = np.array([(faces[number].low[:], faces[number].high[:]) for number in read])
         for number, rows in read.items():
@@ -49,3 +55,14 @@ def find_pairs(
     for record, first, last in zip(contacts, bounds[:-1], bounds[1:], strict=True):
         record.first_pair, record.last_pair = first, last
     return np.array([other for each in lists for other in each], np.int64)
+
+
+def _add_few(found: list[set[int]], faces: Sequence[FaceRecord], read: Mapping[int, Sequence[Ints]]) -> None:
+    """Add the contacts that act on the faces of a body with few of them."""
+    changed = [(number // 2, list(zip(faces[number].low, faces[number].high, strict=True))) for number in read]
+    for number, rows in read.items():
+        for entries in rows:
+            if entries.size:
+                low, high = int(entries.min()), int(entries.max())
+                acts = (other for other, ranges in changed if any(a <= high and low < b for a, b in ranges))
+                found[number // 2].update(acts)

@@ -48,8 +48,13 @@ class Push(NamedTuple):
 
 def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
     """Return every body in its coordinates; raises `CaseError` where a model cannot serve one."""
-    built = {}
+    built: dict[str, BuiltBody] = {}
+    rigid: dict[tuple[float, float, bool], BuiltBody] = {}  # masses of a chain are mostly alike
     for name, body in scene.bodies.items():
+        alike = (body.rigid_mass, body.velocity, body.moves) if _is_plain(body) else None
+        if alike in rigid:
+            built[name] = rigid[alike]._replace(body=body)
+            continue
         with in_precision(f"the description of '{name}'", f"bodies.{name}", body):
             model = build_body(body, method.models, scene.gravity, faces_of(scene, name))
             if isinstance(model, AbstractSelfStepping):
@@ -62,7 +67,14 @@ def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
         check_finite(f"the matrices of '{name}'", f"bodies.{name}", body, *matrices)
         frequencies = np.array([system.highest_frequency, system.rule_frequency])
         check_finite(f"the highest frequency of '{name}'", f"bodies.{name}", body, frequencies)
+        if alike is not None:
+            rigid[alike] = built[name]
     return built
+
+
+def _is_plain(body: Body) -> bool:
+    """Return whether a body is rigid and moves along one line, so that mass and velocity describe it."""
+    return body.elastic is None and not body.changes and body.rotation is None and not body.loads
 
 
 def self_stepping(built: Mapping[str, BuiltBody]) -> frozenset[str]:
@@ -95,8 +107,13 @@ def prepare_steppers(
     pushed: dict[str, list[Push]] = {}
     for push in pushes:
         pushed.setdefault(push.body, []).append(push)
-    steppers = {}
+    steppers: dict[str, Stepper] = {}
+    rigid: dict[tuple[int, int], Stepper] = {}  # by description and number of faces, which are all alike
     for name, (body, model, system) in built.items():
+        alike = (id(system), len(scene.touching.get(name, ()))) if _is_plain(body) else None
+        if alike in rigid and name not in pushed:
+            steppers[name] = rigid[alike]
+            continue
         rows = [model.row(points[number][side].x, "displacement") for number, side in scene.touching.get(name, ())]
         rows += [model.row(push.x, push.quantity) for push in pushed.get(name, ())]
         loads = [(model.row(x, "displacement"), load) for x, load in body.loads]
@@ -116,6 +133,8 @@ def prepare_steppers(
         checked = stepper.parameters, stepper.state, stepper.force_response, stepper.impulse_response
         check_finite(subject, path, body, *checked)
         steppers[name] = stepper
+        if alike is not None and name not in pushed:
+            rigid[alike] = stepper
     return steppers
 
 
