@@ -180,6 +180,16 @@ class Noted(NamedTuple):
     text: str  # of the warning, with ``{count}``
 
 
+class PowerForce(NamedTuple):
+    """The force K d^n of an overlap d, with nothing remembered and nothing lost."""
+
+    stiffness: float  # K, N/m^n
+    exponent: float  # n
+    coarse: float = math.inf  # tangent stiffness times compliance of the faces, above which a step counts as coarse
+    most: float = math.inf  # the same, above which the law fails
+    counted: Noted | None = None  # the count of coarse steps
+
+
 class Restitution(NamedTuple):
     """Restitution of a law between rigid bodies, as given and as computed."""
 

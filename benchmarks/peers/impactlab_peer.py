@@ -91,7 +91,7 @@ def stepped(given: Simulation, outcome: Callable[[AbstractHistory], Found]) -> R
     assert plan.integrator is not None
     assembly = Assembly(plan, plan.integrator, plan.dt)
     history = RecordedHistory(assembly, plan.integrator)
-    entered(loop.start, assembly.memory)
+    entered(loop.start, assembly.memory, assembly.dt)
     entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
 
     def solve() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 from impactlab.errors import PairingError
-from impactlab.types import Branches, Level, Noted, Port, Reply, Restitution, SideFacts, Start
+from impactlab.types import Branches, Level, Noted, Port, PowerForce, Reply, Restitution, SideFacts, Start
 
 
 def needs_waves(law: str, left: SideFacts, right: SideFacts) -> None:
@@ -77,6 +77,13 @@ class AbstractContactLaw(ABC):
 
     def closed_gains(self, start: Start) -> tuple[float, float] | None:
         """Return force per overlap [N/m] and push per gap of a law F = S - gap/g that pushes (see `closed_limit`)."""
+        return None
+
+    def power_force(self, start: Start) -> PowerForce | None:
+        """Return the law where it is K d^n of the overlap alone, which rows of beads take at little cost; else None.
+
+        It must be the force of `respond` in a scheme whose forces act at the start of the step.
+        """
         return None
 
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float] | None:

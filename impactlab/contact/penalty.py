@@ -9,7 +9,7 @@ from typing import final
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.relative import in_si
 from impactlab.errors import PairingError
-from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, option
+from impactlab.types import Level, Port, PowerForce, Relative, Reply, SideFacts, Start, option
 
 
 @final
@@ -60,6 +60,10 @@ class Penalty(AbstractContactLaw):
         stiffness, damping = self.spring(left, right, dt)
         flexible = (left.flexibility + right.flexibility) * stiffness
         return Start(parameters=(stiffness, damping, flexible), memory=(0.0,))
+
+    def power_force(self, start: Start) -> PowerForce | None:
+        stiffness, damping, flexible = start.parameters
+        return PowerForce(stiffness, 1.0) if damping == 0.0 and flexible == 0.0 else None
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:

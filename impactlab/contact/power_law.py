@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, Start, option
+from impactlab.types import Level, Noted, Port, PowerForce, Reply, Restitution, SideFacts, Start, option
 
 MAX_EXPLICIT = 4.0  # stiffness times compliance of the faces: the stability limit w dt = 2 of an explicit step
 COARSE_WARN = 0.25  # the same, and damping times compliance, from which a step is long against the contact's own times
@@ -170,6 +170,9 @@ class Hertz(AbstractContactLaw):
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return Start(parameters=(self.stiffness, self.exponent, 0.0, 1.0), memory=(0.0, 0.0, 0.0, 0.0))
+
+    def power_force(self, start: Start) -> PowerForce:
+        return PowerForce(self.stiffness, self.exponent, COARSE_WARN, MAX_EXPLICIT, COARSE)
 
     def stiffness_at(self, overlap: float, left: SideFacts, right: SideFacts) -> float:
         return rise_of(self.stiffness, self.exponent, overlap)

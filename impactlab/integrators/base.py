@@ -106,6 +106,7 @@ class AbstractIntegrator(AbstractScheme):
     velocity_point: ClassVar[float] = 1.0  # where in the step the velocities at its end belong: 1/2 for leapfrog
     jump_in_force: ClassVar[bool] = False  # F dt holds a closing jump; if not, hard position constraints gain energy
     projects_first: ClassVar[bool] = False  # a projection moves the predictor, not the end of the step
+    kicks_then_drifts: ClassVar[bool] = False  # a free mass steps by v += dt F/m, F at the start, then u += dt v
     needs_diagonal_mass: ClassVar[bool] = False
     needs_modes: ClassVar[bool] = False  # mass and stiffness must be diagonal
 

@@ -145,6 +145,7 @@ class CentralDifference(AbstractIntegrator):
     gains_energy = 0.05
     velocity_point = 0.5
     jump_in_force = True
+    kicks_then_drifts = True
     needs_diagonal_mass = True
 
     def limit(self, system: Operators) -> float:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from impactlab.errors import CaseError
+from impactlab.scene.problem import RECORDS
 
 if TYPE_CHECKING:
     from impactlab.scene.problem import Scene
@@ -25,6 +26,8 @@ FRAMES = 0.1  # of it, for the states at the frames of a run
 CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
 FEWEST = 100  # records of a run
 NUMBER = 8.0  # bytes
+NUMBERS_OF_ROWS = 2.0**18  # in the records of rows of beads of a short run, unless their number is given: 2 MB
+STEPS_A_RECORD = 16  # of rows of beads in a long run: a record takes as long as several steps
 
 
 def memory_limit() -> float:
@@ -101,6 +104,16 @@ def default_records(scene: Scene, most: int) -> int:
     """
     room = 0.5 * (1.0 - BUILT) * MEMORY / (2.0 * NUMBER * columns_of(scene))
     return max(FEWEST, min(most, int(room)))
+
+
+def kept_of_rows(scene: Scene, steps: int, columns: int) -> int:
+    """Return how many instants a run with rows of beads keeps: by default fewer, as their steps cost less than a record.
+
+    ``columns`` is how many numbers of a record are those of the rows.
+    """
+    if scene.records not in (RECORDS, default_records(scene, RECORDS)):
+        return scene.records
+    return min(scene.records, max(FEWEST, steps // STEPS_A_RECORD, int(NUMBERS_OF_ROWS / columns)))
 
 
 def check_records(scene: Scene, steps: float, more: int = 0) -> None:

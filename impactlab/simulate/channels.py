@@ -16,7 +16,7 @@ from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 from impactlab.simulate.stepping.preparation import BuiltBody
-from impactlab.types import Array, Port, Quantity
+from impactlab.types import Array, Quantity
 
 
 class Channel(NamedTuple):
@@ -53,24 +53,23 @@ def probed(scene: Scene) -> Iterator[Probed]:
 
 ADD_IT = "Add the time to 'snapshots', or ask for equal ones: snapshots: {count: 200}."
 MAX_LISTED = 12  # times in a message
-OF_THE_RUN = ("assembly", "ports", "_record")  # fields that refer to the memory of a run
+OF_THE_RUN = ("assembly", "_record")  # fields that refer to the memory of a run
 
 
 class AbstractRecordedHistory(AbstractHistory):
-    """A history of recorded channels. To write one, fill ``recorded``, and supply `snapshots` and `motion`."""
+    """A history of recorded channels. To write one, fill ``recorded``, and supply `snapshots`, `motion`, `memories`."""
 
     def __init__(
         self,
         scene: Scene,
         method: Method,
         built: Mapping[str, BuiltBody],
-        ports: Sequence[Port],
         dt: float | None = None,
     ) -> None:
         self.scene, self.method, self.duration, self.dt = scene, method, scene.duration, dt
         self.events, self.contacts, self.warnings, self.cost = (), (), [], Cost()
         self.recorded: dict[str, Channel] = {}
-        self.built, self.ports = built, ports
+        self.built = built
         self._slopes: dict[str, Array] = {}  # of forces that were read
         self._rows: dict[tuple[str, Quantity], tuple[Array, Rows]] = {}  # of fields that were read
         self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
@@ -98,6 +97,10 @@ class AbstractRecordedHistory(AbstractHistory):
     @abstractmethod
     def motion(self, number: int, body: str, velocities: bool) -> Array:
         """Return the displacements or velocities of a body's coordinates at a snapshot, shape (n_dof,); see `_row`."""
+
+    @abstractmethod
+    def memories(self) -> Sequence[Sequence[float]]:
+        """Return what the law of each contact remembers at the end of the run."""
 
     def channels(self) -> tuple[str, ...]:
         return tuple(self.recorded)

@@ -56,9 +56,9 @@ def add_warnings(history: AbstractHistory) -> None:
         if span.kicks is not None and span.kicks > KICKS_WARN:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             found.append(Warned("chatter", text))
-    for contact, port in zip(scene.contacts, history.ports, strict=True):
+    for contact, memory in zip(scene.contacts, history.memories(), strict=True):
         for noted in laws[contact.name].noted:
-            if count := int(port.memory[noted.slot]):
+            if count := int(memory[noted.slot]):
                 found.append(Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}"))
     found += [*sensitive_sequences(history), *guided_weights(scene)]
     touched = {event.contact for event in history.events}
@@ -129,11 +129,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     failure: Failure = partial(StepError, time=clock.time, step=clock.step, history=history)
     if status == loop.LAW_FAILED:
         raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
-        failed = [
-            f"{contact.name}: {law.why_failed}"
-            for contact, law, reply in zip(assembly.scene.contacts, laws, assembly.replies, strict=True)
-            if reply.failed
-        ]
+        failed = [f"{assembly.scene.contacts[number].name}: {laws[number].why_failed}" for number in assembly.failed()]
         text = "; ".join(failed) or "the forces of several contacts do not agree"
         remedy = SMALLER_STEP
         if raised is not None:
@@ -146,7 +142,8 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         raise failure(text, remedy="Give a smaller step, or a softer contact.")
     if not np.all(np.isfinite(assembly.memory.record[: clock.n_records])):
         raise failure("a displacement or force is not a finite number", remedy=LOST_DIGITS)
-    for contact, law, record in zip(assembly.scene.contacts, laws, assembly.contacts, strict=True):
+    for number, record in zip(assembly.solved, assembly.contacts, strict=True):
+        contact, law = assembly.scene.contacts[number], laws[number]
         if -record.negative > NEGATIVE_LOSS_TOL * reference_energy(history):  # its book would take it for balanced
             raise failure(
                 f"{contact.name}: law '{kind_of(law)}' replied losses of {record.negative:.6g} J, below zero",
@@ -154,8 +151,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
             )
     own = self_stepping(assembly.built)
     if clock.step == assembly.steps and clock.n_samples > 1:
-        given = [contact.total for contact in assembly.contacts]
-        check_momentum(history, given, assembly.load_impulses(), clock.time, failure)
+        check_momentum(history, assembly.impulses(), assembly.load_impulses(), clock.time, failure)
     bound = energy_bound(assembly.scene, assembly.acting, assembly.integrator, own)
     impulses = any(Level.IMPULSE in law.needs or Level.CLOSING in law.needs for law in laws)
     models = [body.model for body in assembly.built.values() if isinstance(body.model, MechanismModel)]

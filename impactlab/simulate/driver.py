@@ -125,7 +125,7 @@ def run(
         history = RecordedHistory(assembly, plan.integrator)
         history.warnings.extend(plan.warnings)
         history.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
-        entered(loop.start, assembly.memory)
+        entered(loop.start, assembly.memory, assembly.dt)
         # Compiled here, so that the first run's solve time is that of the steps.
         entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
     history.cost.setup_s = clock.perf_counter() - began

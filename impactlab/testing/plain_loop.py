@@ -65,7 +65,7 @@ class PlainLoop:
             text = "the plain loop takes whole steps of bodies that keep their coordinates"
             raise CaseError(text, remedy="Give an integrator, `events: dated`, another basis.", path="solve")
         self.plan, self.scheme, self.dt, self.before, self.after = plan, plan.integrator, plan.dt, before, after
-        self.assembly = Assembly(plan, self.scheme, self.dt)
+        self.assembly = Assembly(plan, self.scheme, self.dt, with_beads=False)
         memory = self.assembly.memory
         self.time, self.state = 0.0, memory.state  # of all bodies: displacements, velocities, the rest
         self.events: list[tuple[float, int, str]] = []  # s; contact; close, open or impulse

@@ -77,7 +77,7 @@ def trace(simulation: Simulation) -> Trace:
     StepError
         Where a law fails or a number is not finite. A gain of energy raises nothing here: it is what tests look at.
     """
-    plan, assembly, history = begun(simulation)
+    plan, assembly, history = begun(simulation, with_beads=False)
     states, given = [assembly.memory.state.copy()], []
     while assembly.clock.step < plan.steps:
         walk_to(assembly, history, assembly.clock.step + 1, sample_stride=1)
@@ -101,14 +101,14 @@ def run_in_cuts(simulation: Simulation, next_cut: Callable[[int], int]) -> Recor
     return history
 
 
-def begun(simulation: Simulation) -> tuple[Plan, Assembly, RecordedHistory]:
-    """Return a run before its first step."""
+def begun(simulation: Simulation, with_beads: bool = True) -> tuple[Plan, Assembly, RecordedHistory]:
+    """Return a run before its first step; without rows of beads every contact has its port and its reply."""
     plan = prepare(*simulation)
     if plan.dt is None or plan.integrator is None:
         text = "the continuous model has no steps to trace"
         raise CaseError(text, remedy="Give a model with steps.", path="solve.model")
-    assembly = Assembly(plan, plan.integrator, plan.dt)
-    loop.start(assembly.memory)
+    assembly = Assembly(plan, plan.integrator, plan.dt, with_beads)
+    loop.start(assembly.memory, assembly.dt)
     return plan, assembly, RecordedHistory(assembly, plan.integrator)
 
 

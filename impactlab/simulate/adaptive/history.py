@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import final
 
 import numpy as np
@@ -24,8 +25,11 @@ class AdaptiveHistory(AbstractRecordedHistory):
 
     def __init__(self, record: Record) -> None:
         system = record.system
-        super().__init__(system.scene, system.method, system.built, [contact.port for contact in system.contacts])
+        super().__init__(system.scene, system.method, system.built)
         self._record = record
+
+    def memories(self) -> list[Sequence[float]]:
+        return [contact.port.memory[:] for contact in self._record.system.contacts]
 
     def finish(self, events: list[Event], spans: list[ContactSpan]) -> None:
         """Build channels and energies from the record."""

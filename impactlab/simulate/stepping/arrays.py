@@ -100,6 +100,21 @@ class ContactRecord(ctypes.Structure):
 
 
 @record
+class BeadRowRecord(ctypes.Structure):
+    """A row of rigid masses, each in contact with the next by a `PowerForce`; see `beads`."""
+
+    body: int  # the first bead's number among the bodies; the others follow
+    count: int  # of beads
+    state: int  # where the first bead's displacement and velocity stand, those of the others after them
+    bead: int  # the first bead in the arrays of beads
+    contact: int  # the first contact in the array of bead contacts: from left to right
+    left_wall: int  # 1 if the first contact is with a wall
+    right_wall: int
+    exponent: float
+    watched: float  # N, force above which a step may be long against the contact's own time
+
+
+@record
 class ReadingRecord(ctypes.Structure):
     """A reading of a law: its body, its contact, and its slot in the port."""
 
@@ -205,6 +220,8 @@ class ClockRecord(ctypes.Structure):
     recorded: float  # s, time of the last record
     changes: int  # 1 where the columns of a body change with its state
     rare: int  # 1 where a step has more to read than faces: readings of laws, pushed rows, loads, dashpots
+    watched: int  # 1 where a force of a row of beads in this step passed the row's `watched`
+    failed_bead: int  # 1 + number of the bead contact that failed, 0 if none
 
 
 class StepArrays(NamedTuple):
@@ -217,7 +234,7 @@ class StepArrays(NamedTuple):
     clock: Sequence[ClockRecord]  # (1,)
     bodies: Sequence[BodyRecord]  # (n_bodies,)
     faces: Sequence[FaceRecord]  # (2 n_contacts,)
-    contacts: Sequence[ContactRecord]  # (n_contacts,)
+    contacts: Sequence[ContactRecord]  # (n_contacts,) without those of beads
     ports: Sequence[Port]  # (n_contacts,)
     replies: Sequence[Reply]  # (n_contacts,)
     readings: Sequence[ReadingRecord]  # (n_readings,)
@@ -225,8 +242,13 @@ class StepArrays(NamedTuple):
     loads: Sequence[LoadRecord]  # (n_loads,)
     phases: Sequence[PhaseRecord]  # (n_phases,)
     dampers: Sequence[DamperRecord]  # (n_dampers,)
+    bead_rows: Sequence[BeadRowRecord]  # (n_rows,)
     events: Sequence[EventRecord]  # (room,)
     snapshots: Sequence[SnapshotRecord]  # (n_snapshots,)
+    beads: Floats  # (3, n_beads) dt over mass, constant load [N], mass [kg]
+    bead_contacts: Floats  # (10, n_bead_contacts) in the layers below
+    noticed: Floats  # (n_bead_contacts, 3) those that close or open in a step: number, gap, gap rate
+    called: Ints  # (n_called,) numbers of the bodies that are not beads: their steppers are called
     parameters: Floats  # flat, of all steppers
     state: Floats  # flat
     backup: Floats  # room for a step to be taken again
@@ -243,7 +265,10 @@ class StepArrays(NamedTuple):
     load_times: Floats  # s, samples of the loads, one after the other
     load_forces: Floats  # N
     left_out: Floats  # (n_readings, n_contacts) static response of the modes left out per force of the step before
-    record: Floats  # (room, 1 + 6 n_contacts + n_probes) time; force, gap; left u, v, right u, v; probes
+    record: (
+        Floats  # (room, n_columns) time; of each contact force, gap, left u, v, right u, v; forces of bead contacts;
+    )
+    #                 u, v of beads; probes
     sample: Floats  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body
     snapshot_state: Floats  # (n_snapshots, 2, n_state)
     scratch: Floats  # (4,)
@@ -253,6 +278,13 @@ class StepArrays(NamedTuple):
     #                      row_value, left_out
     maps: Floats  # flat (2, 2, n_dof, n_dof) per phase record: closing, opening; displacements, velocities
 
+
+# Layers of `beads`, and of `bead_contacts`: gap at t = 0 [m], K, forces of all steps since the last record [N], largest
+# force of the contact under way [N], forces of its steps before the last record [N], forces of all steps before it [N],
+# compliance of the gap over a step [m/N], the values of it times the tangent stiffness that are coarse and too large,
+# number of coarse steps.
+KICK, LOAD, MASS = range(3)
+GAP, STIFFNESS, RECENT, PEAK, SPAN, TOTAL, COMPLIANCE, COARSE, MOST, COUNT = range(10)
 
 # Layers of `influence`: displacement (pushed rows: value) and velocity at the end of the step, velocity at once.
 U_FORCE, V_FORCE, U_IMPULSE, V_IMPULSE, U_PROJECTION, V_PROJECTION, U_PUSH, V_PUSH, V_JUMP = range(9)

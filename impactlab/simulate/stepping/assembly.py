@@ -18,13 +18,19 @@ from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.numerics.addresses import COLUMNS, COMPILED, DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
 from impactlab.numerics.records import copied, records, structures
 from impactlab.scene.method import laws_of
-from impactlab.scene.problem import Point
+from impactlab.scene.problem import Contact, Point
+from impactlab.scene.sizes import kept_of_rows
 from impactlab.simulate.channels import Probed, probed
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
+    COUNT,
     LAYERS,
+    PEAK,
+    RECENT,
     SAMPLED,
     SAMPLES,
+    SPAN,
+    TOTAL,
     BodyRecord,
     ClockRecord,
     ContactRecord,
@@ -40,6 +46,7 @@ from impactlab.simulate.stepping.arrays import (
     SnapshotRecord,
     StepArrays,
 )
+from impactlab.simulate.stepping.bead_rows import BeadRows, bead_rows, packed
 from impactlab.simulate.stepping.packing import (
     Coordinates,
     alone,
@@ -58,10 +65,11 @@ from impactlab.simulate.stepping.preparation import (
     prepare_steppers,
     reading_place,
 )
-from impactlab.types import Array, Arriving, Port, Quantity, Reply
+from impactlab.types import MEMORY, Array, Arriving, Port, Quantity, Reply
 
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
 MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
+MIN_SAMPLES, MOST_SAMPLED = 64, 2**18  # energies taken of scenes of many bodies; numbers in all of them
 MANY = 100  # contacts, from which the room for events is that of a few steps
 MIN_EVENTS = 4096  # room for events between two returns of the loop
 MAX_COPIED = 2e6  # bytes of the arrays of an assembly that is kept for the next run
@@ -76,19 +84,41 @@ Models = Mapping[str, AbstractDiscreteModel]  # by name of the body
 Steppers = Mapping[str, Stepper]
 
 
+def faces_of_contact(contact: Contact) -> tuple[Point, Point]:
+    """Return the left and the right face of a contact."""
+    return contact.left, contact.right
+
+
 class Assembly:
     """The arrays of one run, and the names of their rows and columns."""
 
-    def __init__(self, plan: Plan, integrator: AbstractIntegrator, dt: float) -> None:
-        scene, built, steppers = plan.scene, plan.built, plan.steppers
-        self.scene, self.method, self.acting, self.built = scene, plan.method, plan.acting, built
+    def __init__(self, plan: Plan, integrator: AbstractIntegrator, dt: float, with_beads: bool = True) -> None:
+        scene = plan.scene
+        self.rows = bead_rows(plan) if with_beads else BeadRows([], {})
+        in_rows = set(self.rows.contacts)
+        self.solved = [number for number in range(len(scene.contacts)) if number not in in_rows]
+        self.numbers = [*self.solved, *self.rows.contacts]  # of the contacts of the loop, in the scene
+        self._places = {number: place for place, number in enumerate(self.numbers)}
+        names = dict.fromkeys((*self.rows.beads, *plan.built))  # beads first
+        built = {name: plan.built[name] for name in names}
+        steppers = {name: plan.steppers[name] for name in names}
+        self.scene, self.method, self.acting, self.built, self.steppers = (
+            scene,
+            plan.method,
+            plan.acting,
+            built,
+            steppers,
+        )
         self.integrator, self.dt, self.steps = integrator, dt, plan.steps
-        self.stride, self.sample_stride = math.ceil(plan.steps / scene.records), math.ceil(plan.steps / SAMPLES)
-        self.laws = [LawAddress(law.respond, law.compiled) for law in laws_of(scene, plan.acting)]
+        self.stride = math.ceil(plan.steps / self._kept_records())
+        samples = min(SAMPLES, max(MIN_SAMPLES, MOST_SAMPLED // (3 * len(built))))
+        self.sample_stride = math.ceil(plan.steps / samples)
+        laws = laws_of(scene, plan.acting)
+        self.laws = [LawAddress(laws[number].respond, laws[number].compiled) for number in self.solved]
+        self._plan, self._pushes = plan, [push._replace(contact=self._places[push.contact]) for push in plan.pushes]
         self._read_probes()
-        self._plan = plan
         self._numbers = {name: number for number, name in enumerate(built)}
-        self._points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
+        self._points = [point for number in self.solved for point in faces_of_contact(scene.contacts[number])]
         state, starts = flat([stepper.state for stepper in steppers.values()])
         self._shift = dict(zip(built, starts.tolist(), strict=False))  # the last start is the end
         models = {name: body.model for name, body in built.items()}
@@ -124,8 +154,11 @@ class Assembly:
         for face, u_at, v_at in zip(self.faces, *entries.tolist(), strict=True):
             face.u_at, face.v_at = (-1, -1) if phased or min(u_at, v_at) < 0 else (u_at, v_at)
         loads, load_times, load_forces = self._loads()
-        candidates = find_pairs(self.faces, self.contacts, plan.pushes, self._read_on(steppers, row_start, row_index))
-        n_contacts = len(scene.contacts)
+        candidates = find_pairs(self.faces, self.contacts, self._pushes, self._read_on(steppers, row_start, row_index))
+        n_contacts = len(self.solved)
+        beads = packed(self.rows, plan, dt)
+        self.first_bead_force = 1 + 6 * n_contacts  # column of the record
+        self.first_probe = self.first_bead_force + len(self.rows.contacts) + 2 * beads.beads.shape[1]
         unknowns = 2 * n_contacts if n_contacts > 1 else 0
         room = (4 if plan.method.events == "located" else 1) * (plan.steps // self.stride + 8) + 256
         self.memory = StepArrays(
@@ -140,8 +173,13 @@ class Assembly:
             loads=loads,
             phases=phases,
             dampers=self._dampers(state),
+            bead_rows=beads.rows,
             events=events,
             snapshots=snapshots,
+            beads=beads.beads,
+            bead_contacts=beads.contacts,
+            noticed=np.zeros((beads.contacts.shape[1], 3)),
+            called=np.arange(beads.beads.shape[1], len(built), dtype=np.int64),
             parameters=values.parameters,
             state=state,
             backup=np.zeros_like(state),
@@ -158,7 +196,7 @@ class Assembly:
             load_times=load_times,
             load_forces=load_forces,
             left_out=values.left_out,
-            record=np.zeros((room, 1 + 6 * n_contacts + len(self.probes) + len(self.far_ends) + len(self.sent))),
+            record=np.zeros((room, self.first_probe + len(self.probes) + len(self.far_ends) + len(self.sent))),
             sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
             snapshot_state=np.zeros((len(scene.field_times), 2, state.size)),
             scratch=np.zeros(4),
@@ -186,6 +224,11 @@ class Assembly:
             setattr(other, name, structures(kind, getattr(memory, name)))
         return other
 
+    def _kept_records(self) -> int:
+        """Return how many instants are kept at most."""
+        columns = len(self.rows.contacts) + 2 * len(self.rows.beads)
+        return kept_of_rows(self.scene, self.steps, columns) if columns else self.scene.records
+
     def _read_probes(self) -> None:
         """Tell probes that are rows over the state from those that the waves of a delay line give after the run.
 
@@ -204,8 +247,11 @@ class Assembly:
             )
             or (each.body in chains and (each.quantity not in MOTION or chains[each.body].node_at(each.x) is None))
         ]
-        of_waves = set(self.in_waves)
-        self.probes = [each for each in asked if each not in of_waves]
+        beads = set(self.rows.beads)
+        waves = set(self.in_waves)
+        self.recorded = [each for each in asked if each not in waves]
+        self.probes = [each for each in self.recorded if each.body not in beads]
+        self._probe_places = {each: place for place, each in enumerate(self.probes)}
         self.sent = [(name, row) for name, chain in chains.items() for row in chain.sent()]
         points = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
         touched = {(point.body, point.x) for point in points}
@@ -225,6 +271,68 @@ class Assembly:
         n_dof = self.built[body].system.load.size
         start = self._shift[body] + (n_dof if velocities else 0)
         return state[start : start + n_dof]
+
+    @property
+    def bead_contacts(self) -> Floats:
+        """The contacts of rows of beads, as in `StepArrays`."""
+        return self.memory.bead_contacts
+
+    def column_of(self, number: int) -> int:
+        """Return the column of the record with the force of a contact of the scene."""
+        place = self._places[number]
+        return 1 + 6 * place if place < len(self.solved) else self.first_bead_force + place - len(self.solved)
+
+    def probe_column(self, probe: Probed) -> int:
+        """Return the column of the record with a probe."""
+        if probe not in self._probe_places:
+            return self.bead_column(probe.body, probe.quantity)
+        return int(self.first_probe + self._probe_places[probe])
+
+    def bead_column(self, body: str, quantity: Quantity) -> int:
+        """Return the column of the record with the displacement or velocity of a bead."""
+        at = self.first_bead_force + self.bead_contacts.shape[1]
+        return int(at + self._shift[body] + (quantity == "velocity"))
+
+    def span_of(self, number: int) -> tuple[float, float, float]:
+        """Return impulse [N s], last force [N] and peak [N] of the contact under way, by its number in the scene."""
+        place = self._places[number] - len(self.solved)
+        if place < 0:
+            kept = self.contacts[self._places[number]]
+            return kept.span_impulse, kept.force, kept.span_peak
+        contact, found, dt = self.scene.contacts[number], self.bead_contacts[:, place], self.dt
+        gap, power = contact.gap, self.rows.forces[number]
+        for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
+            if self.steppers[point.body].state.size:  # where it was at the start of the last step
+                u, v = self.memory.state[self._shift[point.body] :][:2]
+                gap += sign * (u - dt * v)
+        force = power.stiffness * max(0.0, -gap) ** power.exponent
+        return float(found[SPAN] + found[RECENT]) * dt, float(force), float(found[PEAK])
+
+    def failed(self) -> list[int]:
+        """Return the numbers in the scene of the contacts whose laws failed."""
+        found = [number for number, reply in zip(self.solved, self.replies, strict=True) if reply.failed]
+        return found + ([self.rows.contacts[self.clock.failed_bead - 1]] if self.clock.failed_bead else [])
+
+    def impulses(self) -> list[float]:
+        """Return the forces times time and impulses of all contacts of the scene since t = 0 [N s]."""
+        found = [0.0] * len(self.numbers)
+        of_rows = self.dt * (self.bead_contacts[TOTAL] + self.bead_contacts[RECENT])
+        given = [*(contact.total for contact in self.contacts), *of_rows.tolist()]
+        for number, each in zip(self.numbers, given, strict=True):
+            found[number] = each
+        return found
+
+    def memories(self) -> list[Sequence[float]]:
+        """Return the memory of every law of the scene; of contacts of beads, which have none, the count of warnings."""
+        found: list[Sequence[float]] = [()] * len(self.numbers)
+        for number, port in zip(self.solved, self.ports, strict=True):
+            found[number] = port.memory[:]
+        for place, number in enumerate(self.rows.contacts):
+            counted, memory = self.rows.forces[number].counted, [0.0] * MEMORY
+            if counted is not None:
+                memory[counted.slot] = float(self.bead_contacts[COUNT, place])
+            found[number] = memory
+        return found
 
     def grow(self) -> None:
         """Double the room for records and samples; those written stay."""
@@ -257,11 +365,12 @@ class Assembly:
             values = factor * models[body].row(x, quantity)
             return self._shift[body] + (values.size if quantity == "velocity" else 0), values
 
-        contacts = self.scene.contacts
+        contacts = [self.scene.contacts[number] for number in self.solved]
+        starts = [self._plan.starts[number] for number in self.solved]
         rows = [row(point.body, point.x, "displacement") for point in self._points]
         rows += [row(point.body, point.x, "velocity") for point in self._points]
         left_out: list[list[float]] = []
-        for contact, start in zip(contacts, self._plan.starts, strict=True):
+        for contact, start in zip(contacts, starts, strict=True):
             for reading in start.readings:
                 left_out.append([0.0] * len(contacts))
                 if isinstance(reading, Arriving):
@@ -280,13 +389,13 @@ class Assembly:
         rows += [(self._shift[name], values) for name, values in self.sent]
         loaded = [(name, x) for name, body in self.built.items() for x, _ in body.body.loads]
         rows += [row(name, x, quantity) for name, x in loaded for quantity in MOTION]
-        rows += [row(push.body, push.x, push.quantity) for push in self._plan.pushes]
+        rows += [row(push.body, push.x, push.quantity) for push in self._pushes]
         return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))
 
     def _bodies(self, starts: list[list[int]]) -> Sequence[BodyRecord]:
         by_name, bodies = records(BodyRecord, len(self.built))
         parameters, jumps, responses = starts
-        for number, (body, (name, stepper)) in enumerate(zip(by_name, self._plan.steppers.items(), strict=True)):
+        for number, (body, (name, stepper)) in enumerate(zip(by_name, self.steppers.items(), strict=True)):
             body.free, body.measure = kernel_address(stepper.free, FREE), kernel_address(stepper.measure, MEASURE)
             body.retime, body.derive = kernel_address(stepper.retime, RETIME), kernel_address(stepper.derive, DERIVE)
             body.columns = kernel_address(stepper.columns, COLUMNS)
@@ -314,9 +423,9 @@ class Assembly:
     def _readings(self) -> Sequence[ReadingRecord]:
         numbers = self._numbers
         wanted = [
-            (numbers[face_read(contact, reading).body], number, slot)
-            for number, (contact, start) in enumerate(zip(self.scene.contacts, self._plan.starts, strict=True))
-            for slot, reading in enumerate(start.readings)
+            (numbers[face_read(self.scene.contacts[number], reading).body], place, slot)
+            for place, number in enumerate(self.solved)
+            for slot, reading in enumerate(self._plan.starts[number].readings)
         ]
         by_name, readings = records(ReadingRecord, len(wanted))
         for record, each in zip(by_name, wanted, strict=True):
@@ -327,26 +436,29 @@ class Assembly:
         by_name, phases = records(PhaseRecord, len(phased))
         maps, starts = flat([np.concatenate((each.closing, each.opening)) for each in phased.values()])
         for phase, (name, each), start in zip(by_name, phased.items(), starts.tolist(), strict=False):
-            phase.contact, phase.body, phase.map_start = each.contact, self._numbers[name], start
+            phase.contact, phase.body, phase.map_start = self._places[each.contact], self._numbers[name], start
         return phases, maps
 
     def _faces_and_pushes(self) -> tuple[Sequence[FaceRecord], Sequence[PushRecord]]:
         """Return faces and pushed rows; the ports of a body are its faces in their order, then its pushed rows."""
-        pushed, names = self._plan.pushes, self._numbers
+        pushed, names = self._pushes, self._numbers
         self.faces, faces = records(FaceRecord, len(self._points))
         push_by_name, pushes = records(PushRecord, len(pushed))
         taken = dict.fromkeys(names, 0)
-        for number, (face, point) in enumerate(zip(self.faces, self._points, strict=True)):
-            face.body, face.place, face.sign = names[point.body], taken[point.body], (-1.0, 1.0)[number % 2]
-            stepper = self._plan.steppers[point.body]
-            face.moves = int(stepper.state.size > 0)
-            for kind, each in enumerate(responses_of(stepper)):
-                self._write_ranges(face, point.body, each[face.place], 3 * kind)
-            taken[point.body] += 1
+        by_name = iter(self.faces)
+        for number, contact in enumerate(self.scene.contacts):
+            for point, sign in zip(faces_of_contact(contact), (-1.0, 1.0), strict=True):
+                if self._places[number] < len(self.solved):
+                    face, stepper = next(by_name), self.steppers[point.body]
+                    face.body, face.place, face.sign = names[point.body], taken[point.body], sign
+                    face.moves = int(stepper.state.size > 0)
+                    for kind, each in enumerate(responses_of(stepper)):
+                        self._write_ranges(face, point.body, each[face.place], 3 * kind)
+                taken[point.body] += 1
         for record, push in zip(push_by_name, pushed, strict=True):
             record.contact, record.body, record.weight = push.contact, names[push.body], push.weight
             record.place = taken[push.body]
-            self._write_ranges(record, push.body, self._plan.steppers[push.body].force_response[record.place], 0)
+            self._write_ranges(record, push.body, self.steppers[push.body].force_response[record.place], 0)
             taken[push.body] += 1
         return faces, pushes
 
@@ -377,7 +489,7 @@ class Assembly:
         times, starts = flat([table[0] for table in tables])
         names = [name for name, _ in found]
         for number, (record, name) in enumerate(zip(self.loads, names, strict=True)):
-            stepper = self._plan.steppers[name]
+            stepper = self.steppers[name]
             own = isinstance(self.built[name].model, AbstractSelfStepping)
             record.body, record.piece = self._numbers[name], -1
             record.place = len(stepper.jump) - names[number:].count(name)
@@ -392,7 +504,7 @@ class Assembly:
         system = self.built[body].system
         n_dof = system.load.size
         # In a body with phases, and in a mechanism, the response changes within the run.
-        changes = system.phases is not None or self._plan.steppers[body].columns is not None
+        changes = system.phases is not None or self.steppers[body].columns is not None
         for part, first in enumerate((0, n_dof, 2 * n_dof)):
             end = response.size if part == 2 else first + n_dof
             if end - first <= 1:  # of a mass: the one entry is the largest
@@ -406,21 +518,21 @@ class Assembly:
                 record.low[at + part], record.high[at + part] = first + int(moved[0]), first + int(moved[-1]) + 1
 
     def _contacts(self) -> tuple[Sequence[Port], Sequence[ContactRecord], Sequence[Reply]]:
-        scene, n_contacts = self.scene, len(self.scene.contacts)
+        scene, n_contacts = self.scene, len(self.solved)
         self.ports, ports = records(Port, n_contacts)
         self.contacts, contacts = records(ContactRecord, n_contacts)
         self.replies, replies = records(Reply, n_contacts)
-        for number, (contact, law, start) in enumerate(
-            zip(scene.contacts, laws_of(scene, self.acting), self._plan.starts, strict=True)
-        ):
-            port, record, points = self.ports[number], self.contacts[number], (contact.left, contact.right)
+        for place, number in enumerate(self.solved):
+            contact, start = scene.contacts[number], self._plan.starts[number]
+            law = self.acting.laws[contact.name]
+            port, record, points = self.ports[place], self.contacts[place], faces_of_contact(contact)
             port.parameters[: len(start.parameters)] = list(start.parameters)
             port.memory[: len(start.memory)] = list(start.memory)
             # The face of a continuous body has no mass that takes an impulse: a force closes the contact.
             own = any(isinstance(self.built[point.body].model, AbstractSelfStepping) for point in points)
             port.jump_in_force = float(self.integrator.jump_in_force or own)
             static = [self._static_compliance(point.body, point.x) for point in points]
-            record.law = self.laws[number].value
+            record.law = self.laws[place].value
             record.dates, record.smooth = int(law.answers_force and not law.two_sided), int(law.smooth)
             record.joined = int(law.two_sided)
             record.projects_first, record.load_point = int(self.integrator.projects_first), self.integrator.load_point
@@ -432,7 +544,7 @@ class Assembly:
 
     def _placed(self, point: Point) -> float:
         """Return where a face of a mechanism is at t = 0 [m]; 0 of other bodies, whose faces count from there."""
-        stepper, row = self._plan.steppers[point.body], self.built[point.body].model.row(point.x, "displacement")
+        stepper, row = self.steppers[point.body], self.built[point.body].model.row(point.x, "displacement")
         return 0.0 if stepper.columns is None else float(row @ stepper.state[: row.size])
 
     def _static_compliance(self, body: str, x: float) -> float:

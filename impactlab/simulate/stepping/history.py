@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import final
+from collections.abc import Sequence
+from typing import NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +24,6 @@ from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.scene.frame import carried_by, groups, touched_in
-from impactlab.scene.method import laws_of
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times
 from impactlab.simulate.stepping.arrays import SAMPLED
@@ -31,6 +31,15 @@ from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.chain_waves import ChainWaves
 from impactlab.simulate.stepping.delay_waves import DelayWaves
 from impactlab.types import Array
+
+
+class Instants(NamedTuple):
+    """The instants to which recorded values belong [s]."""
+
+    times: Array  # ends of steps: displacements and gaps
+    velocities: Array
+    forces: Array  # ends of the intervals over which they acted
+    middles: Array  # of these
 
 
 @final
@@ -44,7 +53,7 @@ class RecordedHistory(AbstractRecordedHistory):
     """
 
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
-        super().__init__(assembly.scene, assembly.method, assembly.built, assembly.ports, assembly.dt)
+        super().__init__(assembly.scene, assembly.method, assembly.built, assembly.dt)
         self.assembly = assembly
         self._ends: dict[str, tuple[Array, Array]] = {}  # of delay lines: times; displacements of both ends, or waves
         self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
@@ -61,7 +70,14 @@ class RecordedHistory(AbstractRecordedHistory):
         assembly = self.assembly
         for event in assembly.events[: assembly.clock.n_events]:
             self._raw.append(
-                (event.time, event.contact, event.kind, event.impulse, event.span_impulse, event.span_peak)
+                (
+                    event.time,
+                    assembly.numbers[event.contact],
+                    event.kind,
+                    event.impulse,
+                    event.span_impulse,
+                    event.span_peak,
+                )
             )
         assembly.clock.n_events = 0
 
@@ -76,6 +92,9 @@ class RecordedHistory(AbstractRecordedHistory):
         self._read_events()
         self._read_energy()
         self._read_links()
+
+    def memories(self) -> list[Sequence[float]]:
+        return self.assembly.memories()
 
     def snapshots(self) -> Array:
         taken = self.assembly.clock.n_snapshots
@@ -127,7 +146,11 @@ class RecordedHistory(AbstractRecordedHistory):
 
     def impulse_of(self, contact: str) -> float:
         if not self._numbers:
-            self._numbers = {each.name: number for number, each in enumerate(self.scene.contacts)}
+            self._numbers = {
+                self.scene.contacts[number].name: place for place, number in enumerate(self.assembly.solved)
+            }
+        if contact not in self._numbers:
+            return super().impulse_of(contact)
         kept = self.assembly.contacts[self._numbers[contact]]
         return kept.total - self._beyond * kept.force if kept.joined else super().impulse_of(contact)
 
@@ -161,6 +184,30 @@ class RecordedHistory(AbstractRecordedHistory):
         lengths = np.diff(times, prepend=times[:1])
         return np.asarray(times - 0.5 * np.minimum(lengths, self.dt))
 
+    def _read_contact(self, number: int, record: Array, at: Instants) -> None:
+        """Read force and gap of a contact, and the motion of its faces on bodies that deform."""
+        assembly, scene, channels = self.assembly, self.scene, self.recorded
+        contact, column = scene.contacts[number], assembly.column_of(number)
+        law = assembly.acting.laws[contact.name]
+        force = record[:, column] if law.answers_force else np.full_like(at.times, np.nan)
+        # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
+        channels[f"force:{contact.name}"] = Channel(at.forces, force, True, None if law.hard else at.middles)
+        if column >= assembly.first_bead_force:
+            gap = np.full_like(at.times, contact.gap)
+            for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
+                if scene.bodies[point.body].moves:
+                    gap += sign * record[:, assembly.bead_column(point.body, "displacement")]
+            channels[f"gap:{contact.name}"] = Channel(at.times, gap, False)
+            return
+        channels[f"gap:{contact.name}"] = Channel(at.times, record[:, column + 1], False)
+        for side, point in enumerate((contact.left, contact.right)):
+            if scene.bodies[point.body].elastic is not None:
+                first = column + 2 + 2 * side
+                place = f"{point.body}@{point.x:.6g}"
+                channels[f"displacement:{place}"] = Channel(at.times, record[:, first], False)
+                moved = self._velocity_times(point.body, point.x, at.times, at.velocities)
+                channels[f"velocity:{place}"] = Channel(moved, record[:, first + 1], False)
+
     def _read_channels(self) -> None:
         assembly, scene, channels = self.assembly, self.scene, self.recorded
         record = assembly.memory.record[: assembly.clock.n_records]
@@ -175,26 +222,16 @@ class RecordedHistory(AbstractRecordedHistory):
         if self._integrator.load_point != 0.5:
             late = (self._integrator.load_point - 0.5) * np.minimum(lengths, assembly.dt)
             of_force, middles = np.minimum(times + late, times[-1]), middles + late
-        for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(scene, assembly.acting), strict=True)):
-            column = 1 + 6 * number
-            force = record[:, column] if law.answers_force else np.full_like(times, np.nan)
-            # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
-            channels[f"force:{contact.name}"] = Channel(of_force, force, True, None if law.hard else middles)
-            channels[f"gap:{contact.name}"] = Channel(times, record[:, column + 1], False)
-            for side, point in enumerate((contact.left, contact.right)):
-                if scene.bodies[point.body].elastic is not None:
-                    at = column + 2 + 2 * side
-                    place = f"{point.body}@{point.x:.6g}"
-                    channels[f"displacement:{place}"] = Channel(times, record[:, at], False)
-                    instants = self._velocity_times(point.body, point.x, times, of_velocity)
-                    channels[f"velocity:{place}"] = Channel(instants, record[:, at + 1], False)
+        instants = Instants(times, of_velocity, of_force, middles)
+        for number in range(len(scene.contacts)):
+            self._read_contact(number, record, instants)
         self._sum_groups()
-        first = 1 + 6 * len(scene.contacts)
-        for number, probe in enumerate(assembly.probes):
-            moving = probe.quantity == "velocity"
+        first = assembly.first_probe
+        for probe in assembly.recorded:
+            moving, column = probe.quantity == "velocity", assembly.probe_column(probe)
             on = self._velocity_times(probe.body, probe.x, times, of_velocity) if moving else times
             # A face that a contact presses in beyond its coordinates is known from the contact.
-            channels.setdefault(probe.channel, Channel(on, record[:, first + number], False))
+            channels.setdefault(probe.channel, Channel(on, record[:, column], False))
         moved = {
             (each.body, each.x): record[:, first + len(assembly.probes) + n] for n, each in enumerate(assembly.far_ends)
         }
@@ -212,7 +249,9 @@ class RecordedHistory(AbstractRecordedHistory):
             values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
             channels[each.channel] = Channel(times, values, False)
         sample = assembly.memory.sample[: assembly.clock.n_samples]
-        for number, name in enumerate(assembly.built):
+        places = {name: number for number, name in enumerate(assembly.built)}
+        for name in self.scene.bodies:
+            number = places[name]
             if not scene.bodies[name].changes:  # that of a mechanism is a vector, which nothing sums up
                 channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 2 + 3 * number], False)
             channels[f"energy:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 3 * number], False)
@@ -246,14 +285,15 @@ class RecordedHistory(AbstractRecordedHistory):
 
     def _read_links(self) -> None:
         assembly, found = self.assembly, []
-        joined = [number for number, record in enumerate(assembly.contacts) if record.joined]
-        names = [(contact := self.scene.contacts[number]).group or contact.name for number in joined]
+        joined = [place for place, record in enumerate(assembly.contacts) if record.joined]
+        linked = [self.scene.contacts[assembly.solved[place]] for place in joined]
+        names = [contact.group or contact.name for contact in linked]
         for name in dict.fromkeys(names):
-            own = [number for number, other in zip(joined, names, strict=True) if other == name]
-            laws = [assembly.acting.laws[self.scene.contacts[number].name] for number in own]
-            ports = [assembly.ports[number] for number in own]
+            own = [place for place, other in zip(joined, names, strict=True) if other == name]
+            laws = [assembly.acting.laws[self.scene.contacts[assembly.solved[place]].name] for place in own]
+            ports = [assembly.ports[place] for place in own]
             sets = [law.set_of([*port.memory]) for law, port in zip(laws, ports, strict=True)]
-            records = [assembly.contacts[number] for number in own]
+            records = [assembly.contacts[place] for place in own]
             forces = self.recorded[f"force:{name}"].values
             largest, smallest = (
                 (records[0].largest, records[0].smallest) if len(own) == 1 else (forces.max(), forces.min())
@@ -284,9 +324,8 @@ class RecordedHistory(AbstractRecordedHistory):
                 events.append(Event(time, name, "open"))
                 spans.append(ContactSpan(name, started.pop(number, 0.0), time, span_impulse, peak))
         for number, time in started.items():
-            kept = assembly.contacts[number]
-            impulse = kept.span_impulse - self._beyond * kept.force
-            spans.append(ContactSpan(contacts[number].name, time, None, impulse, kept.span_peak))
+            impulse, force, peak = assembly.span_of(number)
+            spans.append(ContactSpan(contacts[number].name, time, None, impulse - self._beyond * force, peak))
         for number, given in kicks.items():
             name = contacts[number].name
             if not assembly.acting.laws[name].answers_force:

@@ -176,7 +176,7 @@ def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
         if clock.time >= step_end:
             return True
         if earliest > 0.0:
-            write_record(m)
+            write_record(m, dt)
 
 
 @ENTRY
@@ -192,7 +192,7 @@ def advance_located(m: StepArrays, dt: float, last_step: int, stride: int, sampl
             return LAW_FAILED
         clock.step += 1
         if clock.step % stride == 0 or clock.step == clock.steps:
-            write_record(m)
-        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample_energies(m):
+            write_record(m, dt)
+        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample_energies(m, dt):
             return NOT_FINITE
     return DONE

@@ -11,6 +11,7 @@ from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, INLINE, PART
 from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import SAMPLED, StepArrays
+from impactlab.simulate.stepping.beads import record_beads, sample_beads, step_beads
 from impactlab.simulate.stepping.contact_solve import effect_of, evaluate_law, solve_contacts
 from impactlab.simulate.stepping.end_loads import apply_loads, book_loads, read_loads
 from impactlab.simulate.stepping.event_times import write_events
@@ -104,8 +105,10 @@ def read_again(m: StepArrays) -> None:
 @INLINE
 def free_step(m: StepArrays, time: float, dt: float) -> None:
     """Take the free step of all bodies, under their loads, and read the faces at its end."""
-    for number in range(len(m.bodies)):
-        body = m.bodies[number]
+    if len(m.bead_rows) > 0:
+        step_beads(m, time, dt)
+    for number in range(len(m.called)):
+        body = m.bodies[m.called[number]]
         parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
         call(body.free, parameters, window(m.state, body.state_start, body.state_end - body.state_start))
     rare = m.clock[0].rare != 0
@@ -243,12 +246,15 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
 
 
 @INLINE
-def sample_energies(m: StepArrays) -> bool:
+def sample_energies(m: StepArrays, dt: float) -> bool:
     """Sample energies and momenta; return False if one is not finite."""
     clock = m.clock[0]
     n = clock.n_samples
-    finite = True
-    for number in range(len(m.bodies)):
+    stored, finite = 0.0, True
+    if len(m.bead_rows) > 0:
+        stored, finite = sample_beads(m, dt)
+    for each in range(len(m.called)):
+        number = m.called[each]
         body = m.bodies[number]
         parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
         m.scratch[2] = 0.0
@@ -264,7 +270,6 @@ def sample_energies(m: StepArrays) -> bool:
         finite = finite and total - total == 0.0
     for number in range(len(m.loads)):
         m.sample[n, SAMPLED + 1 + 3 * m.loads[number].body] += m.loads[number].work
-    stored = 0.0
     for number in range(len(m.contacts)):
         stored += m.replies[number].stored
     m.sample[n, 0], m.sample[n, 1] = clock.time, stored
@@ -275,7 +280,7 @@ def sample_energies(m: StepArrays) -> bool:
 
 
 @INLINE
-def write_record(m: StepArrays) -> None:
+def write_record(m: StepArrays, dt: float) -> None:
     """Write one record at the end of a step."""
     clock, n_contacts = m.clock[0], len(m.contacts)
     n = clock.n_records
@@ -291,6 +296,9 @@ def write_record(m: StepArrays) -> None:
         m.record[n, at + 4], m.record[n, at + 5] = right.u + (1.0 - contact.left_share) * offset, right.v
         contact.sum_force = 0.0
     first_column = 1 + 6 * n_contacts
+    if len(m.bead_rows) > 0:
+        record_beads(m, first_column, elapsed / dt)
+        first_column += m.bead_contacts.shape[1] + 2 * m.beads.shape[1]
     first_probe = 2 * len(m.faces) + len(m.readings)
     for probe in range(m.record.shape[1] - first_column):
         m.record[n, first_column + probe] = row_times_state(m, first_probe + probe)
@@ -310,12 +318,12 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
     while clock.step < last_step:
         if clock.n_records + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
             return RECORDS_FULL
-        if clock.n_events + 6 * len(m.contacts) >= len(m.events):
+        if clock.n_events + 6 * len(m.contacts) + m.bead_contacts.shape[1] >= len(m.events):
             return EVENTS_FULL
         time, end = clock.time, (clock.step + 1) * dt
         begin_step(m, end)
         free_step(m, time, dt)
-        if not solve_contacts(m, time, dt):
+        if clock.failed_bead != 0 or not solve_contacts(m, time, dt):
             return LAW_FAILED
         correct(m)
         write_events(m, time, dt)
@@ -324,17 +332,17 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
         to_record -= 1
         to_sample -= 1
         if to_record == 0 or clock.step == clock.steps:
-            write_record(m)
+            write_record(m, dt)
             to_record = stride
         if to_sample == 0 or clock.step == clock.steps:
-            if not sample_energies(m):
+            if not sample_energies(m, dt):
                 return NOT_FINITE
             to_sample = sample_stride
     return DONE
 
 
 @ENTRY
-def start(m: StepArrays) -> None:
+def start(m: StepArrays, dt: float) -> None:
     """Fill the influence coefficients and write the state at t = 0."""
     n_faces = len(m.faces)
     for number in range(n_faces):
@@ -356,5 +364,5 @@ def start(m: StepArrays) -> None:
     fill_influence(m)
     if len(m.phases) > 0:
         change_phases(m)
-    write_record(m)
-    sample_energies(m)
+    write_record(m, dt)
+    sample_energies(m, dt)

@@ -1,0 +1,161 @@
+"""Rows of beads in a scene: rigid masses along which each meets the next by a law that is a power of the overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.models.rigid import RigidBody
+from impactlab.numerics.records import records
+from impactlab.scene.method import laws_of
+from impactlab.simulate.plan import Plan
+from impactlab.simulate.stepping.arrays import (
+    COARSE,
+    COMPLIANCE,
+    GAP,
+    MOST,
+    STIFFNESS,
+    BeadRowRecord,
+    Floats,
+)
+from impactlab.types import PowerForce
+
+
+class BeadRow(NamedTuple):
+    """Beads from left to right, and the contacts between them, by number in the scene: those with walls at the ends."""
+
+    beads: list[str]
+    contacts: list[int]
+    left_wall: bool
+    right_wall: bool
+
+
+class BeadRows(NamedTuple):
+    """All rows of a scene, and their contacts' forces by number of the contact."""
+
+    rows: list[BeadRow]
+    forces: Mapping[int, PowerForce]
+
+    @property
+    def beads(self) -> list[str]:
+        """Names of all beads, row after row."""
+        return [name for row in self.rows for name in row.beads]
+
+    @property
+    def contacts(self) -> list[int]:
+        """Numbers of all contacts in rows, in the order of the loop."""
+        return [number for row in self.rows for number in row.contacts]
+
+
+def bead_rows(plan: Plan) -> BeadRows:
+    """Return the rows of beads of a plan: none under a scheme that does not kick first, or where steps are cut.
+
+    A bead has at most one contact of a row on either side, the first of the scene, and all laws of a row have the same
+    exponent; other contacts are solved as on any body.
+    """
+    scene, scheme = plan.scene, plan.integrator
+    if scheme is None or not scheme.kicks_then_drifts or plan.method.events == "located":
+        return BeadRows([], {})
+    forces: dict[int, PowerForce] = {}
+    on_right: dict[str, int] = {}  # of a bead: its contact of a row
+    on_left: dict[str, int] = {}
+    walls = {name for name, body in scene.bodies.items() if not body.moves}
+    beads = {name for name in scene.bodies if name not in walls and _is_bead(plan, name)}
+    for number, (contact, law, start) in enumerate(
+        zip(scene.contacts, laws_of(scene, plan.acting), plan.starts, strict=True)
+    ):
+        left, right = contact.left.body, contact.right.body
+        if not ({left, right} <= beads | walls) or left in on_right or right in on_left:
+            continue
+        force = law.power_force(start)
+        met = [each[name] for each, name in ((on_left, left), (on_right, right)) if name in each]
+        if force is None or any(forces[other].exponent != force.exponent for other in met):
+            continue
+        forces[number] = force
+        if left in beads:
+            on_right[left] = number
+        if right in beads:
+            on_left[right] = number
+    rows, taken = [], set()
+    for name in scene.bodies:
+        if name in on_left and scene.contacts[on_left[name]].left.body in beads:
+            continue  # not the first of its row
+        if name in beads and (name in on_left or name in on_right):
+            rows.append(_row_from(plan, name, on_right, on_left, walls))
+            taken.update(rows[-1].beads)
+    for name in scene.bodies:
+        if name in on_right and name not in taken:  # a ring is cut at its first contact
+            ring = _row_from(plan, name, on_right, {}, walls)
+            place = ring.contacts.index(min(ring.contacts))
+            turned = ring.beads[place + 1 :] + ring.beads[: place + 1]
+            rows.append(BeadRow(turned, ring.contacts[place + 1 :] + ring.contacts[:place], False, False))
+            taken.update(turned)
+    rows.sort(key=lambda row: row.contacts[0])
+    return BeadRows(rows, forces)
+
+
+def _is_bead(plan: Plan, name: str) -> bool:
+    """Return whether a body is a mass that nothing but contacts, loads and gravity moves."""
+    built = plan.built[name]
+    return isinstance(built.model, RigidBody) and built.system.load.size == 1 and not np.any(built.system.stiffness)
+
+
+def _row_from(plan: Plan, name: str, on_right: dict[str, int], on_left: dict[str, int], walls: set[str]) -> BeadRow:
+    """Return the row that begins with a bead, of a ring all of it."""
+    first = name
+    beads, contacts = [name], [on_left[name]] if name in on_left else []
+    left_wall, right_wall = bool(contacts), False
+    while name in on_right:
+        contacts.append(on_right[name])
+        name = plan.scene.contacts[on_right[name]].right.body
+        right_wall = name in walls
+        if right_wall or name == first:
+            break
+        beads.append(name)
+    return BeadRow(beads, contacts, left_wall, right_wall)
+
+
+class PackedRows(NamedTuple):
+    """Rows of beads as the arrays of the loop."""
+
+    rows: Sequence[BeadRowRecord]
+    beads: Floats
+    contacts: Floats
+
+
+def packed(found: BeadRows, plan: Plan, dt: float) -> PackedRows:
+    """Return rows of beads as the arrays of `StepArrays`; beads are the first bodies, in the order of their rows."""
+    masses = np.array([plan.built[name].system.mass[0, 0] for name in found.beads])
+    loads = np.array([plan.built[name].system.load[0] for name in found.beads])
+    beads = np.array([dt / masses, loads, masses]).reshape(3, masses.size)
+    contacts = np.zeros((10, len(found.contacts)))
+    by_name, rows = records(BeadRowRecord, len(found.rows))
+    bead = done = 0
+    for record, row in zip(by_name, found.rows, strict=True):
+        forces = [found.forces[number] for number in row.contacts]
+        own = contacts[:, done : done + len(forces)]
+        record.body = record.bead = bead
+        record.state, record.count, record.contact = 2 * bead, len(row.beads), done
+        record.left_wall, record.right_wall = int(row.left_wall), int(row.right_wall)
+        record.exponent = forces[0].exponent
+        own[GAP] = [plan.scene.contacts[number].gap for number in row.contacts]
+        own[STIFFNESS], own[COARSE], own[MOST] = np.array(
+            [(each.stiffness, each.coarse, each.most) for each in forces]
+        ).T
+        gains = np.concatenate(
+            (np.zeros(record.left_wall), beads[0, bead : bead + record.count], np.zeros(record.right_wall))
+        )
+        own[COMPLIANCE] = dt * (gains[:-1] + gains[1:])
+        record.watched = float(np.min(_watched(own, record.exponent)))
+        bead, done = bead + record.count, done + len(forces)
+    return PackedRows(rows, beads, contacts)
+
+
+def _watched(contacts: Floats, exponent: float) -> Floats:
+    """Return the forces [N] at which the tangent stiffness n K d^(n-1) times the compliance becomes coarse."""
+    steep = contacts[COARSE] / (exponent * contacts[STIFFNESS] * contacts[COMPLIANCE])  # d^(n-1)
+    if exponent == 1.0:  # coarse at any overlap, or at none
+        return np.where(steep <= 1.0, 0.0, np.inf)
+    return np.asarray(contacts[STIFFNESS] * steep ** (exponent / (exponent - 1.0)))
