@@ -5,36 +5,55 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impactlab.numerics.compiling import ALLOCATING_PART, PART
+from impactlab.numerics.compiling import ALLOCATING_PART, INLINE, PART
 from impactlab.types import Array
 
 MIN_PIVOT = 1e-12  # of a matrix with entries of order 1: below, only a sum of unknowns is determined
 
 
-@PART
-def solve_dense(system: Array, size: int) -> None:
-    """Solve a small linear system in place, its right-hand side in column ``size``.
+@INLINE
+def first_column(row: int, band: int, size: int, width: int) -> int:
+    """Return the column of a banded matrix that the first stored entry of a row belongs to."""
+    return min(max(0, row - band), size - width)
 
-    Row pivoting. Unknowns that the system leaves undetermined are zero.
+
+@PART
+def solve_banded(system: Array, size: int, band: int) -> None:
+    """Solve a banded linear system in place, its right-hand side in the column after the matrix.
+
+    Row i holds the columns from ``first_column`` on, ``width`` = min(3 band + 1, size) of them: pivoting by rows moves
+    entries up to two bands to the right of the diagonal. A full matrix is one with a band of its size. Unknowns that
+    the system leaves undetermined are zero.
     """
-    known = size
+    width = min(3 * band + 1, size)
+    known = width
     for pivot in range(size):
-        best = pivot
-        for i in range(pivot + 1, size):
-            if abs(system[i, pivot]) > abs(system[best, pivot]):
+        last, beyond = min(size, pivot + band + 1), min(size, pivot + 2 * band + 1)
+        own, best = first_column(pivot, band, size, width), pivot
+        for i in range(pivot + 1, last):
+            at = pivot - first_column(i, band, size, width)
+            if abs(system[i, at]) > abs(system[best, pivot - first_column(best, band, size, width)]):
                 best = i
-        for j in range(pivot, known + 1):
-            system[pivot, j], system[best, j] = system[best, j], system[pivot, j]
-        if abs(system[pivot, pivot]) <= MIN_PIVOT:
+        other = first_column(best, band, size, width)
+        if best != pivot:
+            for j in range(pivot, beyond):
+                system[pivot, j - own], system[best, j - other] = system[best, j - other], system[pivot, j - own]
+            system[pivot, known], system[best, known] = system[best, known], system[pivot, known]
+        if abs(system[pivot, pivot - own]) <= MIN_PIVOT:
             continue
-        for i in range(pivot + 1, size):
-            factor = system[i, pivot] / system[pivot, pivot]
-            for j in range(pivot, known + 1):
-                system[i, j] -= factor * system[pivot, j]
+        for i in range(pivot + 1, last):
+            first = first_column(i, band, size, width)
+            factor = system[i, pivot - first] / system[pivot, pivot - own]
+            if factor != 0.0:
+                for j in range(pivot, beyond):
+                    system[i, j - first] -= factor * system[pivot, j - own]
+                system[i, known] -= factor * system[pivot, known]
     for i in range(size - 1, -1, -1):
-        for j in range(i + 1, size):
-            system[i, known] -= system[i, j] * system[j, known]
-        system[i, known] = system[i, known] / system[i, i] if abs(system[i, i]) > MIN_PIVOT else 0.0
+        own = first_column(i, band, size, width)
+        for j in range(i + 1, min(size, i + 2 * band + 1)):
+            system[i, known] -= system[i, j - own] * system[j, known]
+        diagonal = system[i, i - own]
+        system[i, known] = system[i, known] / diagonal if abs(diagonal) > MIN_PIVOT else 0.0
 
 
 @ALLOCATING_PART

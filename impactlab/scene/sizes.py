@@ -107,7 +107,7 @@ def default_records(scene: Scene, most: int) -> int:
 
 
 def kept_of_rows(scene: Scene, steps: int, columns: int) -> int:
-    """Return how many instants a run with rows of beads keeps: by default fewer, as their steps cost less than a record.
+    """Return how many instants a run with rows of beads keeps: by default few, as a record costs more than a step.
 
     ``columns`` is how many numbers of a record are those of the rows.
     """

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 KERNELS = """
 import numpy as np
 from impactlab.numerics.compiling import ENTRY, HELPER, PART
-from impactlab.numerics.linear import solve_dense
+from impactlab.numerics.linear import solve_banded
 
 @HELPER
 def halved(x):
@@ -36,7 +36,7 @@ def summed(values):
 
 @ENTRY
 def solved(system):
-    solve_dense(system, 2)
+    solve_banded(system, 2, 1)
     return summed(system[:, 2])
 
 print(solved(np.array([[3.0, 1.0, 1.0], [1.0, 3.0, 2.0]])).hex(), halved(1.0 / 3.0).hex())

@@ -76,6 +76,7 @@ class ContactRecord(ctypes.Structure):
     trial_point: float  # where in the step the trial force belongs
     initial_gap: float  # m
     force: float  # N, of the last step
+    before: float  # N, of the step before
     impulse: float  # N s
     projection: float  # kg m
     push: float
@@ -220,6 +221,7 @@ class ClockRecord(ctypes.Structure):
     recorded: float  # s, time of the last record
     changes: int  # 1 where the columns of a body change with its state
     rare: int  # 1 where a step has more to read than faces: readings of laws, pushed rows, loads, dashpots
+    reach: int  # largest distance in the linear system of contacts that may act on each other
     watched: int  # 1 where a force of a row of beads in this step passed the row's `watched`
     failed_bead: int  # 1 + number of the bead contact that failed, 0 if none
 
@@ -272,7 +274,10 @@ class StepArrays(NamedTuple):
     sample: Floats  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body
     snapshot_state: Floats  # (n_snapshots, 2, n_state)
     scratch: Floats  # (4,)
-    system: Floats  # (2 n_contacts, 2 n_contacts + 3) linear system of coupled contacts; empty for one contact
+    order: Ints  # (n_contacts,) place of each contact in the linear system, in which coupled ones stand close together
+    system: (
+        Floats  # (2 n_contacts, width + 2) banded linear system of coupled contacts: see `solve_banded`; empty for one
+    )
     other_state: Floats  # values exchanged as a contact of a body with phases opens or closes: empty without phases,
     #                      else one array after the other in the shapes of parameters, momentum, jump, responses,
     #                      row_value, left_out

@@ -56,7 +56,7 @@ from impactlab.simulate.stepping.packing import (
     responses_of,
     sparse,
 )
-from impactlab.simulate.stepping.pairs import find_pairs
+from impactlab.simulate.stepping.pairs import arranged, find_pairs
 from impactlab.simulate.stepping.preparation import (
     BuiltBody,
     check_phases,
@@ -159,6 +159,7 @@ class Assembly:
         beads = packed(self.rows, plan, dt)
         self.first_bead_force = 1 + 6 * n_contacts  # column of the record
         self.first_probe = self.first_bead_force + len(self.rows.contacts) + 2 * beads.beads.shape[1]
+        order, self.clock.reach = arranged(self.contacts, candidates)
         unknowns = 2 * n_contacts if n_contacts > 1 else 0
         room = (4 if plan.method.events == "located" else 1) * (plan.steps // self.stride + 8) + 256
         self.memory = StepArrays(
@@ -200,7 +201,8 @@ class Assembly:
             sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
             snapshot_state=np.zeros((len(scene.field_times), 2, state.size)),
             scratch=np.zeros(4),
-            system=np.zeros((unknowns, unknowns + 3)),
+            order=order,
+            system=np.zeros((unknowns, min(unknowns, 6 * self.clock.reach + 4) + 2)),
             other_state=other_state,
             maps=maps,
         )

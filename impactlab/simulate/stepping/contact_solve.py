@@ -1,4 +1,8 @@
-"""The contact solve: direct for one contact, Gauss-Seidel with Newton steps for several coupled ones."""
+"""The contact solve: direct for one contact, Gauss-Seidel sweeps with Newton steps for several coupled ones.
+
+Each contact visits its neighbours alone: those that act on it through a body they share. Where sweeps are slow, as
+along a chain, Newton steps solve a banded system: of a chain tridiagonal by contacts, in time linear in their number.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ import math
 
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import INLINE, PART
-from impactlab.numerics.linear import solve_dense
+from impactlab.numerics.linear import first_column, solve_banded
 from impactlab.simulate.stepping.arrays import (
     U_FORCE,
     U_IMPULSE,
@@ -20,8 +24,11 @@ from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, pre
 from impactlab.types import MEMORY
 
 MAX_SWEEPS = 5000  # over the coupled laws of several contacts
-MIN_SWEEPS = 20  # before Newton steps: forces that still change are coupled so closely that sweeps are slow
+MIN_SWEEPS = 3  # before Newton steps
+SLOW = 0.5  # of a change left by the next sweep, from which sweeps are slow: of a chain of n contacts 1 - (pi/n)^2
+MAX_SLOW_SWEEPS = 20  # before Newton steps in any case
 MAX_NEWTON_TURNS = 100  # each followed by one more sweep
+ROUNDING_TOL = 1e-12  # of the largest impulse: a smaller change that Newton steps do not halve is rounding
 AGREEMENT_TOL = 1e-9  # of the largest impulse: a larger change in the last sweep is a failure
 
 
@@ -103,53 +110,92 @@ def heard_news(m: StepArrays, number: int, sweep: int) -> bool:
 
 
 @PART
-def write_residuals(m: StepArrays, time: float, dt: float, column: int) -> None:
-    """Write the residuals of all contacts, reply less present value, into a column of the linear system."""
-    for number in range(len(m.contacts)):
-        evaluate_law(m, number, time, dt)
-        contact, reply = m.contacts[number], m.replies[number]
-        m.system[2 * number, column] = (reply.force - contact.force) * dt
-        m.system[2 * number + 1, column] = reply.impulse - contact.impulse
+def evaluate(m: StepArrays, number: int, time: float, dt: float) -> None:
+    """Evaluate a law as `evaluate_law` does."""
+    evaluate_law(m, number, time, dt)
+
+
+@PART
+def write_slopes(m: StepArrays, number: int, other: int, kind: int, step: float, time: float, dt: float) -> None:
+    """Write how the replies of a contact change with the force (kind 0) or the impulse (1) of another one.
+
+    Slopes are differences. A nonzero reply is extended beyond the end of its piece: the larger of the differences to
+    both sides is its slope. A zero reply stays zero.
+    """
+    size, band = 2 * len(m.contacts), 2 * m.clock[0].reach + 1
+    width, base = min(3 * band + 1, size), min(3 * band + 1, size) + 1
+    theirs, reply = m.contacts[other], m.replies[number]
+    force, impulse = theirs.force, theirs.impulse
+    of_force, of_impulse = (step / dt, 0.0) if kind == 0 else (0.0, step)
+    theirs.force, theirs.impulse = force - of_force, impulse - of_impulse
+    evaluate(m, number, time, dt)
+    force_behind, impulse_behind = reply.force * dt, reply.impulse
+    theirs.force, theirs.impulse = force + of_force, impulse + of_impulse
+    evaluate(m, number, time, dt)
+    theirs.force, theirs.impulse = force, impulse
+    for place in range(2):
+        row = 2 * m.order[number] + place
+        answered = m.system[row, base]
+        if answered != 0.0:
+            behind = (answered - (force_behind if place == 0 else impulse_behind)) / step
+            beyond = ((reply.force * dt if place == 0 else reply.impulse) - answered) / step
+            at = 2 * m.order[other] + kind - first_column(row, band, size, width)
+            m.system[row, at] = -(beyond if abs(beyond) > abs(behind) else behind)
 
 
 @PART
 def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
-    """Take a Newton step of all forces and impulses on the residuals of the laws; slopes are differences.
+    """Take a Newton step of all forces and impulses on the residuals of the laws, reply less present value.
 
-    Replies are piecewise linear, so one step within the right pieces is exact. A nonzero reply is extended beyond the
-    end of its piece: the larger of the differences to both sides is its slope. A zero reply stays zero. The set of
-    acting contacts is then found as by an active set method.
+    Replies are piecewise linear, so one step within the right pieces is exact, and the set of acting contacts is found
+    as by an active set method. A law is evaluated for changes of its neighbours alone, those that act on it: of a
+    chain the system is tridiagonal by contacts. What is zero and stays zero changes nothing.
     """
-    size = 2 * len(m.contacts)
-    known, base, ahead = size, size + 1, size + 2
-    write_residuals(m, time, dt, known)
-    for i in range(size):
-        m.system[i, base] = m.system[i, known]
+    size, band = 2 * len(m.contacts), 2 * m.clock[0].reach + 1
+    width = min(3 * band + 1, size)
+    known, base = width, width + 1
     step = 1e-3 * largest
     if not 0.0 < step < math.inf:
         return
-    for unknown in range(size):
-        contact = m.contacts[unknown // 2]
-        force, impulse = contact.force, contact.impulse
-        of_force, of_impulse = (step / dt, 0.0) if unknown % 2 == 0 else (0.0, step)
-        contact.force, contact.impulse = force - of_force, impulse - of_impulse
-        write_residuals(m, time, dt, unknown)
-        contact.force, contact.impulse = force + of_force, impulse + of_impulse
-        write_residuals(m, time, dt, ahead)
-        contact.force, contact.impulse = force, impulse
-        for i in range(size):
-            own = 1.0 if i == unknown else 0.0  # derivative of the present value
-            behind = (m.system[i, base] - m.system[i, unknown]) / step + own
-            beyond = (m.system[i, ahead] - m.system[i, base]) / step + own
-            slope = beyond if abs(beyond) > abs(behind) else behind
-            given = m.contacts[i // 2].force if i % 2 == 0 else m.contacts[i // 2].impulse
-            answered = m.system[i, base] + (given * dt if i % 2 == 0 else given)
-            m.system[i, unknown] = own - (slope if answered != 0.0 else 0.0)
-    solve_dense(m.system, size)
+    for number in range(len(m.contacts)):
+        evaluate(m, number, time, dt)
+        row, contact, reply = 2 * m.order[number], m.contacts[number], m.replies[number]
+        for i in range(row, row + 2):
+            for j in range(width):
+                m.system[i, j] = 0.0
+            m.system[i, i - first_column(i, band, size, width)] = 1.0
+        m.system[row, base], m.system[row + 1, base] = reply.force * dt, reply.impulse
+        m.system[row, known], m.system[row + 1, known] = (
+            (reply.force - contact.force) * dt,
+            reply.impulse - contact.impulse,
+        )
+    for number in range(len(m.contacts)):
+        row, contact = 2 * m.order[number], m.contacts[number]
+        if m.system[row, base] == 0.0 and m.system[row + 1, base] == 0.0:
+            continue
+        for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
+            other = m.coupled[pair]
+            if other == number:
+                continue
+            theirs, column = m.contacts[other], 2 * m.order[other]
+            if m.system[column, base] != 0.0 or theirs.force != 0.0:
+                write_slopes(m, number, other, 0, step, time, dt)
+            if m.system[column + 1, base] != 0.0 or theirs.impulse != 0.0:
+                write_slopes(m, number, other, 1, step, time, dt)
+    solve_banded(m.system, size, band)
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
-        contact.force += m.system[2 * number, known] / dt
-        contact.impulse += m.system[2 * number + 1, known]
+        contact.force += m.system[2 * m.order[number], known] / dt
+        contact.impulse += m.system[2 * m.order[number] + 1, known]
+
+
+@PART
+def take_up(m: StepArrays) -> None:
+    """Start Newton steps from the forces of the step before where they are larger: most contacts that press go on."""
+    for number in range(len(m.contacts)):
+        contact = m.contacts[number]
+        if abs(contact.before) > abs(contact.force):
+            contact.force = contact.before
 
 
 @INLINE
@@ -158,11 +204,13 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
     n_contacts = len(m.contacts)
     for number in range(n_contacts):
         contact = m.contacts[number]
-        contact.force, contact.impulse, contact.projection, contact.push = 0.0, 0.0, 0.0, 0.0
-    answered, change, largest, sweep, since = True, 0.0, 0.0, 0, 0
+        contact.before, contact.force = contact.force, 0.0
+        contact.impulse, contact.projection, contact.push = 0.0, 0.0, 0.0
+    answered, change, largest, sweep, since, turns, backwards = True, 0.0, 0.0, 0, 0, 0, False
     while True:
-        change, largest = 0.0, 0.0
-        for number in range(n_contacts):
+        before, change, largest = change, 0.0, 0.0
+        for place in range(n_contacts):
+            number = n_contacts - 1 - place if backwards else place
             contact, reply = m.contacts[number], m.replies[number]
             if sweep == since or (contact.coupled > 1 and heard_news(m, number, sweep)):
                 evaluate_law(m, number, time, dt)
@@ -186,7 +234,16 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
         sweep += 1
         if n_contacts == 1 or change <= 1e-15 * largest or not answered or sweep == MAX_SWEEPS:
             break
-        if MIN_SWEEPS <= sweep < MIN_SWEEPS + MAX_NEWTON_TURNS:
-            newton(m, time, dt, largest)
-            since = sweep
+        if turns > 0 and change <= ROUNDING_TOL * largest and change >= 0.5 * before:
+            break  # what is left is rounding, which Newton steps repeat
+        backwards = False
+        if turns > 0 or sweep >= MAX_SLOW_SWEEPS or (sweep >= MIN_SWEEPS and change > SLOW * before):
+            turns += 1
+            if turns == 1:
+                take_up(m)
+            if turns <= MAX_NEWTON_TURNS:
+                newton(m, time, dt, largest)
+                backwards = turns % 2 == 1  # from both ends in turn: what one end begins reaches the other in a sweep
+            if turns <= MAX_NEWTON_TURNS + 1:
+                since = sweep  # all laws are evaluated in it
     return answered and (n_contacts == 1 or change <= AGREEMENT_TOL * largest)
