@@ -61,15 +61,18 @@ def is_infinite(beam: Beam) -> bool:
     return "infinite" in (beam.left.kind, beam.right.kind)
 
 
-def continuous(asked: Simulation) -> Description | None:
-    """Return the continuous beams, for hard contacts and infinite beams; None if not served."""
+def continuous(asked: Simulation, jumps: bool = False) -> Description | None:
+    """Return the continuous beams, for hard contacts, infinite beams, and where ``jumps`` of a force send fronts.
+
+    None if not served.
+    """
     scene, beams = asked.scene, beams_of(asked.scene)
     sheared = [beam for beam in beams if beam.theory == "timoshenko"]
     for beam in beams:
         uniform = len(beam.segments) == 1 and beam.tension == 0.0 and not beam.is_damped
         if not uniform or not (beam.theory == "timoshenko" or is_infinite(beam)):
             return None
-    wanted = any(law.hard for law in laws_of(*asked)) or any(is_infinite(beam) for beam in beams)
+    wanted = jumps or any(law.hard for law in laws_of(*asked)) or any(is_infinite(beam) for beam in beams)
     if not wanted or not are_delay_lines(scene):
         return None
     transits = {beam.name: beam.length / beam.segments[0].shear_speed for beam in sheared}
@@ -124,12 +127,12 @@ def are_delay_lines(scene: Scene) -> bool:
     return not rods or (plain and on_ends and not scene.gravity)
 
 
-def modal_model(beam: Beam, modes: int, elements_per_mode: int = 4) -> Modal:
+def modal_model(beam: Beam, modes: int, elements_per_mode: float = 4.0) -> Modal:
     """Return the modes of a beam, in closed form where one is known, else of a mesh."""
     if has_closed_form(beam):
         return Modal(modes=modes)
     held = sum({"clamped": 2, "pinned": 1}.get(end.kind, 0) for end in (beam.left, beam.right))
-    elements = min(elements_per_mode * modes, MAX_DENSE_ELEMENTS)
+    elements = min(math.ceil(elements_per_mode * modes), MAX_DENSE_ELEMENTS)
     return Modal(elements=elements, modes=min(modes, 2 * elements - held - 2))
 
 

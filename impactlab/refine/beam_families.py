@@ -5,24 +5,28 @@ each is as fine in space as costs little beside its steps. Two errors add up: th
 to 4 in their number where nothing shears, and the steps across a contact, of order 2 and, over the scenes of the
 suite, between 3e-4 and 0.7 of the square of a step over a rise of force. A mode costs 1/200 of a step's other work, so
 the modes grow slowly, as steps^(2/3), from a number at which they hardly matter; the error is then that of the steps.
-A beam that shears has a kink at its force: modes converge as 1/n there, and elements with a node at it as 1/n2.
+The flexibility of the modes left out, beside that of the contact, says where more are needed: a beam that shears has a
+kink at its force, and its modes converge as 1/n there, elements with a node at it as 1/n2.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from impactlab.bases.beams.modes import has_closed_form
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
+from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beam_elements import lumped, matrices
 from impactlab.refine import cost
 from impactlab.refine.beam_descriptions import (
+    MAX_DENSE_ELEMENTS,
     STEPS,
     are_delay_lines,
     continuous,
@@ -31,47 +35,61 @@ from impactlab.refine.beam_descriptions import (
     modal_model,
     shortest_time,
 )
+from impactlab.refine.contact_times import tangent_of
 from impactlab.refine.descriptions import Description, modelled_as
+from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
-from impactlab.scene.method import Simulation, StepRule, force_jumps
-from impactlab.simulate.body_sizes import MAX_BEAM_MODES
+from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 
 UNIT = "steps in the shortest time of the scene"
 COARSEST = 3 * STEPS  # steps in the shortest time: three in a rise of force
-COARSEST_MODES, COARSEST_ELEMENTS = 24, 10  # at that many steps
-ELEMENTS_PER_MODE = 2  # of the mesh behind modes without a closed form
+COARSEST_MODES, FEWEST_MESHED, COARSEST_ELEMENTS = 24, 18, 10  # at that many steps; modes in closed form, of a mesh
+ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
 STEPS_PER_ELEMENT = 6  # in the shortest time, of a mesh that shears: its errors in space and time are alike
 STABLE_POINTS = 2.0 * math.pi / (2.0 * 0.95)  # steps in a period: 0.95 of the longest stable one
-ERROR_OF_MODES, ERROR_OF_MESH, ERROR_OF_EXPLICIT = 0.03, 0.2, 0.4  # median factors of predicted errors
+MOST_MODES = 1500  # in closed form, some 0.1 ms each to find
+MAX_STEPS = 1_000_000  # in the shortest time
+MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
+DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
+# Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
+ERROR_OF_MODES, ERROR_OF_MESH, ERROR_OF_SHEARED_MESH, ERROR_OF_GRIDS = 0.12, 0.3, 0.08, 0.5
+ERROR_OF_EXPLICIT, ERROR_OF_EXPLICIT_FRONTS = 1.2, 3.0
 
 
 def families(asked: Simulation) -> Iterator[Description]:
     """Give the descriptions of a scene with beams, in no order."""
     beams = beams_of(asked.scene)
-    grids = continuous(asked)
+    grids = continuous(asked, force_jumps(*asked))
     if grids is not None:
-        yield _continuous(asked, grids)
+        yield _continuous(grids)
         if any(is_infinite(beam) for beam in beams):  # the absorbing layer of a mesh reflects a little at any fineness
             return
     sheared = any(beam.theory == "timoshenko" for beam in beams)
-    if not any(is_lossy(beam) for beam in beams) and are_delay_lines(asked.scene):
-        yield _modal(asked, sheared)
-    yield _implicit(asked, sheared)
+    hard = any(law.hard for law in laws_of(*asked))
+    if all(_has_modes(beam) for beam in beams) and are_delay_lines(asked.scene) and not (sheared and hard):
+        yield _modal(asked)
+    if grids is None:  # a hard contact on a beam that shears: fronts, which its characteristics carry
+        yield _implicit(asked, sheared)
     if all(beam.theory == "timoshenko" and not beam.is_damped and beam.rotation is None for beam in beams):
         yield _explicit(asked)
 
 
-def _continuous(asked: Simulation, grids: Description) -> Description:
-    jumps = force_jumps(*asked)
+def _has_modes(beam: Beam) -> bool:
+    """Return whether a beam has modes that its losses leave uncoupled."""
+    plain = not any(end.kind in ("dashpot", "infinite") for end in (beam.left, beam.right))
+    return plain and not any(segment.viscosity for segment in beam.segments)
+
+
+def _continuous(grids: Description) -> Description:
     return Description(
         grids.name,
         grids.unit,
         grids.simulation,
         grids.cost,
         grids.work,
-        error=lambda n: 1.0 / n**2,
-        order=1.0 if jumps else 2.0,
+        error=lambda n: ERROR_OF_GRIDS / n**2,
         safety=3.0,
+        min_fineness=6,
     )
 
 
@@ -80,46 +98,92 @@ def _rises(n: float) -> float:
     return n / STEPS
 
 
-def _modal(asked: Simulation, sheared: bool) -> Description:
+def _modal(asked: Simulation) -> Description:
     scene, beams = asked.scene, beams_of(asked.scene)
-    shortest = shortest_time(asked)
+    shortest, missing = shortest_time(asked), _missing(asked)
     transit = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
-    order = 1.0 if sheared else 2.0
+    lossy, closed = any(is_lossy(beam) for beam in beams), all(has_closed_form(beam) for beam in beams)
+    tolerance = asked.method.tolerance.error if asked.method.tolerance else DEFAULT_TOLERANCE
+    enough = STEPS * math.sqrt(3.0 * ERROR_OF_MODES / tolerance)
+    most = MOST_MODES if closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
 
     def dt(n: int) -> float:
         return min(shortest / n, transit)
 
     def modes(n: int) -> int:
-        return math.ceil(COARSEST_MODES * math.pow(n / COARSEST, 1.0 if sheared else 2.0 / 3.0))
+        fine = n / COARSEST
+        few = COARSEST_MODES * math.pow(fine, 2.0 / 3.0) if closed else FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
+        # As the steps that the tolerance is predicted to need grow finer or coarser, so do the modes.
+        needed = [
+            math.pow(share / (MISSING_SHARE * tolerance), 1.0 / power) * math.pow(n / enough, 1.0 / min(power, 1.5))
+            for share, power in missing
+        ]
+        return math.ceil(max([few, *needed]))
+
+    def error(n: int) -> float:
+        return ERROR_OF_MODES / _rises(n) ** 2
 
     def simulation(n: int) -> Simulation:
-        rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)))
+        if lossy:
+            rods = modelled_as(asked, Continuous(), Newmark(), StepRule(dt=dt(n)))
+        else:
+            rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)))
         models = {beam.name: modal_model(beam, modes(n), ELEMENTS_PER_MODE) for beam in beams}
         return rods.but(models={**rods.method.models, **models})
 
     return Description(
-        "modes under exact steps",
+        "modes under Newmark's method" if lossy else "modes under exact steps",
         UNIT,
         simulation,
         cost.BEAM_MODES,
         lambda n: (scene.duration / dt(n), len(beams) * modes(n)),
-        error=lambda n: 1.0 / modes(n) if sheared else ERROR_OF_MODES / _rises(n) ** 2,
-        order=order,
+        error=lambda n: error(n) + sum(share / modes(n) ** power for share, power in missing),
         safety=3.0,
         min_fineness=COARSEST,
-        max_fineness=int(COARSEST * (MAX_BEAM_MODES / COARSEST_MODES) ** (1.0 / order if sheared else 1.5)),
+        max_fineness=_finest(modes, most),
         detail=lambda n: f"{modes(n)} modes",
     )
+
+
+def _finest(modes: Callable[[int], int], most: int) -> int:
+    """Return the greatest fineness with no more modes than may be: two runs with as many would not show the others."""
+    low, high = COARSEST, MAX_STEPS
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if modes(middle) <= most else (low, middle)
+    return low
+
+
+def _missing(asked: Simulation) -> list[tuple[float, float]]:
+    """Return factors and powers of the errors factor/n^power by the flexibility of the modes beyond n at contacts.
+
+    It stands in series with that of the contact. At the middle of a pinned beam it is 2 L/(pi^2 kGA n) by shear, and
+    2 L^3/(3 pi^4 EI n^3) by bending.
+    """
+    found = []
+    beams = {beam.name: beam for beam in beams_of(asked.scene)}
+    for contact in asked.scene.contacts:
+        stiffness = tangent_of(*asked, contact)
+        for body in (beams[point.body] for point in (contact.left, contact.right) if point.body in beams):
+            if math.isnan(stiffness):
+                continue
+            soft = min(segment.bending_stiffness for segment in body.segments)
+            found.append((2.0 * body.length**3 * stiffness / (3.0 * math.pi**4 * soft), 3.0))
+            if body.theory == "timoshenko":
+                shear = min(segment.shear_stiffness for segment in body.segments)
+                found.append((2.0 * body.length * stiffness / (math.pi**2 * shear), 1.0))
+    return [(share, power) for share, power in found if share > 0.0]
 
 
 def _implicit(asked: Simulation, sheared: bool) -> Description:
     scene = asked.scene
     shortest, meshed = shortest_time(asked), Simulation(split_at_contacts(scene), asked.method)
     jumps = force_jumps(*asked)
+    order = 1.0 if jumps and sheared else 2.0
 
     def elements(n: int) -> int:
         if sheared or jumps:
-            return math.ceil(n / STEPS_PER_ELEMENT)
+            return math.ceil(n / (STEPS_PER_ELEMENT if sheared else STEPS))
         return math.ceil(COARSEST_ELEMENTS * math.sqrt(n / COARSEST))
 
     def simulation(n: int) -> Simulation:
@@ -131,8 +195,8 @@ def _implicit(asked: Simulation, sheared: bool) -> Description:
         simulation,
         cost.BEAM_MESH,
         lambda n: (n * scene.duration / shortest, len(scene.elastic) * elements(n)),
-        error=lambda n: ERROR_OF_MESH / _rises(n) ** (1.0 if jumps else 2.0),
-        order=1.0 if jumps else 2.0,
+        error=lambda n: (ERROR_OF_SHEARED_MESH if sheared else ERROR_OF_MESH) / _rises(n) ** order,
+        order=order,
         safety=3.0,
         min_fineness=COARSEST,
         detail=lambda n: f"{elements(n)} elements",
@@ -142,6 +206,7 @@ def _implicit(asked: Simulation, sheared: bool) -> Description:
 def _explicit(asked: Simulation) -> Description:
     meshed = Simulation(split_at_contacts(asked.scene), asked.method)
     jumps = force_jumps(*asked)
+    order = 1.5 if jumps else 2.0  # measured on a free beam under a hard contact: 1.85
     fastest = [_highest(meshed, count) for count in (12, 96)]
     power = math.log(fastest[1] / fastest[0]) / math.log(8.0)
 
@@ -159,8 +224,8 @@ def _explicit(asked: Simulation) -> Description:
         simulation,
         cost.BEAM_EXPLICIT,
         work,
-        error=lambda n: ERROR_OF_EXPLICIT / n ** (1.0 if jumps else 2.0),
-        order=1.0 if jumps else 2.0,
+        error=lambda n: (ERROR_OF_EXPLICIT_FRONTS if jumps else ERROR_OF_EXPLICIT) / n**order,
+        order=order,
         safety=3.0,
         min_fineness=12,
     )

@@ -35,10 +35,18 @@ MIN_SPEEDUP = 1.6  # predicted, of a description that is tried although a run ke
 MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
 EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a prediction that is a little lower
 SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred
+MAX_TELLING = 0.1  # of an error: coarser runs say nothing of how it falls
+FIRST_S = 6.0 * FIXED_S  # s of predicted solving, at most, of the first run of a description
+MIN_SAVING = 2.5  # times cheaper a run must promise to be, to be tried although the choice has taken long
+MAX_LEARNT = 10.0  # of an estimated over a predicted error, that other descriptions start with
+MIN_GROWTH = 2.0  # of the same where no level keeps the tolerance: a finer run also shows the errors of coarser ones
 MAX_GROWTH = 2.6  # of the fineness from level to level: across a longer step no order shows
 MARGIN = 1.1  # factor on the fineness that an estimate asks for
 PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description
 MAX_LEVELS = 12  # of one description
+EXTRA_ORDER = 1.0  # over the declared order, with which errors may fall at first
+ORDER_MARGIN = 1.5  # on the order that the errors of a description show, before it is ended for its cost
+MIN_SHOWN_ORDER = 0.1
 MAX_FAILURES = 3  # levels of a description that may fail, each followed by one of twice the fineness
 MAX_GAIN_RATIO = 10.0  # of the energy that a run gains, over the reference energy, to the error that is stated
 MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order shows
@@ -62,13 +70,14 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     """Return the history of the cheapest description that keeps the tolerance.
 
     Where the exact solver serves and no stepped description promises to be much faster, it is taken without a trial.
-    Else the descriptions are studied in order of their predicted cost: each is run at three levels of fineness, and
+    Else the descriptions are studied in order of their predicted cost: each is run at two levels of fineness, and
     finer until its estimated error, times a safety factor, lies within the tolerance.
 
     Raises
     ------
     CaseError
-        Where no description serves: two masses in hard contact, or an overlap.
+        Where no description serves: two masses in hard contact, or an overlap. Where the tolerance is out of reach,
+        with the best that could be reached.
     StepError
         Where every candidate fails on the way.
     """
@@ -99,7 +108,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
         method=history.method,
         chosen=description.words(level.fineness),
         expected_error=level.error,
-        estimate=_words_of_estimate(description, history),
+        estimate=_words_of_estimate(study, history),
         ladder=candidates,
         choosing_s=choosing,
     )
@@ -116,7 +125,20 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
 def studies_of(asked: Simulation, served: tuple[Description | None, str] | None = None) -> tuple[list[Study], str]:
     """Return a study of every description, and why the exact solver does not serve, unless ``served`` has it."""
     descriptions, why = for_choice(asked, served)
-    return [Study(each, each.start_for(allowed(asked.method))) for each in descriptions], why
+    error = allowed(asked.method)
+    return [Study(each, _start(each, error), wanted=each.start_for(error)) for each in descriptions], why
+
+
+def _start(description: Description, error: float) -> int:
+    """Return the first fineness of a description: no finer than a run that is cheap, as its prediction may be wrong."""
+    start = description.start_for(error)
+    if not description.unit or description.seconds(start) <= FIRST_S:
+        return start
+    low, high = description.min_fineness, start
+    while high - low > max(1, low // 16):
+        middle = (low + high) // 2
+        low, high = (middle, high) if description.seconds(description.whole(middle)) <= FIRST_S else (low, middle)
+    return description.whole(low)
 
 
 def at_once(
@@ -140,6 +162,7 @@ def searched(
     tolerance, left = allowed(asked.method), BUDGET_S
     best: tuple[Study, Level] | None = None
     while waiting := [study for study in studies if not study.closed]:
+        _learn(studies, tolerance)
         study = min(waiting, key=_priority)
         met = best is not None and best[1].error <= tolerance
         if best is not None and met and not _worth_trying(study, best, studies):
@@ -155,7 +178,7 @@ def searched(
             continue
         left -= _cost_of_trial(study)
         try:
-            new = _tried(study, asked, progress)
+            _tried(study, asked, progress)
         except StepError as error:
             failed.append(error)
             study.failures += 1
@@ -167,7 +190,7 @@ def searched(
             failed.append(error)
             study.closed = f"refused: {error.text}"
             continue
-        for level in new:
+        for level in study.levels:  # a finer run may have lowered the errors of coarser ones
             if best is None or _better((study, level), best, tolerance):
                 best = study, level
     return best
@@ -178,7 +201,23 @@ def _priority(study: Study) -> float:
     description = study.description
     if not description.unit:
         return study.seconds / EXACT_ADVANTAGE
-    return description.cost.margin * study.seconds + description.cost.setup_s / MAX_CHOOSING
+    return description.cost.margin * study.expected_s + description.cost.setup_s / MAX_CHOOSING
+
+
+def _learn(studies: list[Study], tolerance: float) -> None:
+    """Begin untried descriptions as much finer as the tried ones, at their best, are wrong beyond their predictions.
+
+    The cause is mostly common to all: a contact that rises faster than predicted, or touches again.
+    """
+    known = [study for study in studies if study.reach is not None]
+    if not known:
+        return
+    ratios = [study.reach.error / study.description.error(study.reach.fineness) for study in known if study.reach]
+    ratio = min(max(min(ratios), 1.0), MAX_LEARNT)
+    for study in studies:
+        if study.description.unit and not study.levels and not study.failures:
+            study.next = max(study.next, _start(study.description, tolerance / ratio))
+            study.wanted = max(study.wanted, study.description.start_for(tolerance / ratio))
 
 
 def _cost_of_trial(study: Study) -> float:
@@ -207,9 +246,9 @@ def _worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study])
 
     All trials together may take `MAX_CHOOSING` times the solving of the chosen run.
     """
-    if _seconds(best) <= MIN_SPEEDUP * study.seconds:
+    if _seconds(best) <= MIN_SPEEDUP * study.expected_s:
         return False
-    return spent_s(studies, study) <= MAX_CHOOSING * study.seconds
+    return spent_s(studies, study) <= MAX_CHOOSING * study.expected_s
 
 
 def spent_s(studies: list[Study], following: Study) -> float:
@@ -230,7 +269,7 @@ def _better(one: tuple[Study, Level], best: tuple[Study, Level], tolerance: floa
     return finer
 
 
-def _tried(study: Study, asked: Simulation, progress: Progress | None) -> list[Level]:
+def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
     """Run the next level, the first time one that is coarser after it; estimate errors and set the next fineness.
 
     The finer one comes first: its modes serve the coarser one too.
@@ -239,14 +278,14 @@ def _tried(study: Study, asked: Simulation, progress: Progress | None) -> list[L
     if not description.unit:
         level = study.run(0, progress)
         level.error, study.closed = EXACT_ERROR, DONE
-        return [level]
+        return
     wanted = [study.next]
     if not study.levels:
         wanted.append(description.coarser(study.next)[0])
         study.next = wanted[0] = max(study.next, description.whole(wanted[1] + 1))
-    new = [study.run(fineness, progress) for fineness in wanted]
+    for fineness in wanted:
+        study.run(fineness, progress)
     estimate_errors(study, asked)
-    return new
 
 
 def estimate_errors(study: Study, asked: Simulation) -> None:
@@ -268,23 +307,33 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / tolerance) ** (1.0 / description.order)
     if not math.isfinite(needed) or finest.error > errors[-1]:
         needed = 2.0 * finest.fineness
-    else:
-        study.reach = Reach(finest.fineness, by_order, needed)
+    elif by_order <= MAX_TELLING:
+        study.reach = _reach(study, by_order, tolerance)
     met = [level.fineness for level in levels if level.error <= tolerance]
     study.next = max(description.min_fineness, math.ceil(min(needed, MAX_GROWTH * finest.fineness)))
-    if not met and len(levels) == 2 and needed <= finest.fineness:
-        study.next = description.coarser(finest.fineness)[1]  # a third level between shows the order
-    elif not met:
-        study.next = max(study.next, math.ceil(1.5 * finest.fineness))
+    if not met:
+        study.next = max(study.next, math.ceil(MIN_GROWTH * finest.fineness))
     study.next = min(description.whole(study.next), description.max_fineness)
     # A run that is cheaper by little is not worth the time of another level.
     cheapest = description.seconds(min(met)) if met else math.inf
-    if met and (cheapest <= MIN_SPEEDUP * study.seconds or spent_s([study], study) > MAX_CHOOSING * study.seconds):
+    needless = cheapest <= MIN_SPEEDUP * study.seconds
+    if needless or (cheapest <= MIN_SAVING * study.seconds and spent_s([study], study) > MAX_CHOOSING * study.seconds):
         study.closed = DONE
     if study.next in [level.fineness for level in levels]:
         study.closed = DONE if met else NOT_CONVERGING
     if len(levels) > MAX_LEVELS or (not met and finest.fineness >= description.max_fineness):
         study.closed = NOT_CONVERGING
+
+
+def _reach(study: Study, error: float, tolerance: float) -> Reach:
+    """Return how far a study gets; of four runs and more, by the order that their errors show, with a margin."""
+    finest, order = study.levels[-1], study.description.order + EXTRA_ORDER
+    study.falling[finest.fineness] = error
+    first = min(study.falling)
+    if len(study.falling) > 2 and first < finest.fineness:
+        shown = math.log(max(study.falling[first] / error, 1.0)) / math.log(finest.fineness / first)
+        order = min(order, max(ORDER_MARGIN * shown, MIN_SHOWN_ORDER))
+    return Reach(finest.fineness, error, order, finest.fineness * math.pow(max(error / tolerance, 1.0), 1.0 / order))
 
 
 def _extrapolated(levels: list[Level], asked: Simulation, description: Description) -> tuple[list[float], float]:
@@ -395,13 +444,19 @@ def not_served(why: str) -> list[Candidate]:
     return [Candidate("continuous, from event to event", None, None, verdict="refused", reason=why)] if why else []
 
 
-def _words_of_estimate(description: Description, history: AbstractHistory) -> str:
+def _words_of_estimate(study: Study, history: AbstractHistory) -> str:
+    description, count = study.description, len(study.levels)
     if not description.unit:
         return "solved from event to event: exact except for rounding and near-grazing contacts"
+    gained = f"the run gained {gain_of(history):.1g} of the reference energy"
+    if count == 2:
+        return (
+            f"two resolutions, extrapolated by half the order of the description ({description.order:g}), times a "
+            f"safety of {max(description.safety, TWO_LEVEL_SAFETY):g}; {gained}"
+        )
     return (
-        f"three resolutions, extrapolated by the order they show (at most {description.order:g}), times a safety of "
-        f"{description.safety:g}, or {SHOWN_SAFETY:g} where that order shows; "
-        f"the run gained {gain_of(history):.1g} of the reference energy"
+        f"{count} resolutions, extrapolated by the order they show (at most {description.order:g}), times a safety of "
+        f"{description.safety:g}, or {SHOWN_SAFETY:g} where that order shows; {gained}"
     )
 
 

@@ -26,21 +26,36 @@ def rise_time(scene: Scene, method: Method, contact: Contact) -> float:
     law k is the tangent at the indentation that brings the bodies to the same speed. A hard one rises at once, and then
     falls as the mass gives its momentum to the waves, M/Z.
     """
-    law = method.laws[contact.name]
-    masses = [mass for mass in (_mass_at(scene, point) for point in (contact.left, contact.right)) if mass > 0.0]
-    mass = 1.0 / sum(1.0 / each for each in masses) if masses and min(masses) < math.inf else math.inf
-    mobility = 1.0 / impedance_of(scene, contact)
-    if law.hard:
+    mass, mobility = _inertia(scene, contact)
+    if method.laws[contact.name].hard:
         return min(scene.duration, mass * mobility) if mobility > 0.0 else scene.duration
-    stiffness = math.nan
-    if law.is_spring:
-        known = stiffness_of(scene, method, contact)
-        stiffness = math.nan if known is None else known
-    elif isinstance(law, Hertz | AbstractHystereticLaw):
-        stiffness = _tangent(law.stiffness, law.exponent, _meeting_speed(scene), mass, mobility)
+    stiffness = tangent_of(scene, method, contact)
     times = [1.0 / (mobility * stiffness)] if mobility > 0.0 else []
     times = [time for time in (*times, math.sqrt(mass / stiffness)) if math.isfinite(time)]
     return min([scene.duration, *times]) if times else 0.25 * scene.round_trip
+
+
+def tangent_of(scene: Scene, method: Method, contact: Contact) -> float:
+    """Return the stiffness of a contact [N/m], of a power law at the indentation of `rise_time`.
+
+    It is inf of a hard contact, and nan where it is unknown.
+    """
+    law = method.laws[contact.name]
+    if law.hard:
+        return math.inf
+    if law.is_spring:
+        known = stiffness_of(scene, method, contact)
+        return math.nan if known is None else known
+    if isinstance(law, Hertz | AbstractHystereticLaw):
+        return _tangent(law.stiffness, law.exponent, _meeting_speed(scene), *_inertia(scene, contact))
+    return math.nan
+
+
+def _inertia(scene: Scene, contact: Contact) -> tuple[float, float]:
+    """Return the mass that the faces of a contact have together [kg], and the mobility of their rods [m/(N s)]."""
+    masses = [mass for mass in (_mass_at(scene, point) for point in (contact.left, contact.right)) if mass > 0.0]
+    mass = 1.0 / sum(1.0 / each for each in masses) if masses and min(masses) < math.inf else math.inf
+    return mass, 1.0 / impedance_of(scene, contact)
 
 
 def _meeting_speed(scene: Scene) -> float:

@@ -52,10 +52,11 @@ class Level:
 
 
 class Reach(NamedTuple):
-    """How far a description gets, by its declared order: a bound from below on its cost."""
+    """How far a description gets, by its declared order or the lower one that its runs show."""
 
     fineness: int  # of the finest run
-    error: float  # estimated error of that run by the declared order, with the least safety
+    error: float  # estimated error of that run
+    order: float  # with which it falls
     needed: float  # fineness that the tolerance needs
 
 
@@ -67,6 +68,8 @@ class Study:
     next: int
     levels: list[Level] = field(default_factory=list)  # by rising fineness
     closed: str = ""  # why no level follows, for people
+    wanted: int = 0  # fineness that the tolerance is predicted to need, where the next level is coarser
+    falling: dict[int, float] = field(default_factory=dict)  # estimated errors by fineness, each when it was the finest
     reach: Reach | None = None  # None as long as nothing is known
     failures: int = 0  # levels that ended as failed
 
@@ -74,6 +77,12 @@ class Study:
     def seconds(self) -> float:
         """Predicted time of solving the next level [s]."""
         return self.description.seconds(self.next)
+
+    @property
+    def expected_s(self) -> float:
+        """Predicted time of solving a run that keeps the tolerance [s]."""
+        needed = self.wanted if self.reach is None else math.ceil(min(self.reach.needed, 1e9))
+        return self.description.seconds(min(max(self.next, needed), self.description.max_fineness))
 
     def run(self, fineness: int, progress: Progress | None = None) -> Level:
         """Run a level; raises `CaseError`, `PairingError` or `StepError` as a run does."""

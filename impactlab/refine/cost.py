@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-FIXED_S = 1.5e-4  # s, of any stepped run, however short
+FIXED_S = 9e-5  # s, of any stepped run, however short
 
 
 class Cost(NamedTuple):
@@ -27,14 +27,14 @@ class Cost(NamedTuple):
         return self.fixed_s + (self.step_s + self.size_s * size) * steps
 
 
-EXACT = Cost(1.0, setup_s=1.5e-3, fixed_s=0.0)  # steps: the seconds that `impactlab.exact.cost` predicts
-RIGID = Cost(2.5e-7, setup_s=6e-4)
-ADAPTIVE = Cost(1e-3)
+EXACT = Cost(1.0, setup_s=1.0e-3, fixed_s=0.0)  # steps: the seconds that `impactlab.exact.cost` predicts
+RIGID = Cost(1.2e-7, setup_s=8e-4)
+ADAPTIVE = Cost(6e-4)
 MECHANISM = Cost(1e-3, 1e-5)  # of adaptive steps; size: coordinates of all bodies
-DELAY_LINE = Cost(2e-7, 2e-7, setup_s=6e-4)  # size: rods
-LUMPED_MESH = Cost(1.5e-7, 0.9e-9, setup_s=8e-4, margin=1.5)  # size: elements of all rods
-IMPLICIT_MESH = Cost(3e-7, 7e-9, setup_s=8e-4, margin=1.5)  # size: elements of all rods
-BEAM_MODES = Cost(3e-7, 1.5e-9, setup_s=5e-3, margin=1.5)  # size: modes of all beams
-BEAM_MESH = Cost(3e-7, 5e-8, setup_s=5e-3, margin=1.5)  # size: elements of all bodies
-BEAM_EXPLICIT = Cost(1.5e-7, 3e-9, setup_s=2e-3, margin=1.2)  # size: elements of all bodies
-BEAM_GRIDS = Cost(6e-7, 1.6e-8)  # size: cells of the grids of all continuous beams
+DELAY_LINE = Cost(1.5e-7, 2.5e-7, setup_s=1.0e-3)  # size: rods
+LUMPED_MESH = Cost(1.7e-7, 0.65e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods
+IMPLICIT_MESH = Cost(2.3e-7, 7e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods
+BEAM_MODES = Cost(1.6e-7, 2.2e-9, setup_s=1.4e-3, margin=1.2)  # size: modes of all beams
+BEAM_MESH = Cost(3.2e-7, 2.5e-8, setup_s=1.6e-3, margin=1.2)  # size: elements of all bodies
+BEAM_EXPLICIT = Cost(2.2e-7, 2e-9, setup_s=1.8e-3, margin=1.2)  # size: elements of all bodies
+BEAM_GRIDS = Cost(4e-7, 2.2e-8, setup_s=2e-3)  # size: cells of the grids of all continuous beams

@@ -17,7 +17,7 @@ from impactlab.scene.method import COUNTED, Counted, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
-CELLS = 1000  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
+CELLS = 400  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
 MIN_IMPULSE = 1e-9  # of the largest impulse: contacts that give less are rounding and have no relative error
 
 

@@ -42,9 +42,7 @@ def within(study: Study, seconds: float) -> Best:
             (middle, high) if description.seconds(description.whole(middle)) <= MAX_SHARE * seconds else (low, middle)
         )
     low = min(description.whole(low), description.max_fineness)
-    error = (
-        max(1.0, description.safety / SHOWN_SAFETY) * reach.error * math.pow(reach.fineness / low, description.order)
-    )
+    error = max(1.0, description.safety / SHOWN_SAFETY) * reach.error * math.pow(reach.fineness / low, reach.order)
     return Best(description.words(low), error, description.seconds(low))
 
 

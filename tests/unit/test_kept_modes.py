@@ -14,6 +14,7 @@ from impactlab.bases import shapes
 from impactlab.bases.beams import kept
 from impactlab.bases.beams.waves import BeamNumbers
 from impactlab.models.mesh.beams import BeamMesh
+from impactlab.refine.serving import for_choice
 from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import Tolerance
 
@@ -67,3 +68,26 @@ def test_eigenvectors_of_a_mesh_are_found_once(monkeypatch):
     shapes.eigenvectors(longer, 8)
     shapes.eigenvectors(mesh, 9)
     assert counts == [8, 8, 9]
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-3])
+def test_the_same_beam_gives_the_same_choice_whatever_is_kept(tolerance):
+    """Modes of an earlier and finer choice change no bit."""
+    asked = physics_of(load_case(CASES / "sphere_on_beam.yaml")).but(tolerance=Tolerance(tolerance))
+    first = solve(*asked)
+    solve(*asked.but(tolerance=Tolerance(1e-4)))
+    again = solve(*asked)
+    assert first.choice.chosen == again.choice.chosen
+    assert first.choice.expected_error == again.choice.expected_error
+    t = np.linspace(0.0, first.duration, 300)
+    assert np.array_equal(first.evaluate(t, "position:sphere"), again.evaluate(t, "position:sphere"))
+
+
+@pytest.mark.parametrize("name", ["sphere_on_short_beam", "mass_on_cantilever_tip", "falling_cantilever"])
+def test_modes_are_never_as_many_in_two_runs_of_a_choice(name):
+    """Two runs with as many modes would agree on those that both leave out."""
+    asked = physics_of(load_case(CASES / f"{name}.yaml")).but(tolerance=Tolerance(1e-4))
+    modal = next(each for each in for_choice(asked)[0] if each.name.startswith("modes"))
+    fine = modal.max_fineness
+    counts = [modal.work(n)[1] for n in (modal.min_fineness, *modal.coarser(fine), fine)]
+    assert counts == sorted(set(counts))

@@ -87,18 +87,18 @@ def test_tolerance_on_without_a_tolerance_is_refused(tmp_path):
 
 
 def test_a_tolerance_out_of_reach_is_refused_with_the_best_that_could_be_reached(tmp_path, monkeypatch):
-    """No run takes longer than a probe, and the tolerance that the error names is kept."""
-    monkeypatch.setattr(choice, "BUDGET_S", 4e-3)
-    monkeypatch.setattr(choice, "PROBE_S", 6e-4)
+    """All runs take less than half of the budget, and the tolerance that the error names is kept."""
+    monkeypatch.setattr(choice, "BUDGET_S", 2e-3)
+    monkeypatch.setattr(choice, "PROBE_S", 4e-4)
     runs = []
     ran = driver.run
     monkeypatch.setattr(driver, "run", lambda *given, **named: runs.append(ran(*given, **named)) or runs[-1])
-    with pytest.raises(CaseError, match=r"no description keeps 1e-08 within 0\.004 s of solving: the best") as caught:
+    with pytest.raises(CaseError, match=r"no description keeps 1e-08 within 0\.002 s of solving: the best") as caught:
         run(case(tmp_path, tolerance=1e-8))
     assert caught.value.path == "solve.tolerance"
     assert "by rigid bodies, " in caught.value.text
-    assert len(runs) == 2
-    assert sum(run.cost.steps for run in runs) * RIGID.step_s + 2 * RIGID.fixed_s <= 6e-4
+    assert len(runs) <= 3
+    assert sum(run.cost.steps for run in runs) * RIGID.step_s + len(runs) * RIGID.fixed_s <= 1e-3
     offered = float(re.search(r"Give a tolerance of (\S+) or more", caught.value.remedy)[1])
     assert 1e-8 < offered < 1e-4
     assert run(case(tmp_path, tolerance=offered)).choice.met
