@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from impactlab.report.drawn_part import drawn_energies
 from impactlab.report.style import (
     INK,
     PALETTE,
@@ -64,7 +65,7 @@ def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
 def energy_shares(trace: Trace, scene: Scene) -> Figure:
     """Return where the energy of a run is, stacked: in each body, in contacts, in booked losses."""
     book, time = trace.history.energy, clock(scene)
-    parts = {name: values for name, values in book.bodies.items() if np.any(values)}
+    parts = {name: values for name, values in drawn_energies(book).items() if np.any(values)}
     parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
     parts |= {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}
     figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=room_beside(parts), top=upper_margin(parts)))

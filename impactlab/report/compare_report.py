@@ -10,6 +10,7 @@ from typing import Any
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.reference import Reference
 from impactlab.report import facts, plates
+from impactlab.report.drawn_part import drawn_part
 from impactlab.report.figure_files import FigureFiles
 from impactlab.report.page import Page, write_page
 from impactlab.report.provenance import Provenance
@@ -56,7 +57,7 @@ def write_comparison(
     if references is None:
         references = dict.fromkeys(histories, reference[1]) if reference else {}
     names = ",".join(row["name"] for row in comparison["rows"])
-    shown = traces(histories, references)
+    shown, (part, left_out) = traces(histories, references), drawn_part(scene)
     page = Page(
         command="compare",
         options=f" --methods {names}",
@@ -65,11 +66,11 @@ def write_comparison(
         findings=facts.findings(comparison),
         table=comparison,
         traces=shown,
-        figures=plates.of_comparison(comparison, shown, scene),
+        figures=plates.of_comparison(comparison, shown, part),
         files=[
             ("table.csv", "the table, all digits"),
             ("table.md", "the table as text"),
             ("comparison.json", "every summary"),
         ],
     )
-    write_page(out_dir, page, scene, provenance, files)
+    write_page(out_dir, page, part, provenance, files, left_out)

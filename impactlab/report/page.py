@@ -55,8 +55,13 @@ def file_of(case: str, *, variant: bool = True) -> str:
     return f"{stem}.yaml --variant {name}" if name and variant else f"{stem}.yaml"
 
 
-def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, files: FigureFiles) -> None:
-    """Write ``index.html``, the figures as files, ``case.yaml`` and ``citations.bib`` into a folder."""
+def write_page(
+    out_dir: Path, page: Page, scene: Scene, provenance: Provenance, files: FigureFiles, left_out: str = ""
+) -> None:
+    """Write ``index.html``, the figures as files, ``case.yaml`` and ``citations.bib`` into a folder.
+
+    ``left_out`` says which part of the scene is drawn, where it is not all of it.
+    """
     folder = out_dir / "figures"
     folder.mkdir()
     judged = any(trace.reference is not None for trace in page.traces)
@@ -83,6 +88,7 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
         if text:
             (out_dir / name).write_text(text.rstrip() + "\n", encoding="utf-8")
             listed.append((name, content))
+    scene_facts = facts.scene_facts(scene, {link.name for trace in page.traces for link in trace.history.links})
     text = rendered(
         "impactlab.report",
         "page.html.j2",
@@ -95,7 +101,7 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
         sketch=sketch(scene),
         mechanism=any(body.changes for body in scene.bodies.values()),
         chained=bool(mechanism.chains(scene)),
-        facts=facts.scene_facts(scene, {link.name for trace in page.traces for link in trace.history.links}),
+        facts=[*scene_facts, *([("drawn", left_out)] if left_out else [])],
         trip=facts.si(scene.round_trip, "s") if page.command == "compare" and math.isfinite(scene.round_trip) else "",
         headings=page_headings(),
         rows=page_rows(page.table),

@@ -117,12 +117,11 @@ def _film(
 ) -> dict[str, Any]:
     """Return the motion of one history: motion and load of its bodies, periods of contact, events."""
     history = trace.history
-    spans = [
-        [names.index(span.contact), span.start, span.until(scene.duration)]
-        for span in history.contacts[:MAX_EVENTS]
-        if span.kicks is None
-    ]
-    events = [[names.index(event.contact), event.time, event.kind] for event in history.events[:MAX_EVENTS]]
+    numbers = {name: number for number, name in enumerate(names)}  # a page of many contacts draws a part of them
+    shown = [span for span in history.contacts if span.contact in numbers][:MAX_EVENTS]
+    spans = [[numbers[span.contact], span.start, span.until(scene.duration)] for span in shown if span.kicks is None]
+    drawn = [event for event in history.events if event.contact in numbers][:MAX_EVENTS]
+    events = [[numbers[event.contact], event.time, event.kind] for event in drawn]
     times = frame_times(scene.duration)[::every]
     gaps = {name: sampled(history, f"gap:{name}", times) for name in names} if mechanism.chains(scene) else {}
     return {

@@ -13,6 +13,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.refine.reference import Reference
 from impactlab.report import facts, fields, plates
+from impactlab.report.drawn_part import drawn_part
 from impactlab.report.figure_files import FigureFiles
 from impactlab.report.page import Page, write_page
 from impactlab.report.provenance import Provenance
@@ -22,7 +23,8 @@ from impactlab.report.summary import cell, comparison
 from impactlab.scene.problem import Scene
 
 MAX_SENTENCES = 5  # of the periods of contact and of the collisions
-HISTORY_POINTS = 4001  # instants at which history.npz holds every channel
+HISTORY_POINTS = 4001  # instants at which history.npz holds every channel; fewer of thousands of channels
+MIN_POINTS, MAX_NUMBERS = 101, 20_000_000  # of history.npz: at least these instants, else at most 160 MB
 
 
 def write_run(
@@ -57,7 +59,7 @@ def write_run(
     out_dir = Path(out_dir)
     (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     np.savez_compressed(out_dir / "history.npz", **history_arrays(history, scene))
-    name = _label(summary)
+    name, (part, left_out) = _label(summary), drawn_part(scene)
     trace = Trace(name, history, PALETTE[0], reference=reference[1] if reference else None)
     page = Page(
         command="run",
@@ -67,7 +69,7 @@ def write_run(
         findings=findings(summary),
         table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
         traces=[trace],
-        figures=plates.of_run(trace, scene),
+        figures=plates.of_run(trace, part),
         files=[
             ("summary.json", "the numbers"),
             ("history.npz", "every channel, for numpy.load"),
@@ -75,7 +77,7 @@ def write_run(
         ],
         others=[data] if data is not None else [],
     )
-    write_page(out_dir, page, scene, provenance, files)
+    write_page(out_dir, page, part, provenance, files, left_out)
 
 
 def _data(folder: Path, scene: Scene, data: Callable[[], None] | None) -> list[tuple[str, str]]:
@@ -107,10 +109,11 @@ def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
     ``time`` (n,) and each channel (n,) under its name; ``events/...`` (m,); ``energy/...`` at ``energy/time``;
     ``field/quantity:body@t`` with its places ``field/x:body``, at the snapshots.
     """
-    time = np.linspace(0.0, history.duration, HISTORY_POINTS)
-    book = history.energy
+    channels, book = history.channels(), history.energy
+    points = min(HISTORY_POINTS, max(MIN_POINTS, MAX_NUMBERS // max(1, len(channels))))
+    time = np.linspace(0.0, history.duration, points)
     arrays: dict[str, Any] = {"time": time}
-    arrays |= {channel: history.evaluate(time, channel) for channel in history.channels()}
+    arrays |= {channel: history.evaluate(time, channel) for channel in channels}
     arrays |= {
         "events/time": np.array([event.time for event in history.events], dtype=float),
         "events/contact": np.array([event.contact for event in history.events], dtype=str),

@@ -12,6 +12,7 @@ from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.metrics.norms import face_channels, mass_channels
+from impactlab.report.drawn_part import drawn_energies
 from impactlab.report.style import Trace, exact_of
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
@@ -129,7 +130,7 @@ def _energy(histories: Sequence[Trace], times: Array, compared: bool) -> Panel:
             lines.append(Line(trace.name, number, np.interp(times, book.time, share)))
         return Panel("Energy balance, share of the reference energy", "energy", "%", lines)
     book = histories[0].history.energy
-    parts = {name: values for name, values in book.bodies.items() if np.any(values)}
+    parts = {name: values for name, values in drawn_energies(book).items() if np.any(values)}
     parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
     parts |= {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}
     parts["bodies and contacts"] = book.total

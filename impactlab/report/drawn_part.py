@@ -1,0 +1,46 @@
+"""The part of a scene with many contacts that figures and page draw: contacts spread over it, and their bodies."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history.base import EnergyBook
+from impactlab.scene.problem import Scene
+from impactlab.types import Array
+
+MAX_DRAWN = 40  # contacts of a page: a figure of more is no longer read
+
+
+def drawn_energies(book: EnergyBook) -> Mapping[str, Array]:
+    """Return the energy of each body (n,) [J] by name; of more bodies than a figure holds that of all together."""
+    if len(book.bodies) <= MAX_DRAWN:
+        return book.bodies
+    return {f"all {len(book.bodies)} bodies": np.asarray(sum(book.bodies.values(), np.zeros_like(book.time)))}
+
+
+class DrawnPart(NamedTuple):
+    """A scene as a page draws it, and what it leaves out."""
+
+    scene: Scene
+    left_out: str  # a sentence for people; empty where all is drawn
+
+
+def drawn_part(scene: Scene) -> DrawnPart:
+    """Return the scene with at most `MAX_DRAWN` contacts, the bodies that they join, and those of probes."""
+    count = len(scene.contacts)
+    if count <= MAX_DRAWN:
+        return DrawnPart(scene, "")
+    numbers = np.unique(np.linspace(0, count - 1, MAX_DRAWN).round().astype(int))
+    contacts = tuple(scene.contacts[number] for number in numbers)
+    named = {point.body for contact in contacts for point in (contact.left, contact.right)}
+    named |= {probe.body for probe in scene.probes} | set(scene.elastic)
+    bodies = {name: body for name, body in scene.bodies.items() if name in named or body.changes}
+    words = (
+        f"{len(contacts)} of {count} contacts and {len(bodies)} of {len(scene.bodies)} bodies, spread over the case; "
+        "summary.json, contacts.csv and history.npz have all"
+    )
+    return DrawnPart(dataclasses.replace(scene, contacts=contacts, bodies=bodies), words)

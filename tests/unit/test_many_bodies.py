@@ -1,0 +1,100 @@
+"""Runs of many bodies: what console, page and files show of them; set-up that shares the description of like beads."""
+
+from __future__ import annotations
+
+import gc
+import json
+from pathlib import Path
+
+import numpy as np
+from typer.testing import CliRunner
+
+import impactlab as il
+from impactlab.cli import app
+from impactlab.numerics.collector import MANY, collector_paused
+from impactlab.report.drawn_part import MAX_DRAWN, drawn_part
+from impactlab.scene.frame import frames, groups
+from impactlab.simulate.plan import prepare
+
+N = 250
+TEXT = f"""
+schema_version: 1
+bodies:
+  striker: {{kind: mass, mass: 4.0e-3, velocity: 1.0}}
+  bead: {{repeat: {N}, kind: mass, mass: 4.0e-3}}
+contacts:
+  - chain: [striker, bead]
+    law: {{kind: hertz, stiffness: 7.7e9}}
+solve: {{duration: 5e-5, integrator: {{kind: central_difference}}, step: {{dt: 1e-6}}}}
+"""
+
+
+def chain() -> il.Case:
+    bodies = {"striker": il.Mass(4e-3, velocity=1.0), "bead": il.Mass(4e-3, repeat=N)}
+    contacts = [il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 7.7e9})]
+    solve = {"duration": 5e-5, "integrator": {"kind": "central_difference"}, "step": {"dt": 1e-6}}
+    return il.Case(bodies=bodies, contacts=contacts, solve=solve)
+
+
+def test_a_run_of_many_bodies_is_summed_up(tmp_path: Path) -> None:
+    file = tmp_path / "many.yaml"
+    file.write_text(TEXT, encoding="utf-8")
+    result = CliRunner().invoke(app, ["run", str(file), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    assert len(result.output.splitlines()) < 60
+    assert f"... {N + 1 - 7} more bodies, position " in result.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert len(summary["final"]["bodies"]) == N + 1
+    page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert f"{MAX_DRAWN} of {N} contacts" in page
+    with np.load(tmp_path / "out" / "history.npz") as arrays:
+        assert f"force:bead_{N - 1}|bead_{N}" in arrays
+
+
+def test_a_page_draws_contacts_spread_over_the_case() -> None:
+    scene = chain().scene()
+    part, words = drawn_part(scene)
+    assert len(part.contacts) == MAX_DRAWN
+    assert (part.contacts[0], part.contacts[-1]) == (scene.contacts[0], scene.contacts[-1])
+    assert all(point.body in part.bodies for contact in part.contacts for point in (contact.left, contact.right))
+    assert words
+    assert drawn_part(part) == (part, "")
+
+
+def test_like_beads_share_their_description_and_others_do_not() -> None:
+    plan = prepare(*chain().simulation())
+    assert plan.steppers["bead_1"] is plan.steppers["bead_2"]
+    assert plan.steppers["bead_1"] is not plan.steppers["striker"]  # it moves at the start
+    assert plan.steppers["bead_1"] is not plan.steppers[f"bead_{N}"]  # it has one face
+    assert plan.built["bead_1"].body.name == "bead_1"
+    assert plan.built["bead_2"].body.name == "bead_2"
+
+
+def test_bits_do_not_depend_on_what_beads_share() -> None:
+    """Masses that differ in their last digit share nothing, and move the same to rounding."""
+    one = il.run(chain())
+    masses = {"each": [4e-3 * (1.0 + (i % 2) * 3e-16) for i in range(N)]}
+    other = il.run(chain().with_("bodies.bead.mass", masses))
+    names = [f"velocity:bead_{i}" for i in (1, 2, 3)]
+    values = [[float(history.evaluate(5e-5, name)) for name in names] for history in (one, other)]
+    np.testing.assert_allclose(values[0], values[1], rtol=1e-12)
+
+
+def test_a_long_chain_is_one_group_found_once() -> None:
+    scene = chain().scene()
+    assert groups(scene) is groups(scene)
+    [group] = groups(scene)
+    assert set(group.bodies) == set(scene.bodies)
+    assert frames(scene)["bead_7"] is group
+
+
+def test_the_collector_goes_on_afterwards() -> None:
+    assert gc.isenabled()
+    with collector_paused(MANY):
+        assert not gc.isenabled()
+        with collector_paused(MANY):
+            assert not gc.isenabled()
+        assert not gc.isenabled()
+    assert gc.isenabled()
+    with collector_paused(MANY - 1):
+        assert gc.isenabled()
