@@ -98,9 +98,11 @@ def solve(
         history = marched(run, layout, log, whole, progress, begun)
     history.cost.setup_s = ready - began + (begun.setup_s if begun else 0.0)
     history.cost.solve_s = clock.perf_counter() - ready + (begun.march_s if begun else 0.0)
+    solved = clock.perf_counter()
     with spent_on("checks"):
         if not (isinstance(history, ContinuousHistory) and end_balance.error_at_end(history.log) <= CLOSED_TOL):
             check_balance(history)
+    history.cost.checks_s = clock.perf_counter() - solved
     return history
 
 

@@ -105,16 +105,18 @@ def run(
     began = clock.perf_counter()
     with spent_on("set-up"):
         plan, assembly = ready(scene, method)
+    planned = clock.perf_counter()
     if plan.march is not None:
         check_rates(scene, scene.records / scene.duration)
         return run_adaptive(plan.march, progress, began, with_warnings)
     if plan.integrator is None or assembly is None:
         exact = solve(scene, method, progress=progress, begun=begun)
+        exact.integrator_used = False
+        solved = clock.perf_counter()
         with spent_on("checks"):
             exact.warnings.extend(plan.warnings)
-        exact.integrator_used = False
-        before = 0.0 if begun is None else begun.setup_s + begun.march_s
-        exact.cost.setup_s = before + clock.perf_counter() - began - exact.cost.solve_s
+        exact.cost.setup_s += planned - began
+        exact.cost.checks_s += clock.perf_counter() - solved
         return exact
     if progress is not None:
         progress(0.0)
