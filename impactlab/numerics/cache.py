@@ -217,6 +217,22 @@ def cache_of(function: Callable[..., Any], options: Mapping[str, Any]) -> Any:
         return NullCache()
 
 
+class LaterCache:
+    """The disk cache of a function, made when it is first asked for: a command uses few of the functions it imports.
+
+    To make one, numba writes a file into its folder and removes it.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
+        self._given = function, options
+        self._made: Any = None
+
+    def __getattr__(self, name: str) -> Any:
+        if self._made is None:
+            self._made = cache_of(*self._given)
+        return getattr(self._made, name)
+
+
 def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Return the decorator that compiles a function with these options of numba's, kept on disk."""
     compiling: Any = numba.njit(**options)
@@ -224,7 +240,7 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def decorated(function: Callable[..., Any]) -> Any:
         made = compiling(function)
         if isinstance(getattr(made, "py_func", None), FunctionType):  # not with compilation switched off
-            made._cache = cache_of(function, options)
+            made._cache = LaterCache(function, options)
         return made
 
     return decorated
