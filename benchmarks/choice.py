@@ -326,11 +326,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("cases", nargs="*", type=Path, help="case files; all in cases/ if none is given")
     parser.add_argument("--out", type=Path, help="page to write")
-    parser.add_argument("--beams", action="store_true", help="the scenes with beams alone")
+    parser.add_argument("--beams", action="store_true", help="the scenes with beams, beside cases that are given")
     given = parser.parse_args()
     rows: list[Row] = []
-    cases = [] if given.beams else scenes(given.cases or sorted(CASES.glob("*.yaml")))
-    for asked in [*cases, *([] if given.cases else beams())]:
+    cases = [] if given.beams and not given.cases else scenes(given.cases or sorted(CASES.glob("*.yaml")))
+    for asked in [*cases, *([] if given.cases and not given.beams else beams())]:
         for row in rows_of(asked):
             rows.append(row)
             said = f"{row.solve_s:.2e} {row.chosen} | {row.best}; {'; '.join(row.faults) or 'ok'}"

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from impactlab.refine import choice as automatic
+from impactlab.refine import ladder as ladder_of
 from impactlab.refine import reference
 from impactlab.refine.distances import counted, difference
 from impactlab.report.summary import method, plain
@@ -36,10 +37,10 @@ def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]
         best = automatic.searched([study], asked, [])
         for level in study.levels:
             met = level.error <= history.choice.tolerance
-            record = automatic.candidate(study, level, "kept" if met else "trial", level.reason)
+            record = ladder_of.candidate(study, level, "kept" if met else "trial", level.reason)
             ladder.append(record._replace(measured_error=measured(level.history)))
         if best is None or best[1].error > history.choice.tolerance:
-            ladder.append(automatic.candidate(study, None, "rejected", study.closed))
+            ladder.append(ladder_of.candidate(study, None, "rejected", study.closed))
     document = {
         "schema_version": 1,
         "case": label,
@@ -49,7 +50,7 @@ def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]
         "choice": history.choice.document(method(history)),
         "measured_error": measured(history),
         "solve_s": history.cost.solve_s,
-        "ladder": [candidate._asdict() for candidate in ladder + automatic.not_served(why)],
+        "ladder": [candidate._asdict() for candidate in ladder + ladder_of.not_served(why)],
     }
     return {key: plain(value) for key, value in document.items()}
 

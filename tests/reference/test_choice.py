@@ -22,7 +22,7 @@ from impactlab.exact.cost import predicted_s
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine import choice as automatic
-from impactlab.refine import descriptions, reference, serving
+from impactlab.refine import descriptions, level_errors, reference, serving
 from impactlab.refine.contact_times import rise_time
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
 from impactlab.refine.distances import counted, difference
@@ -230,8 +230,8 @@ def test_a_choice_survives_pickle_and_json():
 def test_a_tolerance_that_was_not_met_is_told(monkeypatch):
     """Where no cost explains it, the best found is the answer, with the error that it must be expected to have."""
     scene = struck(AdditionDeletion(), 1e-6, damping=Rayleigh(stiffness=1e-6))
-    monkeypatch.setattr(automatic, "MAX_LEVELS", 2)
-    monkeypatch.setattr(automatic, "MAX_GROWTH", 1.0)
+    monkeypatch.setattr(level_errors, "MAX_LEVELS", 2)
+    monkeypatch.setattr(level_errors, "MAX_GROWTH", 1.0)
     monkeypatch.setattr("impactlab.refine.descriptions.Description.start_for", lambda _description, _error: 20)
     history = solve(*scene)
     assert not history.choice.met
@@ -345,7 +345,7 @@ def test_two_runs_with_the_special_step_do_not_stand_for_each_other():
     for scene in (damped, heavier):
         mesh, lucky = (next(f for f in for_choice(s)[0] if f.name.endswith("courant 1")) for s in (damped, scene))
         found = Study(mesh, 800, [Level(n, solve(*lucky.simulation(n))) for n in (300, 490, 800)])
-        automatic.estimate_errors(found, scene)
+        level_errors.estimate_errors(found, scene)
         expected.append(found.levels[-1].error)
     judged = damped.scene, damped.method.laws, ("displacements", "impulses")
     apart = difference(solve(*lucky.simulation(800)), solve(*mesh.simulation(800)), *judged)

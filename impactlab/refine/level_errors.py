@@ -1,0 +1,155 @@
+"""Errors of the levels of a study by Richardson extrapolation over all quantities that count, and the next level."""
+
+from __future__ import annotations
+
+import math
+
+from impactlab.history.base import AbstractHistory
+from impactlab.refine.convergence import (
+    SHOWN_SAFETY,
+    TWO_LEVEL_SAFETY,
+    Level,
+    Reach,
+    Study,
+    error_of_two,
+    finest_error,
+)
+from impactlab.refine.descriptions import Description
+from impactlab.refine.distances import counted, difference, distances
+from impactlab.scene.method import Method, Simulation, laws_of
+from impactlab.simulate import driver
+from impactlab.simulate.checks import gain_of
+
+MIN_SPEEDUP = 1.6  # predicted, of a description that is tried although a run keeps the tolerance
+MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
+MIN_SAVING = 2.5  # times cheaper a run must promise to be, to be tried although the choice has taken long
+MAX_TELLING = 0.1  # of an error: coarser runs say nothing of how it falls
+MIN_GROWTH = 2.0  # of the same where no level keeps the tolerance: a finer run also shows the errors of coarser ones
+MAX_GROWTH = 2.6  # of the fineness from level to level: across a longer step no order shows
+MARGIN = 1.1  # factor on the fineness that an estimate asks for
+MAX_LEVELS = 12  # of one description
+EXTRA_ORDER = 1.0  # over the declared order, with which errors may fall at first
+ORDER_MARGIN = 1.5  # on the order that the errors of a description show, before it is ended for its cost
+MIN_SHOWN_ORDER = 0.1
+MAX_GAIN_RATIO = 10.0  # of the energy that a run gains, over the reference energy, to the error that is stated
+MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order shows
+MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: shorter periods that give less need no such resolution
+PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
+NOT_CONVERGING = "does not converge to the tolerance"
+DONE = "done"  # of a study that needs no further level
+
+
+def allowed(method: Method) -> float:
+    """Return the relative error that a method allows; 0 without a tolerance."""
+    return 0.0 if method.tolerance is None else method.tolerance.error
+
+
+def spent_s(studies: list[Study], following: Study) -> float:
+    """Return the predicted seconds of all runs so far, and of the set-up of one that follows."""
+    runs = [(each.description, level.fineness) for each in studies for level in each.levels]
+    return following.description.cost.setup_s + sum(each.cost.setup_s + each.seconds(n) for each, n in runs)
+
+
+def estimate_errors(study: Study, asked: Simulation) -> None:
+    """Set the error of every level, and the next fineness or why none follows."""
+    description, levels, tolerance = study.description, study.levels, allowed(asked.method)
+    finest = levels[-1]
+    errors, by_order = _extrapolated(levels, asked, description)
+    least = _distance_to_check(study)
+    for level, error in zip(levels, errors, strict=True):
+        level.error, level.reason = max(error, least), ""
+        gain = gain_of(level.history)
+        if gain / MAX_GAIN_RATIO > max(level.error, tolerance):
+            level.error, level.reason = gain / MAX_GAIN_RATIO, f"gains {gain:.2g} of the reference energy"
+        elif not _resolves_contacts(level.history, asked):
+            level.error, level.reason = math.inf, f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
+        elif level.error > tolerance:
+            level.reason = f"expected error {level.error:.2g} beyond the tolerance"
+    # By the declared order: one that has not shown yet may still do so, and a run too fine costs more.
+    needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / tolerance) ** (1.0 / description.order)
+    if not math.isfinite(needed) or finest.error > errors[-1]:
+        needed = 2.0 * finest.fineness
+    elif by_order <= MAX_TELLING:
+        study.reach = _reach(study, by_order, tolerance)
+    met = [level.fineness for level in levels if level.error <= tolerance]
+    study.next = max(description.min_fineness, math.ceil(min(needed, MAX_GROWTH * finest.fineness)))
+    if not met:
+        study.next = max(study.next, math.ceil(MIN_GROWTH * finest.fineness))
+    study.next = min(description.whole(study.next), description.max_fineness)
+    # A run that is cheaper by little is not worth the time of another level.
+    cheapest = description.seconds(min(met)) if met else math.inf
+    needless = cheapest <= MIN_SPEEDUP * study.seconds
+    if needless or (cheapest <= MIN_SAVING * study.seconds and spent_s([study], study) > MAX_CHOOSING * study.seconds):
+        study.closed = DONE
+    if study.next in [level.fineness for level in levels]:
+        study.closed = DONE if met else NOT_CONVERGING
+    if len(levels) > MAX_LEVELS or (not met and finest.fineness >= description.max_fineness):
+        study.closed = NOT_CONVERGING
+
+
+def _reach(study: Study, error: float, tolerance: float) -> Reach:
+    """Return how far a study gets; of four runs and more, by the order that their errors show, with a margin."""
+    finest, order = study.levels[-1], study.description.order + EXTRA_ORDER
+    study.falling[finest.fineness] = error
+    first = min(study.falling)
+    if len(study.falling) > 2 and first < finest.fineness:
+        shown = math.log(max(study.falling[first] / error, 1.0)) / math.log(finest.fineness / first)
+        order = min(order, max(ORDER_MARGIN * shown, MIN_SHOWN_ORDER))
+    return Reach(finest.fineness, error, order, finest.fineness * math.pow(max(error / tolerance, 1.0), 1.0 / order))
+
+
+def _extrapolated(levels: list[Level], asked: Simulation, description: Description) -> tuple[list[float], float]:
+    """Return the error of each level, by its distance to the finest one, and the error of that by the declared order.
+
+    Each is the largest over the quantities that count. The second one says how fine the next level must be; of three
+    levels and more it is the stated error of the finest.
+    """
+    last = len(levels) - 1
+    fineness = [level.fineness for level in levels]
+    order, safety = description.order, description.safety
+    found, by_order = [], []
+    for pairs in distances([level.history for level in levels], *counted(asked), PEAK_MARGIN) if last else ():
+        if last == 1:
+            error = error_of_two(pairs[0, 1], fineness[0], fineness[1], order) * max(safety, TWO_LEVEL_SAFETY)
+            by_order.append(SHOWN_SAFETY * pairs[0, 1] / ((fineness[1] / fineness[0]) ** order - 1.0))
+        else:
+            error = finest_error(pairs, fineness, order).with_safety(safety)
+            by_order.append(error)
+        found.append((pairs, error))
+    if not found:
+        return [math.inf] * len(levels), math.inf
+    errors = [max((pairs[i, last] if i < last else 0.0) + error for pairs, error in found) for i in range(len(levels))]
+    return errors, max(by_order)
+
+
+def _distance_to_check(study: Study) -> float:
+    """Return the distance of the finest level to a run off the special step.
+
+    It is 0 where it is within the error of that run.
+
+    Levels with c dt = h have an advantage in common, so that two of them may agree by luck.
+    """
+    description, finest = study.description, study.levels[-1]
+    if description.check is None:
+        return 0.0
+    # Peak forces are left out: those of an ordinary mesh ring behind a front.
+    scene, method = description.check(finest.fineness)
+    beside = driver.run(scene, method, with_warnings=False)
+    apart = difference(finest.history, beside, scene, method.laws, ("displacements", "impulses"))
+    return apart if apart > description.check_error(finest.fineness) else 0.0
+
+
+def _resolves_contacts(history: AbstractHistory, asked: Simulation) -> bool:
+    """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
+    if history.dt is None:
+        return True
+    for contact, law in zip(asked.scene.contacts, laws_of(*asked), strict=True):
+        if law.hard or not law.answers_force:
+            continue
+        spans = history.spans(contact.name)
+        total = sum(span.impulse for span in spans)
+        for span in spans:
+            counts = span.impulse > MIN_IMPULSE_SHARE * total
+            if counts and span.end is not None and span.end - span.start < MIN_CONTACT_STEPS * history.dt:
+                return False
+    return True
