@@ -63,11 +63,12 @@ def bead_rows(plan: Plan) -> BeadRows:
     on_left: dict[str, int] = {}
     walls = {name for name, body in scene.bodies.items() if not body.moves}
     beads = {name for name in scene.bodies if name not in walls and _is_bead(plan, name)}
+    rigid = beads | walls
     for number, (contact, law, start) in enumerate(
         zip(scene.contacts, laws_of(scene, plan.acting), plan.starts, strict=True)
     ):
         left, right = contact.left.body, contact.right.body
-        if not ({left, right} <= beads | walls) or left in on_right or right in on_left:
+        if left not in rigid or right not in rigid or left in on_right or right in on_left:
             continue
         force = law.power_force(start)
         met = [each[name] for each, name in ((on_left, left), (on_right, right)) if name in each]
