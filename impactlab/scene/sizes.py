@@ -27,7 +27,7 @@ CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
 FEWEST = 100  # records of a run
 NUMBER = 8.0  # bytes
 NUMBERS_OF_ROWS = 2.0**18  # in the records of rows of beads of a short run, unless their number is given: 2 MB
-STEPS_A_RECORD = 16  # of rows of beads in a long run: a record takes as long as several steps
+STEPS_A_RECORD = 32  # of rows of beads in a long run: a record takes as long as several steps
 
 
 def memory_limit() -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from impactlab.simulate.channels import Probed, probed
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
     COUNT,
+    GAP,
     LAYERS,
     PEAK,
     RECENT,
@@ -69,7 +71,7 @@ from impactlab.types import MEMORY, Array, Arriving, Port, Quantity, Reply
 
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
 MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
-MIN_SAMPLES, MOST_SAMPLED = 64, 2**18  # energies taken of scenes of many bodies; numbers in all of them
+MIN_SAMPLES, MOST_SAMPLED = 64, 2**17  # energies taken of scenes of many bodies; numbers in all of them
 MANY = 100  # contacts, from which the room for events is that of a few steps
 MIN_EVENTS = 4096  # room for events between two returns of the loop
 MAX_COPIED = 2e6  # bytes of the arrays of an assembly that is kept for the next run
@@ -82,6 +84,9 @@ WRITTEN = ("events", "record", "sample", "snapshot_state")
 """Arrays that are room for what a run writes."""
 Models = Mapping[str, AbstractDiscreteModel]  # by name of the body
 Steppers = Mapping[str, Stepper]
+
+
+left_of, right_of = attrgetter("left"), attrgetter("right")
 
 
 def faces_of_contact(contact: Contact) -> tuple[Point, Point]:
@@ -294,6 +299,15 @@ class Assembly:
         """Return the column of the record with the displacement or velocity of a bead."""
         at = self.first_bead_force + self.bead_contacts.shape[1]
         return int(at + self._shift[body] + (quantity == "velocity"))
+
+    def bead_gaps(self, record: Array) -> Array:
+        """Return the gaps of bead contacts at the instants of a record [m], (n_bead_contacts, n_records)."""
+        first = self.first_bead_force + len(self.rows.contacts)
+        moved = np.vstack((record[:, first : self.first_probe : 2].T, np.zeros(len(record))))  # of a wall: the last row
+        contacts = [self.scene.contacts[number] for number in self.rows.contacts]
+        places = {name: place for place, name in enumerate(self.rows.beads)}
+        left, right = ([places.get(face(each).body, -1) for each in contacts] for face in (left_of, right_of))
+        return np.asarray(self.bead_contacts[GAP][:, None] + moved[right] - moved[left])
 
     def span_of(self, number: int) -> tuple[float, float, float]:
         """Return impulse [N s], last force [N] and peak [N] of the contact under way, by its number in the scene."""

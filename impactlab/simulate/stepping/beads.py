@@ -209,8 +209,9 @@ def sample_beads(m: StepArrays, dt: float) -> tuple[float, bool]:
                 gap, rate = gap_and_rate(m, row, contact)
                 before = gap - dt * rate if moved else gap
                 if gap < 0.0 and before < 0.0:
-                    power = 0.5 * (row.exponent + 1.0)
-                    stored += 0.5 * m.bead_contacts[STIFFNESS, contact] * (gap * before) ** power / power
+                    square, power = gap * before, 0.5 * (row.exponent + 1.0)
+                    grown = square * math.sqrt(math.sqrt(square)) if row.exponent == 1.5 else square**power
+                    stored += 0.5 * m.bead_contacts[STIFFNESS, contact] * grown / power
     return stored, finite
 
 

@@ -40,6 +40,7 @@ class Instants(NamedTuple):
     velocities: Array
     forces: Array  # ends of the intervals over which they acted
     middles: Array  # of these
+    bead_gaps: Array  # m, of contacts of rows of beads, at the ends of steps
 
 
 @final
@@ -193,10 +194,7 @@ class RecordedHistory(AbstractRecordedHistory):
         # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
         channels[f"force:{contact.name}"] = Channel(at.forces, force, True, None if law.hard else at.middles)
         if column >= assembly.first_bead_force:
-            gap = np.full_like(at.times, contact.gap)
-            for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
-                if scene.bodies[point.body].moves:
-                    gap += sign * record[:, assembly.bead_column(point.body, "displacement")]
+            gap = at.bead_gaps[column - assembly.first_bead_force]
             channels[f"gap:{contact.name}"] = Channel(at.times, gap, False)
             return
         channels[f"gap:{contact.name}"] = Channel(at.times, record[:, column + 1], False)
@@ -222,7 +220,7 @@ class RecordedHistory(AbstractRecordedHistory):
         if self._integrator.load_point != 0.5:
             late = (self._integrator.load_point - 0.5) * np.minimum(lengths, assembly.dt)
             of_force, middles = np.minimum(times + late, times[-1]), middles + late
-        instants = Instants(times, of_velocity, of_force, middles)
+        instants = Instants(times, of_velocity, of_force, middles, assembly.bead_gaps(record))
         for number in range(len(scene.contacts)):
             self._read_contact(number, record, instants)
         self._sum_groups()
