@@ -112,6 +112,7 @@ class BeadRowRecord(ctypes.Structure):
     left_wall: int  # 1 if the first contact is with a wall
     right_wall: int
     exponent: float
+    gained: float  # m/s, by gravity in a step
     watched: float  # N, force above which a step may be long against the contact's own time
 
 

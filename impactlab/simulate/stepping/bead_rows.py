@@ -99,8 +99,10 @@ def bead_rows(plan: Plan) -> BeadRows:
 
 def _is_bead(plan: Plan, name: str) -> bool:
     """Return whether a body is a mass that nothing but contacts, loads and gravity moves."""
-    built = plan.built[name]
-    return isinstance(built.model, RigidBody) and built.system.load.size == 1 and not np.any(built.system.stiffness)
+    model, system = plan.built[name].model, plan.built[name].system
+    if not isinstance(model, RigidBody) or system.load.size != 1 or np.any(system.stiffness):
+        return False
+    return bool(system.load[0] == system.mass[0, 0] * plan.scene.gravity)
 
 
 def _row_from(plan: Plan, name: str, on_right: dict[str, int], on_left: dict[str, int], walls: set[str]) -> BeadRow:
@@ -140,7 +142,7 @@ def packed(found: BeadRows, plan: Plan, dt: float) -> PackedRows:
         record.body = record.bead = bead
         record.state, record.count, record.contact = 2 * bead, len(row.beads), done
         record.left_wall, record.right_wall = int(row.left_wall), int(row.right_wall)
-        record.exponent = forces[0].exponent
+        record.exponent, record.gained = forces[0].exponent, dt * plan.scene.gravity
         own[GAP] = [plan.scene.contacts[number].gap for number in row.contacts]
         own[STIFFNESS], own[COARSE], own[MOST] = np.array(
             [(each.stiffness, each.coarse, each.most) for each in forces]

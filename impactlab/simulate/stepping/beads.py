@@ -161,7 +161,7 @@ def step_beads(m: StepArrays, time: float, dt: float) -> None:
         # Slices and numbers in variables: compiled code would read a record again after each number written.
         last, right_wall = record.count - 1, record.right_wall
         state = m.state[record.state : record.state + 2 * record.count]
-        kick, load = m.beads[KICK, record.bead :], m.beads[LOAD, record.bead :]
+        kick, gained = m.beads[KICK, record.bead :], record.gained
         row = row_from(m, record.exponent, record.watched, record.contact + record.left_wall)
         here, from_left = state[0], 0.0
         if record.left_wall != 0:
@@ -170,14 +170,14 @@ def step_beads(m: StepArrays, time: float, dt: float) -> None:
         for bead in range(last):
             after, velocity = state[2 * bead + 2], state[2 * bead + 1]
             force, noticed = feel(m, row, bead, here - after - row.gap[bead], velocity, state[2 * bead + 3], noticed)
-            velocity += kick[bead] * (load[bead] + (from_left - force))
+            velocity += kick[bead] * (from_left - force) + gained
             state[2 * bead + 1] = velocity
             state[2 * bead] = here + dt * velocity
             here, from_left = after, force
         force = 0.0
         if right_wall != 0:
             force, noticed = feel(m, row, last, here - row.gap[last], state[2 * last + 1], 0.0, noticed)
-        velocity = state[2 * last + 1] + kick[last] * (load[last] + (from_left - force))
+        velocity = state[2 * last + 1] + kick[last] * (from_left - force) + gained
         state[2 * last + 1] = velocity
         state[2 * last] = here + dt * velocity
         if m.clock[0].watched != 0:
