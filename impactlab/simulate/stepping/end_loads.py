@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.compiling import PART
 from impactlab.simulate.stepping.arrays import Floats, StepArrays
 from impactlab.simulate.stepping.influence import row_times_state
 
@@ -40,7 +40,7 @@ def force_over(times: Floats, forces: Floats, piece: int, start: float, dt: floa
         low, piece = high, piece + 1
 
 
-@INLINE
+@PART
 def apply_loads(m: StepArrays, time: float, dt: float) -> None:
     """Add the responses to the loads of a step to the state at the end of the free step."""
     for number in range(len(m.loads)):
@@ -59,7 +59,7 @@ def apply_loads(m: StepArrays, time: float, dt: float) -> None:
                 m.state[body.state_start + i] += load.force * m.responses[start + i]
 
 
-@INLINE
+@PART
 def read_loads(m: StepArrays) -> None:
     """Read the motion of the loaded ends at the start of a step."""
     first = len(m.row_start) - 1 - len(m.pushes) - 2 * len(m.loads)
@@ -68,7 +68,7 @@ def read_loads(m: StepArrays) -> None:
         m.loads[number].v = row_times_state(m, first + 2 * number + 1)
 
 
-@INLINE
+@PART
 def book_loads(m: StepArrays, dt: float) -> None:
     """Book impulse and work of the loads over an accepted step.
 

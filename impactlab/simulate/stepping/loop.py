@@ -245,7 +245,7 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
     clock.time = end
 
 
-@INLINE
+@PART
 def sample_energies(m: StepArrays, dt: float) -> bool:
     """Sample energies and momenta; return False if one is not finite."""
     clock = m.clock[0]
