@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
 from impactlab.exact.contact_kinds import check as check_exact
 from impactlab.history.base import Warned
@@ -220,15 +221,23 @@ def prepare(scene: Scene, method: Method) -> Plan:
     check_fields(scene, state, unknowns)
     scene = with_room(scene, state)
     laws, found = {}, []
+    alike: dict[tuple[int, ...], tuple[AbstractContactLaw, Start]] = {}  # contacts of like beads under one law
     for number, contact in enumerate(scene.contacts):
-        path = f"contacts.{number}.law"
+        path, given_law = f"contacts.{number}.law", method.laws[contact.name]
+        own_steppers = (id(steppers[point.body]) for point in (contact.left, contact.right))
+        key = (*own_steppers, *scene.places[number], id(given_law))
+        if key in alike:
+            laws[contact.name], start = alike[key]
+            found.append(start)
+            continue
         with placed_at(f"contacts.{number}"):
             facts = facts_of(scene, method, built, steppers, number)
         with placed_at(path):
-            law = laws[contact.name] = method.laws[contact.name].acting(*facts)
+            law = laws[contact.name] = given_law.acting(*facts)
         if integrator.load_point == 0.0:
             check_explicit_spring(law, facts, dt, path)
         found.append(start_law(law, facts, path, dt))
+        alike[key] = law, found[-1]
     acting, starts = replace(method, laws=laws), tuple(found)
     warnings += check_messengers(scene, built, starts)
     pushes = pushes_of(scene, built, starts)
