@@ -33,7 +33,8 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import Plan, prepare
-from impactlab.simulate.stepping.assembly import SAMPLES, Assembly
+from impactlab.simulate.stepping.arrays import SAMPLES
+from impactlab.simulate.stepping.assembly import Assembly, steps_per_sample
 from impactlab.simulate.stepping.loop import advance_dated, start
 from impactlab.testing.scenes import simulation
 
@@ -291,7 +292,7 @@ def time_by_hand(plan: Plan) -> tuple[float, Any]:
     mass, spring = system.mass[0], np.append(-system.stiffness[1, :-1], -system.stiffness[1, 0])
     out, energies = np.zeros((steps, 9)), np.zeros((SAMPLES + 1, 4))
     out.fill(0.0)
-    stride = -(-steps // SAMPLES)
+    stride = steps_per_sample(steps, 2)
     if isinstance(plan.integrator, Newmark):
         loop: Any = newmark_by_hand
         given = (spring, mass, factor(mass, spring, plan.dt), STRIKER, 1.0, np.zeros((4, mass.size)))

@@ -114,7 +114,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
         for i in range(n):
             work += load[i] * (u[i] - 0.5 * dt * v[i])
     if bandwidth == 1 and n > 1:
-        energy += 0.5 * energy_of_chain(mass, chain, dt, u, v)
+        energy += 0.5 * energy_of_chain(bands, mass, chain, dt, u, v)
     else:
         for i in range(n):
             energy += 0.5 * mass[i] * v[i] * v[i]
@@ -182,7 +182,7 @@ class CentralDifference(AbstractIntegrator):
                 chain[0], chain[-1] = ground[0], ground[-1]
                 ground[0] = ground[-1] = 0.0
         header = np.array([n_dof, bandwidth, dt, damped, np.any(ground), system.softening, loaded], float)
-        rest = runs_of(gain, chain) if bandwidth == 1 and n_dof > 1 else system.stiffness[1:].ravel()
+        rest = runs_of(gain, chain, mass) if bandwidth == 1 and n_dof > 1 else system.stiffness[1:].ravel()
         return Step(
             free=free,
             measure=measure,

@@ -16,15 +16,16 @@ MIN_RUN = 8  # nodes: a shorter run of equal ones takes as long node by node
 SAME_TOL = 4.0 * float(np.finfo(float).eps)  # of a factor: coefficients that differ by rounding are taken for equal
 
 
-def runs_of(gain: Array, chain: Array) -> Array:
+def runs_of(gain: Array, chain: Array, mass: Array) -> Array:
     """Return the runs of a chain without its last node, flat: number of nodes, factor shared by all, 0 if none.
 
     ``gain`` (n,) is dt over the masses, ``chain`` (n + 1,) the stiffness of the springs, those to the ground at both
-    ends included. The factor is gain times stiffness, on both sides of a node.
+    ends included. The factor is gain times stiffness, on both sides of a node; the nodes of a run have one ``mass``.
     """
     left, right = (gain * chain[:-1])[:-1], (gain * chain[1:])[:-1]
     even = np.abs(right - left) <= SAME_TOL * np.abs(left)
     joins = even[1:] & even[:-1] & (np.abs(left[1:] - left[:-1]) <= SAME_TOL * np.abs(left[1:]))
+    joins &= np.abs(np.diff(mass[:-1])) <= SAME_TOL * mass[1:-1]
     starts = np.concatenate(([0], np.flatnonzero(~joins) + 1, [left.size]))
     runs: list[list[float]] = []
     for first, end in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
@@ -80,12 +81,39 @@ def step_chain(runs: Array, gain: Array, chain: Array, dt: float, u: Array, v: A
 
 
 @HELPER
-def energy_of_chain(mass: Array, chain: Array, dt: float, u: Array, v: Array) -> float:
+def energy_uniform(mass: float, spring: float, dt: float, u: Array, v: Array) -> float:
+    """Return twice the energy of equal nodes, and of the springs to the right of them, [J]."""
+    moving, stretched = 0.0, 0.0
+    for i in range(v.size - 1):
+        stretch = u[i + 1] - u[i]
+        moving += v[i] * v[i]
+        stretched += (stretch - dt * (v[i + 1] - v[i])) * stretch
+    return float(mass * moving + spring * stretched)
+
+
+@HELPER
+def energy_each(mass: Array, springs: Array, dt: float, u: Array, v: Array) -> float:
+    """Return the same of nodes that differ."""
+    energy = 0.0
+    for i in range(v.size - 1):
+        stretch = u[i + 1] - u[i]
+        energy += mass[i] * v[i] * v[i] + springs[i] * (stretch - dt * (v[i + 1] - v[i])) * stretch
+    return float(energy)
+
+
+@UNPACK
+def energy_of_chain(runs: Array, mass: Array, chain: Array, dt: float, u: Array, v: Array) -> float:
     """Return twice the energy that leapfrog conserves in a chain, v M v + u_old K u [J]."""
     last = u.size - 1
     energy = mass[last] * v[last] * v[last]
     energy += chain[0] * (u[0] - dt * v[0]) * u[0] + chain[last + 1] * (u[last] - dt * v[last]) * u[last]
-    for i in range(last):
-        stretch = u[i + 1] - u[i]
-        energy += mass[i] * v[i] * v[i] + chain[i + 1] * (stretch - dt * (v[i + 1] - v[i])) * stretch
+    done = 0
+    for run in range(runs.size // 2):
+        count = int(runs[2 * run])
+        x, rate = window(u, done, count + 1), window(v, done, count + 1)
+        if runs[2 * run + 1] != 0.0:
+            energy += energy_uniform(mass[done], chain[done + 1], dt, x, rate)
+        else:
+            energy += energy_each(window(mass, done, count), window(chain, done + 1, count), dt, x, rate)
+        done += count
     return float(energy)

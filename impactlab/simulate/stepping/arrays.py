@@ -296,4 +296,4 @@ GAP, STIFFNESS, RECENT, PEAK, SPAN, TOTAL, COMPLIANCE, COARSE, MOST, COUNT = ran
 U_FORCE, V_FORCE, U_IMPULSE, V_IMPULSE, U_PROJECTION, V_PROJECTION, U_PUSH, V_PUSH, V_JUMP = range(9)
 LAYERS = 9
 SAMPLED = 6  # columns of a sample before those of the bodies
-SAMPLES = 256  # energies taken over a run
+SAMPLES = 256  # energies taken over a run, at most

@@ -1,0 +1,56 @@
+"""The leapfrog step of a chain in one pass: runs of equal nodes against the same step node by node, and its energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from impactlab.integrators.chain_steps import energy_of_chain, runs_of, step_chain
+
+PIECES = st.lists(
+    st.tuples(st.integers(1, 30), st.floats(0.5, 2.0), st.floats(0.5, 2.0)), min_size=1, max_size=4
+)  # elements, stiffness, mass
+
+
+def chain_of(pieces: list[tuple[int, float, float]], seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return lumped masses (n,) and springs (n + 1,), those to the ground first and last."""
+    springs = np.concatenate([np.full(count, k) for count, k, _ in pieces])
+    masses = np.zeros(springs.size + 1)
+    each = np.concatenate([np.full(count, m) for count, _, m in pieces])
+    masses[:-1] += 0.5 * each
+    masses[1:] += 0.5 * each
+    ends = np.random.default_rng(seed).choice([0.0, 1.0], 2)
+    return masses, np.concatenate((ends[:1], springs, ends[1:]))
+
+
+@given(PIECES, st.integers(0, 2**31))
+def test_one_pass_is_the_step_of_the_matrix(pieces: list[tuple[int, float, float]], seed: int) -> None:
+    mass, chain = chain_of(pieces, seed)
+    generator, dt = np.random.default_rng(seed), 0.3
+    u, v = generator.standard_normal((2, mass.size))
+    stiffness = np.diag(chain[:-1] + chain[1:]) - np.diag(chain[1:-1], 1) - np.diag(chain[1:-1], -1)
+    rate = v - dt / mass * (stiffness @ u)
+    moved = u + dt * rate
+    step_chain(runs_of(dt / mass, chain, mass), dt / mass, chain, dt, x := u.copy(), y := v.copy())
+    assert np.allclose(y, rate, rtol=0.0, atol=1e-13)
+    assert np.allclose(x, moved, rtol=0.0, atol=1e-13)
+    energy = energy_of_chain(runs_of(dt / mass, chain, mass), mass, chain, dt, x, y)
+    assert energy == pytest.approx(float(y @ (mass * y) + u @ stiffness @ x), rel=1e-12, abs=1e-12)
+
+
+def test_a_uniform_rod_is_one_node_and_one_run() -> None:
+    mass = np.full(40, 2.0)
+    mass[0] = mass[-1] = 1.0
+    chain = np.concatenate(([0.0], np.full(39, 3.0), [0.0]))
+    runs = runs_of(0.1 / mass, chain, mass)
+    assert runs.tolist() == pytest.approx([1.0, 0.0, 38.0, 0.15])
+
+
+def test_a_change_of_section_at_equal_wave_speed_ends_a_run() -> None:
+    mass, chain = chain_of([(20, 1.0, 1.0), (20, 3.0, 3.0)], 0)
+    runs = runs_of(0.1 / mass, chain, mass).reshape(-1, 2)
+    assert runs[:, 0].sum() == mass.size - 1
+    assert (runs[:, 1] != 0.0).sum() == 2
+    assert runs[2].tolist() == [1.0, 0.0]  # the node between
