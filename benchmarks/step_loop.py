@@ -276,7 +276,7 @@ def time_loop(plan: Plan) -> tuple[float, Assembly]:
     assert plan.dt is not None
     assert plan.integrator is not None
     assembly = Assembly(plan, plan.integrator, plan.dt)
-    start(assembly.memory)
+    start(assembly.memory, plan.dt)
     # The kernel's page faults on fresh pages are no part of the time: touch them first, here and below.
     assembly.memory.record.fill(0.0)
     began = time.thread_time()
