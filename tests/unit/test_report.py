@@ -215,7 +215,10 @@ def test_a_run_writes_all_its_files_and_every_channel(tmp_path: Path) -> None:
 def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> None:
     summary = summarise("toy", scene().scene, history(), None)
     write_run(tmp_path, summary, history(), scene().scene, None)
-    assert "exact" not in (tmp_path / "index.html").read_text().split("</style>")[1].split("<script>")[0].lower()
+    page = (tmp_path / "index.html").read_text().split("</style>")[1].split("<script>")[0].lower()
+    missing = "not measured: no exact answer"  # is said, and nothing else of an exact answer
+    assert missing in page
+    assert "exact" not in page.replace(missing, "")
     assert (tmp_path / "figures" / "waves.svg").exists()  # its own
 
 
