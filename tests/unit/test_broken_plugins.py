@@ -197,7 +197,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def summary(site: Path, tmp_path: Path, *arguments: str, extra: str = "") -> tuple[dict[str, object], str]:
     case = tmp_path / "case.yaml"
     case.write_text(CASE.format(law="penalty, stiffness: 1.0e6") + extra)
-    done = impactlab(site, "run", str(case), "--json", *arguments)
+    done = impactlab(site, "run", str(case), "--json", "--reference", *arguments)  # errors are asked for
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), done.stderr
 

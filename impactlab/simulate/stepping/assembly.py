@@ -71,8 +71,7 @@ from impactlab.types import MEMORY, Array, Arriving, Port, Quantity, Reply
 
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
 MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
-MIN_SAMPLES, SAMPLE_EVERY = 64, 8  # energies taken of a run at least, where it has as many steps; steps between two
-MOST_SAMPLED = 2**17  # numbers in all of them
+MIN_SAMPLES, MOST_SAMPLED = 64, 2**17  # energies taken of scenes of many bodies; numbers in all of them
 MANY = 100  # contacts, from which the room for events is that of a few steps
 MIN_EVENTS = 4096  # room for events between two returns of the loop
 MAX_COPIED = 2e6  # bytes of the arrays of an assembly that is kept for the next run
@@ -96,12 +95,8 @@ def faces_of_contact(contact: Contact) -> tuple[Point, Point]:
 
 
 def steps_per_sample(steps: int, bodies: int) -> int:
-    """Return how many steps lie between two samples of the energies: `MIN_SAMPLES` to `SAMPLES` of them in a run.
-
-    A sample takes as long as three steps of a mesh of 100 elements, so that short runs and many bodies have fewer.
-    """
-    samples = min(SAMPLES, max(MIN_SAMPLES, MOST_SAMPLED // (3 * bodies)))
-    return max(math.ceil(steps / samples), min(SAMPLE_EVERY, math.ceil(steps / MIN_SAMPLES)))
+    """Return how many steps lie between two samples of the energies; scenes of many bodies have fewer samples."""
+    return math.ceil(steps / min(SAMPLES, max(MIN_SAMPLES, MOST_SAMPLED // (3 * bodies))))
 
 
 class Assembly:

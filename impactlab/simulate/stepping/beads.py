@@ -10,6 +10,7 @@ The gap one step earlier, which dates an event, is the present one less dt times
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from impactlab.numerics.compiling import INLINE, PART
@@ -29,11 +30,46 @@ from impactlab.simulate.stepping.arrays import (
     STIFFNESS,
     TOTAL,
     BeadRowRecord,
+    ClockRecord,
+    ContactRecord,
+    EventRecord,
     Floats,
     StepArrays,
 )
 
 CLOSE, OPEN = 0, 1  # kinds of events, as in `event_times`
+
+
+class BeadArrays(NamedTuple):
+    """The arrays of `StepArrays` that rows of beads need: few enough to be handed to code that is compiled apart."""
+
+    clock: Sequence[ClockRecord]
+    bead_rows: Sequence[BeadRowRecord]
+    contacts: Sequence[ContactRecord]
+    events: Sequence[EventRecord]
+    beads: Floats
+    bead_contacts: Floats
+    noticed: Floats
+    state: Floats
+    record: Floats
+    sample: Floats
+
+
+@INLINE
+def bead_arrays(m: StepArrays) -> BeadArrays:
+    """Return the arrays that rows of beads need."""
+    return BeadArrays(
+        m.clock,
+        m.bead_rows,
+        m.contacts,
+        m.events,
+        m.beads,
+        m.bead_contacts,
+        m.noticed,
+        m.state,
+        m.record,
+        m.sample,
+    )
 
 
 class Row(NamedTuple):
@@ -49,7 +85,7 @@ class Row(NamedTuple):
 
 
 @PART
-def gap_and_rate(m: StepArrays, row: BeadRowRecord, contact: int) -> tuple[float, float]:
+def gap_and_rate(m: BeadArrays, row: BeadRowRecord, contact: int) -> tuple[float, float]:
     """Return gap [m] and gap rate [m/s] of a contact of a row, from the state as it is."""
     left = contact - row.contact - row.left_wall
     gap, rate = m.bead_contacts[GAP, contact], 0.0
@@ -63,7 +99,7 @@ def gap_and_rate(m: StepArrays, row: BeadRowRecord, contact: int) -> tuple[float
 
 
 @PART
-def date_beads(m: StepArrays, noticed: int, time: float, dt: float) -> None:
+def date_beads(m: BeadArrays, noticed: int, time: float, dt: float) -> None:
     """Write the events of bead contacts that have closed or opened; their gaps were zero within the step before."""
     values = m.bead_contacts
     for number in range(noticed):
@@ -87,7 +123,7 @@ def date_beads(m: StepArrays, noticed: int, time: float, dt: float) -> None:
 
 
 @PART
-def watch_beads(m: StepArrays, number: int, dt: float) -> None:
+def watch_beads(m: BeadArrays, number: int, dt: float) -> None:
     """Count contacts whose step is long against their own time; one beyond the stability limit fails.
 
     Beads have moved: the gap at the start of the step is the present one less the travel of the step.
@@ -112,7 +148,7 @@ def watch_beads(m: StepArrays, number: int, dt: float) -> None:
 
 @INLINE
 def feel(
-    m: StepArrays, row: Row, contact: int, overlap: float, left: float, right: float, noticed: int
+    m: BeadArrays, row: Row, contact: int, overlap: float, left: float, right: float, noticed: int
 ) -> tuple[float, int]:
     """Return the force of a contact of a row [N], and how many contacts have closed or opened in this step so far."""
     force = 0.0
@@ -135,7 +171,7 @@ def feel(
 
 
 @INLINE
-def row_from(m: StepArrays, exponent: float, watched: float, first: int) -> Row:
+def row_from(m: BeadArrays, exponent: float, watched: float, first: int) -> Row:
     """Return the contacts of a row from one on."""
     values = m.bead_contacts
     return Row(
@@ -149,8 +185,8 @@ def row_from(m: StepArrays, exponent: float, watched: float, first: int) -> Row:
     )
 
 
-@INLINE
-def step_beads(m: StepArrays, time: float, dt: float) -> None:
+@PART
+def step_beads(m: BeadArrays, time: float, dt: float) -> None:
     """Kick all beads by the forces at the start of the step, and move them.
 
     A bead moves when the forces on both sides are known: that from the left is carried along the row.
@@ -187,7 +223,7 @@ def step_beads(m: StepArrays, time: float, dt: float) -> None:
 
 
 @PART
-def sample_beads(m: StepArrays, dt: float) -> tuple[float, bool]:
+def sample_beads(m: BeadArrays, dt: float) -> tuple[float, bool]:
     """Sample energies and momenta of beads; return the energy stored in their contacts [J], and whether all is finite.
 
     Leapfrog conserves the energy of a spring, n = 1, with the product of the overlaps at both ends of a step as square.
@@ -216,7 +252,7 @@ def sample_beads(m: StepArrays, dt: float) -> tuple[float, bool]:
 
 
 @PART
-def record_beads(m: StepArrays, first: int, steps: float) -> None:
+def record_beads(m: BeadArrays, first: int, steps: float) -> None:
     """Write the forces of bead contacts, means over some steps, and the motion of beads from a column on."""
     values, record = m.bead_contacts, m.record[m.clock[0].n_records, first:]
     n_contacts, share = values.shape[1], 1.0 / steps if steps > 0.0 else 0.0

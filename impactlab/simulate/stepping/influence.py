@@ -15,27 +15,34 @@ from impactlab.simulate.stepping.arrays import (
     V_JUMP,
     V_PUSH,
     Floats,
+    Ints,
     StepArrays,
 )
 
 NO_EFFECT = 1e-20  # of a contact's effect on its own faces
 
 
+@PART
+def sum_of_row(index: Ints, value: Floats, state: Floats) -> float:
+    """Return a sparse row times the state; contiguous entries, as of modes, are read without an index."""
+    total, last = 0.0, index.size - 1
+    if last >= 0 and index[last] - index[0] == last:
+        part = window(state, index[0], index.size)
+        for i in range(part.size):
+            total += value[i] * part[i]
+        return total
+    for entry in range(index.size):
+        total += value[entry] * state[index[entry]]
+    return total
+
+
 @INLINE
 def row_times_state(m: StepArrays, row: int) -> float:
-    """Return a sparse row times the state; contiguous entries, as of modes, are read without an index."""
+    """Return a sparse row times the state."""
     begin, end = m.row_start[row], m.row_start[row + 1]
     if end - begin == 1:
         return float(m.row_value[begin] * m.state[m.row_index[begin]])
-    total = 0.0
-    if end > begin and m.row_index[end - 1] - m.row_index[begin] == end - begin - 1:
-        values, state = window(m.row_value, begin, end - begin), window(m.state, m.row_index[begin], end - begin)
-        for i in range(values.size):
-            total += values[i] * state[i]
-        return total
-    for entry in range(begin, end):
-        total += m.row_value[entry] * m.state[m.row_index[entry]]
-    return total
+    return sum_of_row(m.row_index[begin:end], m.row_value[begin:end], m.state)
 
 
 @PART

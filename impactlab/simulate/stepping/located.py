@@ -10,8 +10,9 @@ from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.simulate.stepping.contact_solve import effect_of
 from impactlab.simulate.stepping.event_times import OPEN, TOUCH_TOL, add_event
 from impactlab.simulate.stepping.influence import fill_influence
-from impactlab.simulate.stepping.loop import DONE, EVENTS_FULL, LAW_FAILED, NOT_FINITE, RECORDS_FULL
+from impactlab.simulate.stepping.loop import DONE, EVENTS_FULL, LAW_FAILED, NOT_FINITE, RECORDS_FULL, write_record_apart
 from impactlab.simulate.stepping.phases import change_phases
+from impactlab.simulate.stepping.samples import sample_energies
 
 # Quantity that crosses zero downwards inside a step: the gap, the trial force, or the negative gap (faces that part).
 NOTHING, GAP, TRIAL, PARTING = 0, 1, 2, 3
@@ -26,8 +27,6 @@ solve_contacts = called(contact_solve.solve_contacts)
 correct = called(loop.correct)
 write_events = called(event_times.write_events)
 book_step = called(loop.book_step)
-sample_energies = called(loop.sample_energies)
-write_record = called(loop.write_record)
 
 
 @PART
@@ -176,7 +175,7 @@ def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
         if clock.time >= step_end:
             return True
         if earliest > 0.0:
-            write_record(m, dt)
+            write_record_apart(m, dt)
 
 
 @ENTRY
@@ -192,7 +191,7 @@ def advance_located(m: StepArrays, dt: float, last_step: int, stride: int, sampl
             return LAW_FAILED
         clock.step += 1
         if clock.step % stride == 0 or clock.step == clock.steps:
-            write_record(m, dt)
+            write_record_apart(m, dt)
         if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample_energies(m, dt):
             return NOT_FINITE
     return DONE

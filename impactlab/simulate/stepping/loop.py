@@ -8,15 +8,16 @@ pieces are copied into it.
 from __future__ import annotations
 
 from impactlab.numerics.addresses import call
-from impactlab.numerics.compiling import ENTRY, INLINE, PART
+from impactlab.numerics.compiling import ENTRY, INLINE, PART, called
 from impactlab.numerics.windows import window
-from impactlab.simulate.stepping.arrays import SAMPLED, StepArrays
-from impactlab.simulate.stepping.beads import record_beads, sample_beads, step_beads
-from impactlab.simulate.stepping.contact_solve import effect_of, evaluate_law, solve_contacts
+from impactlab.simulate.stepping.arrays import Floats, StepArrays
+from impactlab.simulate.stepping.beads import bead_arrays, record_beads, step_beads
+from impactlab.simulate.stepping.contact_solve import effect_of, evaluate, solve_contacts
 from impactlab.simulate.stepping.end_loads import apply_loads, book_loads, read_loads
 from impactlab.simulate.stepping.event_times import write_events
 from impactlab.simulate.stepping.influence import fill_influence, pushed_values, row_times_state
 from impactlab.simulate.stepping.phases import change_phases
+from impactlab.simulate.stepping.samples import sample_energies
 from impactlab.types import MEMORY
 
 # Status that `advance_dated` returns.
@@ -106,7 +107,7 @@ def read_again(m: StepArrays) -> None:
 def free_step(m: StepArrays, time: float, dt: float) -> None:
     """Take the free step of all bodies, under their loads, and read the faces at its end."""
     if len(m.bead_rows) > 0:
-        step_beads(m, time, dt)
+        step_beads(bead_arrays(m), time, dt)
     for number in range(len(m.called)):
         body = m.bodies[m.called[number]]
         parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
@@ -127,13 +128,19 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
         pushed_values(m, True)
 
 
+@PART
+def add_range(state: Floats, response: Floats, factor: float) -> None:
+    """Add a factor times a response to a state, in vector registers."""
+    for i in range(state.size):
+        state[i] += factor * response[i]
+
+
 @INLINE
 def add_responses(m: StepArrays, state_start: int, start: int, factor: float, low: int, high: int) -> None:
-    """Add a factor times a range of a response to a body's state; a long one in vector registers."""
+    """Add a factor times a range of a response to a body's state."""
     if high - low > MIN_VECTOR:
-        state, response = window(m.state, state_start + low, high - low), window(m.responses, start + low, high - low)
-        for i in range(state.size):
-            state[i] += factor * response[i]
+        size = high - low
+        add_range(window(m.state, state_start + low, size), window(m.responses, start + low, size), factor)
         return
     for i in range(low, high):
         m.state[state_start + i] += factor * m.responses[start + i]
@@ -151,20 +158,20 @@ def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
 
 @INLINE
 def read_faces(m: StepArrays) -> None:
-    """Read the faces at the end of the step, with all contact forces: from the state, or by their influence."""
+    """Read the faces at the end of the step, with all contact forces.
+
+    Free values and influence, as a law reckons: read from the state, a gap that a law has closed would be a rounding.
+    """
     for number in range(len(m.faces)):
-        face = m.faces[number]
-        if face.u_at >= 0:
-            face.u, face.v = m.state[face.u_at], m.state[face.v_at]
-            continue
+        face, contact = m.faces[number], m.contacts[number // 2]
         if face.moves == 0:
             continue
-        u, v, contact = face.free_u, face.free_v, m.contacts[number // 2]
+        u, v = face.free_u, face.free_v
         for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
             other = m.contacts[m.coupled[pair]]
             u += effect_of(m, pair, number % 2, 0, other)
             v += effect_of(m, pair, number % 2, 1, other)
-        m.faces[number].u, m.faces[number].v = u, v
+        face.u, face.v = u, v
 
 
 @INLINE
@@ -245,40 +252,6 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
     clock.time = end
 
 
-@PART
-def sample_energies(m: StepArrays, dt: float) -> bool:
-    """Sample energies and momenta; return False if one is not finite."""
-    clock = m.clock[0]
-    n = clock.n_samples
-    stored, finite = 0.0, True
-    if len(m.bead_rows) > 0:
-        stored, finite = sample_beads(m, dt)
-    for each in range(len(m.called)):
-        number = m.called[each]
-        body = m.bodies[number]
-        parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
-        m.scratch[2] = 0.0
-        call(body.measure, parameters, window(m.state, body.state_start, body.state_end - body.state_start), m.scratch)
-        momentum, first = m.scratch[2], body.state_start + body.n_dof
-        row, velocity = window(m.momentum, first, body.n_dof), window(m.state, first, body.n_dof)
-        for i in range(row.size):
-            momentum += row[i] * velocity[i]
-        m.sample[n, SAMPLED + 3 * number] = m.scratch[0]
-        m.sample[n, SAMPLED + 1 + 3 * number] = m.scratch[1]
-        m.sample[n, SAMPLED + 2 + 3 * number] = momentum
-        total = m.scratch[0] + momentum
-        finite = finite and total - total == 0.0
-    for number in range(len(m.loads)):
-        m.sample[n, SAMPLED + 1 + 3 * m.loads[number].body] += m.loads[number].work
-    for number in range(len(m.contacts)):
-        stored += m.replies[number].stored
-    m.sample[n, 0], m.sample[n, 1] = clock.time, stored
-    m.sample[n, 2], m.sample[n, 3] = clock.lost_contact, clock.lost_ends
-    m.sample[n, 4], m.sample[n, 5] = clock.lost_inside, clock.lost_unresolved
-    clock.n_samples = n + 1
-    return finite
-
-
 @INLINE
 def write_record(m: StepArrays, dt: float) -> None:
     """Write one record at the end of a step."""
@@ -297,13 +270,16 @@ def write_record(m: StepArrays, dt: float) -> None:
         contact.sum_force = 0.0
     first_column = 1 + 6 * n_contacts
     if len(m.bead_rows) > 0:
-        record_beads(m, first_column, elapsed / dt)
+        record_beads(bead_arrays(m), first_column, elapsed / dt)
         first_column += m.bead_contacts.shape[1] + 2 * m.beads.shape[1]
     first_probe = 2 * len(m.faces) + len(m.readings)
     for probe in range(m.record.shape[1] - first_column):
         m.record[n, first_column + probe] = row_times_state(m, first_probe + probe)
     clock.recorded = clock.time
     clock.n_records = n + 1
+
+
+write_record_apart = called(write_record)  # where no time is lost by a call, which copies all of `StepArrays`
 
 
 @ENTRY
@@ -356,7 +332,7 @@ def start(m: StepArrays, dt: float) -> None:
             # Overlapping faces and links may store energy at the start: the law is evaluated while all compliances are
             # still zero.
             load_point, contact.load_point = contact.load_point, 0.0
-            evaluate_law(m, number, 0.0, 1.0)
+            evaluate(m, number, 0.0, 1.0)
             contact.load_point = load_point
             if contact.joined != 0:  # what yields at t = 0 has yielded before
                 for k in range(MEMORY):
@@ -364,5 +340,5 @@ def start(m: StepArrays, dt: float) -> None:
     fill_influence(m)
     if len(m.phases) > 0:
         change_phases(m)
-    write_record(m, dt)
+    write_record_apart(m, dt)
     sample_energies(m, dt)

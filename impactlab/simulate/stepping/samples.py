@@ -1,0 +1,91 @@
+"""Samples of energies and momenta, taken at some steps: compiled once, and called by every loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from impactlab.numerics.addresses import call
+from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.windows import window
+from impactlab.simulate.stepping.arrays import (
+    SAMPLED,
+    BodyRecord,
+    ClockRecord,
+    ContactRecord,
+    Floats,
+    Ints,
+    LoadRecord,
+    StepArrays,
+)
+from impactlab.simulate.stepping.beads import bead_arrays, sample_beads
+from impactlab.types import Reply
+
+
+class SampleArrays(NamedTuple):
+    """The arrays of `StepArrays` that a sample needs: few enough to be handed to code that is compiled apart."""
+
+    clock: Sequence[ClockRecord]
+    bodies: Sequence[BodyRecord]
+    contacts: Sequence[ContactRecord]
+    replies: Sequence[Reply]
+    loads: Sequence[LoadRecord]
+    called: Ints
+    parameters: Floats
+    state: Floats
+    momentum: Floats
+    scratch: Floats
+    sample: Floats
+
+
+@PART
+def sample_bodies(m: SampleArrays, in_beads: float) -> bool:
+    """Sample energies and momenta, with an energy stored between beads [J]; return False if one is not finite."""
+    clock = m.clock[0]
+    n, stored, finite = clock.n_samples, in_beads, True
+    for each in range(len(m.called)):
+        number = m.called[each]
+        body = m.bodies[number]
+        parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
+        m.scratch[2] = 0.0
+        call(body.measure, parameters, window(m.state, body.state_start, body.state_end - body.state_start), m.scratch)
+        momentum, first = m.scratch[2], body.state_start + body.n_dof
+        row, velocity = window(m.momentum, first, body.n_dof), window(m.state, first, body.n_dof)
+        for i in range(row.size):
+            momentum += row[i] * velocity[i]
+        m.sample[n, SAMPLED + 3 * number] = m.scratch[0]
+        m.sample[n, SAMPLED + 1 + 3 * number] = m.scratch[1]
+        m.sample[n, SAMPLED + 2 + 3 * number] = momentum
+        total = m.scratch[0] + momentum
+        finite = finite and total - total == 0.0
+    for number in range(len(m.loads)):
+        m.sample[n, SAMPLED + 1 + 3 * m.loads[number].body] += m.loads[number].work
+    for number in range(len(m.contacts)):
+        stored += m.replies[number].stored
+    m.sample[n, 0], m.sample[n, 1] = clock.time, stored
+    m.sample[n, 2], m.sample[n, 3] = clock.lost_contact, clock.lost_ends
+    m.sample[n, 4], m.sample[n, 5] = clock.lost_inside, clock.lost_unresolved
+    clock.n_samples = n + 1
+    return finite
+
+
+@INLINE
+def sample_energies(m: StepArrays, dt: float) -> bool:
+    """Sample energies and momenta of all bodies; return False if one is not finite."""
+    stored, finite = 0.0, True
+    if len(m.bead_rows) > 0:
+        stored, finite = sample_beads(bead_arrays(m), dt)
+    arrays = SampleArrays(
+        m.clock,
+        m.bodies,
+        m.contacts,
+        m.replies,
+        m.loads,
+        m.called,
+        m.parameters,
+        m.state,
+        m.momentum,
+        m.scratch,
+        m.sample,
+    )
+    return sample_bodies(arrays, stored) and finite
