@@ -64,9 +64,7 @@ class Formula:
     def __call__(self, x: Array) -> Array:
         places = np.asarray(x, dtype=float)
         names = {"x": places, "L": self.length, "pi": math.pi}
-        with np.errstate(all="ignore"):
-            values = _evaluate(parse(self.text), names)
-        return np.broadcast_to(np.asarray(values, dtype=float), places.shape).copy()
+        return _values(parse(self.text), names, places.shape)
 
 
 @dataclass(frozen=True)
@@ -80,9 +78,7 @@ class TimeFormula:
 
     def __call__(self, t: Array) -> Array:
         times = np.asarray(t, dtype=float)
-        with np.errstate(all="ignore"):
-            values = _evaluate(parse(self.text, OF_TIME), {"t": times, "pi": math.pi})
-        return np.broadcast_to(np.asarray(values, dtype=float), times.shape).copy()
+        return _values(parse(self.text, OF_TIME), {"t": times, "pi": math.pi}, times.shape)
 
 
 @dataclass(frozen=True)
@@ -96,9 +92,7 @@ class IndexFormula:
 
     def __call__(self, count: int) -> Array:
         index = np.arange(1.0, count + 1.0)
-        with np.errstate(all="ignore"):
-            values = _evaluate(parse(self.text, OF_INDEX), {"i": index, "n": float(count), "pi": math.pi})
-        return np.broadcast_to(np.asarray(values, dtype=float), index.shape).copy()
+        return _values(parse(self.text, OF_INDEX), {"i": index, "n": float(count), "pi": math.pi}, index.shape)
 
 
 @lru_cache(maxsize=64)
@@ -178,6 +172,13 @@ def _exponent(node: ast.expr) -> None:
         raise ValueError(f"the exponent {shown(ast.unparse(node))} is not a number; exponents are plain numbers")
     if abs(float(inner.value)) > MAX_EXPONENT:  # type: ignore[arg-type]
         raise ValueError(f"the exponent {shown(inner.value)} is too large; at most {MAX_EXPONENT:g} is allowed")
+
+
+def _values(tree: ast.expr, names: dict[str, Any], shape: tuple[int, ...]) -> Array:
+    """Return the values of a formula; a number alone is spread over the shape."""
+    with np.errstate(all="ignore"):
+        values = _evaluate(tree, names)
+    return np.broadcast_to(np.asarray(values, dtype=float), shape).copy()
 
 
 def _evaluate(node: ast.expr, names: dict[str, Any]) -> Any:
