@@ -25,7 +25,7 @@ from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.pairing import energy_bound
 from impactlab.simulate.resolvability import unresolved
 from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
-from impactlab.simulate.stepping import loop
+from impactlab.simulate.stepping import loop, readout
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.preparation import self_stepping
 from impactlab.simulate.touch_times import unplaced
@@ -129,7 +129,9 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     failure: Failure = partial(StepError, time=clock.time, step=clock.step, history=history)
     if status == loop.LAW_FAILED:
         raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
-        failed = [f"{assembly.scene.contacts[number].name}: {laws[number].why_failed}" for number in assembly.failed()]
+        failed = [
+            f"{assembly.scene.contacts[number].name}: {laws[number].why_failed}" for number in readout.failed(assembly)
+        ]
         text = "; ".join(failed) or "the forces of several contacts do not agree"
         remedy = SMALLER_STEP
         if raised is not None:
@@ -142,19 +144,19 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         raise failure(text, remedy="Give a smaller step, or a softer contact.")
     if not np.all(np.isfinite(assembly.memory.record[: clock.n_records])):
         raise failure("a displacement or force is not a finite number", remedy=LOST_DIGITS)
-    for number, record in zip(assembly.solved, assembly.contacts, strict=True):
+    for number, record in zip(assembly.layout.solved, assembly.contacts, strict=True):
         contact, law = assembly.scene.contacts[number], laws[number]
         if -record.negative > NEGATIVE_LOSS_TOL * reference_energy(history):  # its book would take it for balanced
             raise failure(
                 f"{contact.name}: law '{kind_of(law)}' replied losses of {record.negative:.6g} J, below zero",
                 remedy="This is a fault of the law: its 'dissipated' and 'unresolved' may not be negative.",
             )
-    own = self_stepping(assembly.built)
+    own = self_stepping(assembly.layout.built)
     if clock.step == assembly.steps and clock.n_samples > 1:
-        check_momentum(history, assembly.impulses(), assembly.load_impulses(), clock.time, failure)
+        check_momentum(history, readout.impulses(assembly), readout.load_impulses(assembly), clock.time, failure)
     bound = energy_bound(assembly.scene, assembly.acting, assembly.integrator, own)
     impulses = any(Level.IMPULSE in law.needs or Level.CLOSING in law.needs for law in laws)
-    models = [body.model for body in assembly.built.values() if isinstance(body.model, MechanismModel)]
+    models = [body.model for body in assembly.layout.built.values() if isinstance(body.model, MechanismModel)]
     bound += sum(model.gains_energy(assembly.dt, impulses, fastest(history, model)) for model in models)
     cut = assembly.method.events == "dated" and assembly.integrator.any_dt
     remedies = dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy)

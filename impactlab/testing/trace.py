@@ -47,11 +47,11 @@ class Trace(NamedTuple):
 
     def displacements(self, body: str) -> Array:
         """The coordinates of a body after each step, shape (n_steps + 1, n_dof)."""
-        return np.array([self.history.assembly.state_of(body, state) for state in self.states])
+        return np.array([self.history.assembly.layout.state_of(body, state) for state in self.states])
 
     def velocities(self, body: str) -> Array:
         """The velocities of a body's coordinates after each step, shape (n_steps + 1, n_dof)."""
-        return np.array([self.history.assembly.state_of(body, state, velocities=True) for state in self.states])
+        return np.array([self.history.assembly.layout.state_of(body, state, velocities=True) for state in self.states])
 
     def kept(self, body: str) -> Array:
         """The further state of a body under the scheme, after each step, shape (n_steps + 1, ...)."""

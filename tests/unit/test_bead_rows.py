@@ -70,7 +70,7 @@ def same(ours: AbstractHistory, theirs: AbstractHistory) -> None:
 def test_rows_between_walls_move_as_contacts_that_are_solved(law: Hertz | Penalty) -> None:
     given = tapered(law)
     ours, theirs = solved(given, True), solved(given, False)
-    assert len(ours.assembly.rows.contacts) == 8
+    assert len(ours.assembly.layout.rows.contacts) == 8
     assert len(theirs.assembly.contacts) == 8
     assert len(ours.events) > 20
     same(ours, theirs)
@@ -95,7 +95,7 @@ def test_other_laws_and_bodies_beside_a_row_are_solved_with_it() -> None:
     ]
     given = in_a_row(bodies, FiniteElement(10, mass="lumped"), laws, CentralDifference(), STEP, gaps=1e-4, duration=1.5)
     ours, theirs = solved(given, True), solved(given, False)
-    assert sorted(len(row.contacts) for row in ours.assembly.rows.rows) == [1, 1, 3]
+    assert sorted(len(row.contacts) for row in ours.assembly.layout.rows.rows) == [1, 1, 3]
     assert len(ours.events) > 8
     same(ours, theirs)
 

@@ -66,7 +66,7 @@ def scene(model, law=HARD) -> Simulation:
 def test_a_continuous_model_of_a_plugin_was_never_built_and_another_ran_in_its_place():
     history = run(*scene(Fluid(0.5), law=Penalty(1e7)))
     assert isinstance(history, RecordedHistory)
-    assert isinstance(history.assembly.built["rod"].model, FluidLine)
+    assert isinstance(history.assembly.layout.built["rod"].model, FluidLine)
     assert not history.integrator_used
     hard = scene(Fluid(0.5))
     assert not is_exact(*hard)  # St Venant's solver does not stand in for it

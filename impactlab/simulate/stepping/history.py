@@ -25,7 +25,7 @@ from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.scene.frame import carried_by, groups, touched_in
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
-from impactlab.simulate.stepping import event_times
+from impactlab.simulate.stepping import event_times, readout
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.chain_waves import ChainWaves
@@ -54,7 +54,7 @@ class RecordedHistory(AbstractRecordedHistory):
     """
 
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
-        super().__init__(assembly.scene, assembly.method, assembly.built, assembly.dt)
+        super().__init__(assembly.scene, assembly.method, assembly.layout.built, assembly.dt)
         self.assembly = assembly
         self._ends: dict[str, tuple[Array, Array]] = {}  # of delay lines: times; displacements of both ends, or waves
         self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
@@ -73,7 +73,7 @@ class RecordedHistory(AbstractRecordedHistory):
             self._raw.append(
                 (
                     event.time,
-                    assembly.numbers[event.contact],
+                    assembly.layout.numbers[event.contact],
                     event.kind,
                     event.impulse,
                     event.span_impulse,
@@ -88,14 +88,14 @@ class RecordedHistory(AbstractRecordedHistory):
         clock = self.assembly.clock
         if clock.step < self.assembly.steps:
             self.duration = min(self.duration, clock.time)
-        self.load_impulses = self.assembly.load_impulses(self.assembly.clock.time - self.duration)
+        self.load_impulses = readout.load_impulses(self.assembly, self.assembly.clock.time - self.duration)
         self._read_channels()
         self._read_events()
         self._read_energy()
         self._read_links()
 
     def memories(self) -> list[Sequence[float]]:
-        return self.assembly.memories()
+        return readout.memories(self.assembly)
 
     def snapshots(self) -> Array:
         taken = self.assembly.clock.n_snapshots
@@ -109,7 +109,7 @@ class RecordedHistory(AbstractRecordedHistory):
         # Leapfrog velocities belong to the middle of their step.
         late = (1.0 - self._integrator.velocity_point) * length if velocities else 0.0
         share = (snapshot.time - snapshot.before + late) / length if length > 0.0 else 1.0
-        one, other = (self.assembly.state_of(body, state, velocities) for state in states)
+        one, other = (self.assembly.layout.state_of(body, state, velocities) for state in states)
         phased = [name for name, each in self.built.items() if each.system.phases is not None]
         if body not in phased:
             return (1.0 - share) * one + share * other
@@ -148,7 +148,7 @@ class RecordedHistory(AbstractRecordedHistory):
     def impulse_of(self, contact: str) -> float:
         if not self._numbers:
             self._numbers = {
-                self.scene.contacts[number].name: place for place, number in enumerate(self.assembly.solved)
+                self.scene.contacts[number].name: place for place, number in enumerate(self.assembly.layout.solved)
             }
         if contact not in self._numbers:
             return super().impulse_of(contact)
@@ -188,13 +188,13 @@ class RecordedHistory(AbstractRecordedHistory):
     def _read_contact(self, number: int, record: Array, at: Instants) -> None:
         """Read force and gap of a contact, and the motion of its faces on bodies that deform."""
         assembly, scene, channels = self.assembly, self.scene, self.recorded
-        contact, column = scene.contacts[number], assembly.column_of(number)
+        contact, column = scene.contacts[number], assembly.layout.column_of(number)
         law = assembly.acting.laws[contact.name]
         force = record[:, column] if law.answers_force else np.full_like(at.times, np.nan)
         # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
         channels[f"force:{contact.name}"] = Channel(at.forces, force, True, None if law.hard else at.middles)
-        if column >= assembly.first_bead_force:
-            gap = at.bead_gaps[column - assembly.first_bead_force]
+        if column >= assembly.layout.first_bead_force:
+            gap = at.bead_gaps[column - assembly.layout.first_bead_force]
             channels[f"gap:{contact.name}"] = Channel(at.times, gap, False)
             return
         channels[f"gap:{contact.name}"] = Channel(at.times, record[:, column + 1], False)
@@ -208,6 +208,7 @@ class RecordedHistory(AbstractRecordedHistory):
 
     def _read_channels(self) -> None:
         assembly, scene, channels = self.assembly, self.scene, self.recorded
+        layout = assembly.layout
         record = assembly.memory.record[: assembly.clock.n_records]
         times = record[:, 0]
         lengths = times.copy()
@@ -220,18 +221,18 @@ class RecordedHistory(AbstractRecordedHistory):
         if self._integrator.load_point != 0.5:
             late = (self._integrator.load_point - 0.5) * np.minimum(lengths, assembly.dt)
             of_force, middles = np.minimum(times + late, times[-1]), middles + late
-        instants = Instants(times, of_velocity, of_force, middles, assembly.bead_gaps(record))
+        instants = Instants(times, of_velocity, of_force, middles, readout.bead_gaps(assembly, record))
         for number in range(len(scene.contacts)):
             self._read_contact(number, record, instants)
         self._sum_groups()
-        first = assembly.first_probe
-        for probe in assembly.recorded:
-            moving, column = probe.quantity == "velocity", assembly.probe_column(probe)
+        first = layout.first_probe
+        for probe in layout.recorded:
+            moving, column = probe.quantity == "velocity", layout.probe_column(probe)
             on = self._velocity_times(probe.body, probe.x, times, of_velocity) if moving else times
             # A face that a contact presses in beyond its coordinates is known from the contact.
             channels.setdefault(probe.channel, Channel(on, record[:, column], False))
         moved = {
-            (each.body, each.x): record[:, first + len(assembly.probes) + n] for n, each in enumerate(assembly.far_ends)
+            (each.body, each.x): record[:, first + len(layout.probes) + n] for n, each in enumerate(layout.far_ends)
         }
         for name, body in self.built.items():
             if isinstance(body.model, DelayLine):
@@ -241,13 +242,13 @@ class RecordedHistory(AbstractRecordedHistory):
                 ]
                 self._ends[name] = times, np.array(ends)
             elif isinstance(body.model, DelayChain):
-                own = [n for n, (owner, _) in enumerate(assembly.sent) if owner == name]
-                self._ends[name] = times, record[:, first + len(assembly.probes) + len(assembly.far_ends) :][:, own].T
-        for each in assembly.in_waves:
+                own = [n for n, (owner, _) in enumerate(layout.sent) if owner == name]
+                self._ends[name] = times, record[:, first + len(layout.probes) + len(layout.far_ends) :][:, own].T
+        for each in layout.in_waves:
             values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
             channels[each.channel] = Channel(times, values, False)
         sample = assembly.memory.sample[: assembly.clock.n_samples]
-        places = {name: number for number, name in enumerate(assembly.built)}
+        places = {name: number for number, name in enumerate(layout.built)}
         for name in self.scene.bodies:
             number = places[name]
             if not scene.bodies[name].changes:  # that of a mechanism is a vector, which nothing sums up
@@ -267,7 +268,7 @@ class RecordedHistory(AbstractRecordedHistory):
     def _read_energy(self) -> None:
         assembly, scene = self.assembly, self.scene
         sample = assembly.memory.sample[: assembly.clock.n_samples]
-        numbers = {name: number for number, name in enumerate(assembly.built)}
+        numbers = {name: number for number, name in enumerate(assembly.layout.built)}
         columns = {name: SAMPLED + 3 * numbers[name] for name in scene.in_order}
         touched = touched_in(self)
         joined = self._joined if len(touched) == len(self._reach.groups) else groups(scene, touched)
@@ -284,11 +285,11 @@ class RecordedHistory(AbstractRecordedHistory):
     def _read_links(self) -> None:
         assembly, found = self.assembly, []
         joined = [place for place, record in enumerate(assembly.contacts) if record.joined]
-        linked = [self.scene.contacts[assembly.solved[place]] for place in joined]
+        linked = [self.scene.contacts[assembly.layout.solved[place]] for place in joined]
         names = [contact.group or contact.name for contact in linked]
         for name in dict.fromkeys(names):
             own = [place for place, other in zip(joined, names, strict=True) if other == name]
-            laws = [assembly.acting.laws[self.scene.contacts[assembly.solved[place]].name] for place in own]
+            laws = [assembly.acting.laws[self.scene.contacts[assembly.layout.solved[place]].name] for place in own]
             ports = [assembly.ports[place] for place in own]
             sets = [law.set_of([*port.memory]) for law, port in zip(laws, ports, strict=True)]
             records = [assembly.contacts[place] for place in own]
@@ -322,7 +323,7 @@ class RecordedHistory(AbstractRecordedHistory):
                 events.append(Event(time, name, "open"))
                 spans.append(ContactSpan(name, started.pop(number, 0.0), time, span_impulse, peak))
         for number, time in started.items():
-            impulse, force, peak = assembly.span_of(number)
+            impulse, force, peak = readout.span_of(assembly, number)
             spans.append(ContactSpan(contacts[number].name, time, None, impulse - self._beyond * force, peak))
         for number, given in kicks.items():
             name = contacts[number].name

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy import bool_
 from numpy.typing import NDArray
@@ -12,18 +10,6 @@ from impactlab.integrators.base import Stepper, loads_of
 from impactlab.models.base import Operators
 from impactlab.simulate.stepping.arrays import Floats, Ints
 from impactlab.types import Array
-
-
-class Coordinates(NamedTuple):
-    """Values that belong to one set of coordinates of the bodies, in the layout of `StepArrays`."""
-
-    parameters: Floats
-    momentum: Floats
-    jump: Floats
-    responses: Floats
-    rows: list[tuple[int, Array]]  # each a shift into the whole state and its values
-    left_out: Floats
-    starts: list[list[int]]  # of parameters, jumps and responses, body by body
 
 
 def flat(arrays: list[Array]) -> tuple[Floats, Ints]:

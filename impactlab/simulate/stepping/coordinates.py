@@ -1,0 +1,118 @@
+"""Coordinates of a stepped run: parameters, momenta, responses and rows of all bodies, flat."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.models.base import AbstractDiscreteModel
+from impactlab.simulate.stepping.arrays import Floats, Ints
+from impactlab.simulate.stepping.layout import MOTION, Layout
+from impactlab.simulate.stepping.packing import flat, jumps_and_loads, responses_of, sparse
+from impactlab.simulate.stepping.preparation import (
+    BuiltBody,
+    check_phases,
+    face_read,
+    left_out_per_force,
+    prepare_steppers,
+    reading_place,
+)
+from impactlab.types import Array, Arriving, Quantity
+
+Models = Mapping[str, AbstractDiscreteModel]  # by name of the body
+Steppers = Mapping[str, Stepper]
+
+
+class Coordinates(NamedTuple):
+    """Values that belong to one set of coordinates of the bodies, in the layout of `StepArrays`."""
+
+    parameters: Floats
+    momentum: Floats
+    jump: Floats
+    responses: Floats
+    rows: list[tuple[int, Array]]  # each a shift into the whole state and its values
+    left_out: Floats
+    starts: list[list[int]]  # of parameters, jumps and responses, body by body
+
+
+class BothPhases(NamedTuple):
+    """Coordinates of a run, the rows without zeros, and the same of bodies with phases while these are closed."""
+
+    values: Coordinates
+    row_start: Ints
+    row_index: Ints
+    row_value: Floats
+    other_state: Floats
+
+
+def both_phases(layout: Layout, integrator: AbstractIntegrator, dt: float) -> BothPhases:
+    """Return the coordinates of a run."""
+    built, steppers = layout.built, layout.steppers
+    models = {name: body.model for name, body in built.items()}
+    values = coordinates(layout, models, steppers)
+    phased = {name: body.system.phases for name, body in built.items() if body.system.phases is not None}
+    if not phased:
+        return BothPhases(values, *sparse(values.rows), np.zeros(0))
+    check_phases(phased, built, steppers)
+    closed = {name: BuiltBody(built[name].body, each.closed, each.closed.operators()) for name, each in phased.items()}
+    others = dict(steppers) | prepare_steppers(layout.scene, closed, integrator, dt, layout.plan.pushes)
+    other = coordinates(layout, models | {name: body.model for name, body in closed.items()}, others)
+    # The same entries in both phases, so that only values are exchanged.
+    pattern = [(a != 0.0) | (b != 0.0) for (_, a), (_, b) in zip(values.rows, other.rows, strict=True)]
+    kept = other.parameters, other.momentum, other.jump, other.responses
+    other_state = np.concatenate((*kept, sparse(other.rows, pattern)[2], other.left_out.ravel()))
+    return BothPhases(values, *sparse(values.rows, pattern), other_state)
+
+
+def coordinates(layout: Layout, models: Models, steppers: Steppers) -> Coordinates:
+    """Return the values of one set of coordinates."""
+    momentum = np.zeros(sum(stepper.state.size for stepper in steppers.values()))
+    for name, model in models.items():
+        row = model.momentum_row()
+        start = layout.shift[name] + row.size
+        momentum[start : start + row.size] = row
+    each = list(steppers.values())
+    parameters, of_parameters = flat([stepper.parameters for stepper in each])
+    jump, of_jumps = flat([jumps_and_loads(stepper) for stepper in each])
+    responses, of_responses = flat([response for stepper in each for response in responses_of(stepper)])
+    starts = [of_parameters.tolist(), of_jumps.tolist(), of_responses[::3].tolist()]
+    return Coordinates(parameters, momentum, jump, responses, *_rows(layout, models), starts)
+
+
+def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Floats]:
+    """Return all rows in the order that `StepArrays` states, and the static responses of modes left out.
+
+    The latter are those at each reading per force of each contact.
+    """
+
+    def row(body: str, x: float, quantity: Quantity, factor: float = 1.0) -> tuple[int, Array]:
+        values = factor * models[body].row(x, quantity)
+        return layout.shift[body] + (values.size if quantity == "velocity" else 0), values
+
+    contacts = layout.contacts
+    starts = [layout.plan.starts[number] for number in layout.solved]
+    rows = [row(point.body, point.x, "displacement") for point in layout.points]
+    rows += [row(point.body, point.x, "velocity") for point in layout.points]
+    left_out: list[list[float]] = []
+    for contact, start in zip(contacts, starts, strict=True):
+        for reading in start.readings:
+            left_out.append([0.0] * len(contacts))
+            if isinstance(reading, Arriving):
+                point = face_read(contact, reading)
+                whole = models[point.body].arriving(point.x, reading.delay, reading.speed)
+                rows.append((layout.shift[point.body], whole))  # over displacements and velocities
+                continue
+            point, x = reading_place(contact, reading)
+            rows.append(row(point.body, x, reading.quantity))
+            if reading.left_out:
+                model = models[point.body]
+                left_out[-1] = [left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts]
+    rows += [row(each.body, each.x, each.quantity, each.factor) for each in (*layout.probes, *layout.far_ends)]
+    rows += [(layout.shift[name], values) for name, values in layout.sent]
+    loaded = [(name, x) for name, body in layout.built.items() for x, _ in body.body.loads]
+    rows += [row(name, x, quantity) for name, x in loaded for quantity in MOTION]
+    rows += [row(push.body, push.x, push.quantity) for push in layout.pushes]
+    return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))

@@ -1,0 +1,137 @@
+"""Layout of a stepped run: the order of bodies and contacts in the loop, and the columns of what it records."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+from impactlab.errors import CaseError
+from impactlab.models.continuous.delay_chain import DelayChain
+from impactlab.models.continuous.delay_line import DelayLine
+from impactlab.scene.problem import Contact, Point
+from impactlab.scene.sizes import kept_of_rows
+from impactlab.simulate.channels import Probed, probed
+from impactlab.simulate.plan import Plan
+from impactlab.simulate.stepping.arrays import SAMPLES
+from impactlab.simulate.stepping.bead_rows import BeadRows, bead_rows
+from impactlab.types import Array, Quantity
+
+MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
+MIN_SAMPLES, MOST_SAMPLED = 64, 2**17  # energies taken of scenes of many bodies; numbers in all of them
+PER_CONTACT = 6  # columns of the record: force, gap, displacement and velocity of both faces
+
+
+def faces_of_contact(contact: Contact) -> tuple[Point, Point]:
+    """Return the left and the right face of a contact."""
+    return contact.left, contact.right
+
+
+def steps_per_sample(steps: int, bodies: int) -> int:
+    """Return how many steps lie between two samples of the energies; scenes of many bodies have fewer samples."""
+    return math.ceil(steps / min(SAMPLES, max(MIN_SAMPLES, MOST_SAMPLED // (3 * bodies))))
+
+
+@final
+class Layout:
+    """The order of bodies and contacts in the loop, where each stands in its arrays, and the columns of its record.
+
+    Beads of rows come first among the bodies, their contacts last. Columns of the record: time; six for each contact
+    that is solved; forces of bead contacts; displacement and velocity of each bead; probes; ends of delay lines; waves
+    that chains of delays send.
+    """
+
+    def __init__(self, plan: Plan, dt: float, with_beads: bool = True) -> None:
+        scene = plan.scene
+        self.plan, self.scene, self.dt, self.steps = plan, scene, dt, plan.steps
+        self.rows = bead_rows(plan) if with_beads else BeadRows([], {})
+        in_rows = set(self.rows.contacts)
+        self.solved = [number for number in range(len(scene.contacts)) if number not in in_rows]
+        self.numbers = [*self.solved, *self.rows.contacts]  # of the contacts of the loop, in the scene
+        self.places = {number: place for place, number in enumerate(self.numbers)}
+        self.contacts = [scene.contacts[number] for number in self.solved]
+        self.points = [point for contact in self.contacts for point in faces_of_contact(contact)]
+        self.pushes = [push._replace(contact=self.places[push.contact]) for push in plan.pushes]
+        names = dict.fromkeys((*self.rows.beads, *plan.built))
+        self.built = {name: plan.built[name] for name in names}
+        self.steppers = {name: plan.steppers[name] for name in names}
+        self.body_numbers = {name: number for number, name in enumerate(names)}
+        self.shift: dict[str, int] = {}  # where the state of each body starts in the whole state
+        self.n_state = 0
+        for name, stepper in self.steppers.items():
+            self.shift[name] = self.n_state
+            self.n_state += stepper.state.size
+        self.stride = math.ceil(plan.steps / self._kept_records())
+        self.sample_stride = steps_per_sample(plan.steps, len(names))
+        self._read_probes()
+        self.first_bead_force = 1 + PER_CONTACT * len(self.solved)
+        self.first_probe = self.first_bead_force + len(self.rows.contacts) + 2 * len(self.rows.beads)
+        self.n_columns = self.first_probe + len(self.probes) + len(self.far_ends) + len(self.sent)
+
+    def _kept_records(self) -> int:
+        """Return how many instants are kept at most."""
+        columns = len(self.rows.contacts) + 2 * len(self.rows.beads)
+        return kept_of_rows(self.scene, self.steps, columns) if columns else self.scene.records
+
+    def _read_probes(self) -> None:
+        """Tell probes that are rows over the state from those that the waves of a delay line give after the run.
+
+        For these the displacements of the ends that no contact records are recorded, too; of a chain of delays the
+        waves that its nodes send.
+        """
+        lines = {name: body.model for name, body in self.built.items() if isinstance(body.model, DelayLine)}
+        chains = {name: body.model for name, body in self.built.items() if isinstance(body.model, DelayChain)}
+        asked = list(probed(self.scene))
+        self.in_waves = [
+            each
+            for each in asked
+            if (
+                each.body in lines
+                and (each.quantity not in MOTION or each.x not in (0.0, self.scene.bodies[each.body].length))
+            )
+            or (each.body in chains and (each.quantity not in MOTION or chains[each.body].node_at(each.x) is None))
+        ]
+        beads = set(self.rows.beads)
+        waves = set(self.in_waves)
+        self.recorded = [each for each in asked if each not in waves]
+        self.probes = [each for each in self.recorded if each.body not in beads]
+        self._probe_places = {each: place for place, each in enumerate(self.probes)}
+        self.sent = [(name, row) for name, chain in chains.items() for row in chain.sent()]
+        points = [point for contact in self.scene.contacts for point in faces_of_contact(contact)]
+        touched = {(point.body, point.x) for point in points}
+        ends = [(name, x) for name in lines for x in (0.0, self.scene.bodies[name].length)]
+        self.far_ends = [Probed("", name, x, "displacement", 1.0) for name, x in ends if (name, x) not in touched]
+        spacing = self.stride * self.dt
+        for each in self.in_waves:
+            if spacing > 0.5 * (lines | chains)[each.body].transit:
+                raise CaseError(
+                    f"records {spacing:.3g} s apart do not resolve the waves of '{each.body}'",
+                    remedy="Give more records, or a shorter duration.",
+                    path="solve.records",
+                )
+
+    def n_dof(self, body: str) -> int:
+        """Return the number of coordinates of a body."""
+        return self.built[body].system.load.size
+
+    def state_of(self, body: str, state: Array, velocities: bool = False) -> Array:
+        """Return a body's displacements or velocities in a whole state, shape (n_dof,)."""
+        n_dof = self.n_dof(body)
+        start = self.shift[body] + (n_dof if velocities else 0)
+        return state[start : start + n_dof]
+
+    def column_of(self, number: int) -> int:
+        """Return the column of the record with the force of a contact of the scene."""
+        place = self.places[number]
+        solved = len(self.solved)
+        return 1 + PER_CONTACT * place if place < solved else self.first_bead_force + place - solved
+
+    def probe_column(self, probe: Probed) -> int:
+        """Return the column of the record with a probe."""
+        if probe not in self._probe_places:
+            return self.bead_column(probe.body, probe.quantity)
+        return int(self.first_probe + self._probe_places[probe])
+
+    def bead_column(self, body: str, quantity: Quantity) -> int:
+        """Return the column of the record with the displacement or velocity of a bead."""
+        at = self.first_bead_force + len(self.rows.contacts)
+        return int(at + self.shift[body] + (quantity == "velocity"))

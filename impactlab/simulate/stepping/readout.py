@@ -1,0 +1,84 @@
+"""Readout of a stepped run: impulses, memories and contacts under way, by their numbers in the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from operator import attrgetter
+
+import numpy as np
+
+from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, TOTAL
+from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.types import MEMORY, Array
+
+left_of, right_of = attrgetter("left"), attrgetter("right")
+
+
+def bead_gaps(assembly: Assembly, record: Array) -> Array:
+    """Return the gaps of bead contacts at the instants of a record [m], (n_bead_contacts, n_records)."""
+    layout = assembly.layout
+    first, rows = layout.first_bead_force + len(layout.rows.contacts), layout.rows
+    moved = np.vstack((record[:, first : layout.first_probe : 2].T, np.zeros(len(record))))  # of a wall: the last row
+    contacts = [layout.scene.contacts[number] for number in rows.contacts]
+    places = {name: place for place, name in enumerate(rows.beads)}
+    left, right = ([places.get(face(each).body, -1) for each in contacts] for face in (left_of, right_of))
+    return np.asarray(assembly.memory.bead_contacts[GAP][:, None] + moved[right] - moved[left])
+
+
+def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:
+    """Return impulse [N s], last force [N] and peak [N] of the contact under way, by its number in the scene."""
+    layout, dt = assembly.layout, assembly.dt
+    place = layout.places[number] - len(layout.solved)
+    if place < 0:
+        kept = assembly.contacts[layout.places[number]]
+        return kept.span_impulse, kept.force, kept.span_peak
+    contact, found = layout.scene.contacts[number], assembly.memory.bead_contacts[:, place]
+    gap, power = contact.gap, layout.rows.forces[number]
+    for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
+        if layout.steppers[point.body].state.size:  # where it was at the start of the last step
+            u, v = assembly.memory.state[layout.shift[point.body] :][:2]
+            gap += sign * (u - dt * v)
+    force = power.stiffness * max(0.0, -gap) ** power.exponent
+    return float(found[SPAN] + found[RECENT]) * dt, float(force), float(found[PEAK])
+
+
+def failed(assembly: Assembly) -> list[int]:
+    """Return the numbers in the scene of the contacts whose laws failed."""
+    layout, bead = assembly.layout, assembly.clock.failed_bead
+    found = [number for number, reply in zip(layout.solved, assembly.replies, strict=True) if reply.failed]
+    return found + ([layout.rows.contacts[bead - 1]] if bead else [])
+
+
+def impulses(assembly: Assembly) -> list[float]:
+    """Return the forces times time and impulses of all contacts of the scene since t = 0 [N s]."""
+    numbers, of_beads = assembly.layout.numbers, assembly.memory.bead_contacts
+    found = [0.0] * len(numbers)
+    of_rows = assembly.dt * (of_beads[TOTAL] + of_beads[RECENT])
+    given = [*(contact.total for contact in assembly.contacts), *of_rows.tolist()]
+    for number, each in zip(numbers, given, strict=True):
+        found[number] = each
+    return found
+
+
+def load_impulses(assembly: Assembly, beyond: float = 0.0) -> dict[str, float]:
+    """Return the impulses of loads so far [N s], by body, without the last ``beyond`` [s]."""
+    found: dict[str, float] = {}
+    names = [*assembly.layout.built]
+    for load in assembly.loads:
+        name = names[load.body]
+        found[name] = found.get(name, 0.0) + load.impulse - beyond * load.force
+    return found
+
+
+def memories(assembly: Assembly) -> list[Sequence[float]]:
+    """Return the memory of every law of the scene; of contacts of beads, which have none, the count of warnings."""
+    layout = assembly.layout
+    found: list[Sequence[float]] = [()] * len(layout.numbers)
+    for number, port in zip(layout.solved, assembly.ports, strict=True):
+        found[number] = port.memory[:]
+    for place, number in enumerate(layout.rows.contacts):
+        counted, memory = layout.rows.forces[number].counted, [0.0] * MEMORY
+        if counted is not None:
+            memory[counted.slot] = float(assembly.memory.bead_contacts[COUNT, place])
+        found[number] = memory
+    return found
