@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.integrators.banded_steps import LOAD, alpha_derive, alpha_free, measure
+from impactlab.integrators.banded_steps import LOAD, LOADED, alpha_derive, alpha_free, measure
 from impactlab.integrators.base import Step, without_load
-from impactlab.integrators.packing import combined, factors, packed, trimmed
+from impactlab.integrators.packing import chain_springs, combined, factors, packed, trimmed
 from impactlab.models.base import Operators
 from impactlab.types import Array
 
@@ -40,13 +40,14 @@ def alpha_step(
     of_y = (0.5 - af) * (af - am) if filtered else 0.0
     still_to_come = (dt * (1.0 - am - gamma), dt * af) if in_accelerations else (0.0, 0.0)
     share, n_dof = (1.0 - af) / (1.0 - am), system.load.size
-    arrays = factors(combined(system, gamma * share * dt, beta * share * dt**2)), factors(trimmed(system.mass))
+    matrix = combined(system, gamma * share * dt, beta * share * dt**2)
+    arrays = factors(matrix, chain_springs(system)), factors(trimmed(system.mass))
     weights = ((beta - 0.5 * gamma) * dt**2, of_y, *still_to_come)
     step = Step(
         free=alpha_free,
         measure=measure,
         parameters=packed(system, dt, (af, am, beta, gamma), *arrays, weights=weights),
-        load=slice(LOAD, LOAD + system.load.size),
+        load=slice(LOADED, LOAD + system.load.size),
         state=np.concatenate((system.displacement, system.velocity, np.zeros((3 if filtered else 1) * n_dof))),
         derive=alpha_derive,
     )

@@ -1,8 +1,8 @@
 """Compiled steps of the implicit schemes, for mass, damping and stiffness of any bandwidth.
 
 Parameters of all of them: a header, whose places are the constants below, then the arrays that `split` returns: load,
-stiffness, mass, damping, momentum row, and what the scheme needs: its factors (`impactlab.numerics.banded.factorised`)
-and room to work in. Stiffness and damping stand as springs to the ground (the sums of their rows) and bands below the
+stiffness, mass, damping, momentum row, and what the scheme needs: its factors, as `factorise` leaves them, and room to
+work in. Stiffness and damping stand as springs to the ground (the sums of their rows) and bands below the
 diagonal, so that forces come from differences of displacements: a body far from its start feels no rounding of its
 travel.
 """
@@ -10,16 +10,18 @@ travel.
 from __future__ import annotations
 
 from impactlab.numerics.banded_kernels import add_matrix, factorise, in_motion, in_springs, pull, solve
+from impactlab.numerics.chain_forces import pull_chain
 from impactlab.numerics.compiling import UNPACK
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 # Places in the header: size, bandwidths of stiffness, damping (-1: undamped), mass and factors, step, then the numbers
-# of a scheme (up to six), and four weights for `measure`.
+# of a scheme (up to six), four weights for `measure`, and a mark of the load.
 N, STIFF, DAMPED, HEAVY, WIDE, DT = range(6)
 AF, AM, BETA, GAMMA = range(6, 10)  # of the generalised-alpha family
 THETA = PART = 6
-WEIGHTS = 12
-LOAD = HEADER = 16
+WEIGHTS, LOADED = 12, 16
+LOAD = HEADER = 17
 
 
 @UNPACK
@@ -47,6 +49,25 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
     )
 
 
+@UNPACK
+def free_forces(parameters: Array, factors: Array, u: Array, v: Array, force: Array) -> None:
+    """Write load - C v - K u."""
+    n, stiff, damped, _, wide = sizes(parameters)
+    load, springs, _, dashpots, _, _ = split(parameters)
+    loaded = parameters[LOADED] != 0.0
+    if stiff == 1 and wide == 1 and n > 1:
+        pull_chain(springs, window(factors, 2 * n, n), u, force)
+    else:
+        for i in range(n):
+            force[i] = 0.0
+        pull(n, stiff, springs, u, force)
+    if loaded:
+        for i in range(n):
+            force[i] += load[i]
+    if damped >= 0:
+        pull(n, damped, dashpots, v, force)
+
+
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write energy [J], work of the load so far, up to a constant [J], and momentum still to come [N s].
 
@@ -54,7 +75,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     weights[3] w): see `impactlab.integrators.alpha`.
     """
     n, stiff, _, heavy, _ = sizes(parameters)
-    weights = parameters[WEIGHTS:LOAD]
+    weights = parameters[WEIGHTS:LOADED]
     load, springs, masses, _, row, _ = split(parameters)
     energy = in_springs(n, stiff, springs, state[:n], state[:n]) + in_motion(n, heavy, masses, state[n : 2 * n])
     if weights[0] != 0.0:
@@ -78,26 +99,22 @@ def alpha_free(parameters: Array, state: Array) -> None:
     (1 - am) a_new + am a = (1 - af) w_new + af w, M w = load - C v - K u at the same instant, and Newmark's formulas
     with a. The state is u, v, a, and unless am = af = 0 also w and y, where (1 - am) y_new + am y = u_new - u.
     """
-    n, stiff, damped, _, wide = sizes(parameters)
+    n, _, _, _, wide = sizes(parameters)
     dt, af, am, beta, gamma = parameters[DT], parameters[AF], parameters[AM], parameters[BETA], parameters[GAMMA]
-    load, springs, _, dashpots, _, factors = split(parameters)
-    pivot, lower = factors[:n], factors[n : (wide + 1) * n]
-    u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
+    _, _, _, _, _, factors = split(parameters)
+    u, v, a = window(state, 0, n), window(state, n, n), window(state, 2 * n, n)
     old_u, old_v, new_u, new_v = dt * dt * (0.5 - beta), dt * (1.0 - gamma), dt * dt * beta, dt * gamma
     if af == 0.0 and am == 0.0:
         for i in range(n):
             u[i] += dt * v[i] + old_u * a[i]
             v[i] += old_v * a[i]
-            a[i] = load[i]
-        pull(n, stiff, springs, u, a)
-        if damped >= 0:
-            pull(n, damped, dashpots, v, a)
-        solve(n, wide, pivot, lower, a)
+        free_forces(parameters, factors, u, v, a)
+        solve(n, wide, factors, a)
         for i in range(n):
             u[i] += new_u * a[i]
             v[i] += new_v * a[i]
         return
-    w, y = state[3 * n : 4 * n], state[4 * n : 5 * n]
+    w, y = window(state, 3 * n, n), window(state, 4 * n, n)
     share, of_w, of_a = (1.0 - af) / (1.0 - am), af / (1.0 - am), am / (1.0 - am)
     for i in range(n):
         y[i] = -am * y[i] - u[i]
@@ -105,11 +122,8 @@ def alpha_free(parameters: Array, state: Array) -> None:
         u[i] += dt * v[i] + old_u * a[i] + new_u * kept
         v[i] += old_v * a[i] + new_v * kept
         a[i] = kept
-        w[i] = load[i]
-    pull(n, stiff, springs, u, w)
-    if damped >= 0:
-        pull(n, damped, dashpots, v, w)
-    solve(n, wide, pivot, lower, w)
+    free_forces(parameters, factors, u, v, w)
+    solve(n, wide, factors, w)
     new_u, new_v, of_y = share * new_u, share * new_v, 1.0 / (1.0 - am)
     for i in range(n):
         u[i] += new_u * w[i]
@@ -123,16 +137,12 @@ def alpha_derive(parameters: Array, state: Array) -> None:
 
     The factors of M follow those of the step.
     """
-    n, stiff, damped, heavy, wide = sizes(parameters)
-    load, springs, _, dashpots, _, factors = split(parameters)
-    mass = factors[(wide + 1) * n :]
-    a = state[2 * n : 3 * n]
-    for i in range(n):
-        a[i] = load[i]
-    pull(n, stiff, springs, state[:n], a)
-    if damped >= 0:
-        pull(n, damped, dashpots, state[n : 2 * n], a)
-    solve(n, heavy, mass[:n], mass[n : (heavy + 1) * n], a)
+    n, _, _, heavy, wide = sizes(parameters)
+    _, _, _, _, _, factors = split(parameters)
+    size = (wide + 2) * n
+    a = window(state, 2 * n, n)
+    free_forces(parameters, factors, window(state, 0, n), window(state, n, n), a)
+    solve(n, heavy, window(factors, size, factors.size - size), a)
     if state.size > 3 * n:
         for i in range(n):
             state[3 * n + i] = a[i]
@@ -145,19 +155,16 @@ def theta_free(parameters: Array, state: Array) -> None:
 
     v_theta = theta v_new + (1 - theta) v and u_theta likewise.
     """
-    n, stiff, damped, _, wide = sizes(parameters)
+    n, _, _, _, wide = sizes(parameters)
     dt, theta = parameters[DT], parameters[THETA]
-    load, springs, _, dashpots, _, factors = split(parameters)
-    pivot, lower, gained = factors[:n], factors[n : (wide + 1) * n], factors[(wide + 1) * n : (wide + 2) * n]
-    u, v = state[:n], state[n : 2 * n]
+    _, _, _, _, _, factors = split(parameters)
+    gained = window(factors, (wide + 2) * n, n)
+    u, v = window(state, 0, n), window(state, n, n)
     ahead, rest, whole = theta * dt, (1.0 - theta) * dt, theta * dt * dt
     for i in range(n):
         u[i] += ahead * v[i]
-        gained[i] = load[i]
-    pull(n, stiff, springs, u, gained)
-    if damped >= 0:
-        pull(n, damped, dashpots, v, gained)
-    solve(n, wide, pivot, lower, gained)
+    free_forces(parameters, factors, u, v, gained)
+    solve(n, wide, factors, gained)
     for i in range(n):
         u[i] += rest * v[i] + whole * gained[i]
         v[i] += dt * gained[i]
@@ -169,35 +176,32 @@ def theta_retime(parameters: Array, dt: float) -> None:
     theta = parameters[THETA]
     parameters[DT] = dt
     _, springs, masses, dashpots, _, factors = split(parameters)
-    pivot, lower = factors[:n], factors[n : (wide + 1) * n]
-    factors[: (wide + 1) * n] = 0.0
+    pivot, lower = window(factors, 0, n), window(factors, n, wide * n)
+    for i in range((wide + 1) * n):
+        factors[i] = 0.0
     add_matrix(n, 1.0, heavy, masses, False, pivot, lower)
     add_matrix(n, theta * theta * dt * dt, stiff, springs, True, pivot, lower)
     if damped >= 0:
         add_matrix(n, theta * dt, damped, dashpots, True, pivot, lower)
-    factorise(n, wide, pivot, lower)
+    factorise(n, wide, factors, window(springs, 0, 2 * n if stiff == 1 else 0))
 
 
 def bathe_free(parameters: Array, state: Array) -> None:
     """Step of the composite scheme: the trapezoidal rule over a first part, then the three-point backward formula."""
-    n, stiff, damped, _, wide = sizes(parameters)
+    n, _, _, _, wide = sizes(parameters)
     dt, part = parameters[DT], parameters[PART]
-    load, springs, _, dashpots, _, factors = split(parameters)
-    size = (wide + 1) * n
-    pivot, lower, next_pivot, next_lower = factors[:n], factors[n:size], factors[size : size + n], factors[size + n :]
-    room = factors[2 * size :]
-    gained, old_u = room[:n], room[n : 2 * n]
-    u, v = state[:n], state[n : 2 * n]
+    _, _, _, _, _, factors = split(parameters)
+    size = (wide + 2) * n
+    later_factors, room = window(factors, size, size), window(factors, 2 * size, 2 * n)
+    gained, old_u = window(room, 0, n), window(room, n, n)
+    u, v = window(state, 0, n), window(state, n, n)
     first = part * dt
     half = 0.5 * first
     for i in range(n):
         old_u[i] = u[i]
         u[i] += half * v[i]
-        gained[i] = load[i]
-    pull(n, stiff, springs, u, gained)
-    if damped >= 0:
-        pull(n, damped, dashpots, v, gained)
-    solve(n, wide, pivot, lower, gained)
+    free_forces(parameters, factors, u, v, gained)
+    solve(n, wide, factors, gained)
     # v_dot_new = (v_new - v) lag - (v - v_old) lag carry, in the differences from the state at the first part's end.
     lag = (1.0 - part) / (2.0 - part) * dt
     carry = (1.0 - part) ** 2 / (part * (2.0 - part))
@@ -207,11 +211,8 @@ def bathe_free(parameters: Array, state: Array) -> None:
         u[i] = old_u[i] + moved + carry * moved
         v[i] += swung + carry * swung
         u[i] += lag * v[i]
-        gained[i] = load[i]
-    pull(n, stiff, springs, u, gained)
-    if damped >= 0:
-        pull(n, damped, dashpots, v, gained)
-    solve(n, wide, next_pivot, next_lower, gained)
+    free_forces(parameters, later_factors, u, v, gained)
+    solve(n, wide, later_factors, gained)
     for i in range(n):
         u[i] += lag * lag * gained[i]
         v[i] += lag * gained[i]

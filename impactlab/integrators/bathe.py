@@ -8,9 +8,9 @@ from typing import final
 
 import numpy as np
 
-from impactlab.integrators.banded_steps import LOAD, bathe_free, measure
+from impactlab.integrators.banded_steps import LOAD, LOADED, bathe_free, measure
 from impactlab.integrators.base import AbstractIntegrator, Step
-from impactlab.integrators.packing import combined, factors, packed
+from impactlab.integrators.packing import chain_springs, combined, factors, packed
 from impactlab.models.base import Operators
 from impactlab.types import option
 
@@ -40,11 +40,11 @@ class Bathe(AbstractIntegrator):
     def step(self, system: Operators, dt: float) -> Step:
         part, n_dof = self.first_part, system.load.size
         half, lag = 0.5 * part * dt, (1.0 - part) / (2.0 - part) * dt
-        matrices = [factors(combined(system, weight, weight**2)) for weight in (half, lag)]
+        matrices = [factors(combined(system, weight, weight**2), chain_springs(system)) for weight in (half, lag)]
         return Step(
             free=bathe_free,
             measure=measure,
             parameters=packed(system, dt, (part,), *matrices, np.zeros(2 * n_dof)),
-            load=slice(LOAD, LOAD + system.load.size),
+            load=slice(LOADED, LOAD + system.load.size),
             state=np.concatenate((system.displacement, system.velocity)),
         )

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.integrators.banded_steps import HEADER
+from impactlab.integrators.banded_steps import HEADER, LOADED, WEIGHTS
 from impactlab.models.base import Operators
-from impactlab.numerics.banded import factorised, widened
+from impactlab.numerics.banded import widened
+from impactlab.numerics.banded_kernels import factorise
 from impactlab.types import Array
+
+NOTHING = np.zeros(0)
 
 
 def springs_of(system: Operators) -> Array:
     """Return the stiffness as springs: to the ground, then the bands below its diagonal, flat."""
     return np.concatenate((system.springs_to_ground(), trimmed(system.stiffness)[1:].ravel()))
+
+
+def chain_springs(system: Operators) -> Array:
+    """Return `springs_of` a chain, whose stiffness is tridiagonal; of another body nothing."""
+    springs = springs_of(system)
+    return springs if springs.size == 2 * system.load.size else np.zeros(0)
 
 
 def dashpots_of(system: Operators) -> Array:
@@ -61,13 +70,17 @@ def packed(
     header = np.zeros(HEADER)
     header[:6] = system.load.size, stiffness.shape[0] - 1, damped, mass.shape[0] - 1, width, dt
     header[6 : 6 + len(scheme)] = scheme
-    header[12:] = weights
+    header[WEIGHTS:LOADED], header[LOADED] = weights, np.any(system.load)
     momentum = np.zeros(system.load.size) if system.momentum is None else system.momentum
     arrays = system.load, springs_of(system), mass.ravel(), dashpots_of(system), momentum
     return np.concatenate((header, *arrays, *rest))
 
 
-def factors(matrix: Array) -> Array:
-    """Return 1/D and the bands of L of a matrix's L D L^T, flat."""
-    pivot, lower = factorised(matrix)
-    return np.concatenate((1.0 / pivot, lower.ravel()))
+def factors(matrix: Array, springs: Array = NOTHING) -> Array:
+    """Return the factors of a banded matrix as `impactlab.numerics.banded_kernels.solve` takes them, flat.
+
+    ``springs`` (flat, to the ground, then bands) are those whose forces the step finds along the same runs of rows.
+    """
+    found = np.concatenate((matrix.ravel(), np.zeros(matrix.shape[1])))
+    factorise(matrix.shape[1], matrix.shape[0] - 1, found, springs)
+    return found

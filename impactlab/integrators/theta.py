@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.integrators.banded_steps import LOAD, measure, theta_free, theta_retime
+from impactlab.integrators.banded_steps import LOAD, LOADED, measure, theta_free, theta_retime
 from impactlab.integrators.base import Step
 from impactlab.integrators.packing import combined, packed
 from impactlab.models.base import Operators
@@ -17,14 +17,14 @@ from impactlab.models.base import Operators
 
 def theta_step(system: Operators, dt: float, theta: float) -> Step:
     """Return the step with this theta."""
-    room = np.zeros((combined(system, 0.0, 0.0).shape[0] + 1) * system.load.size)  # factors, and the gain in velocity
+    room = np.zeros((combined(system, 0.0, 0.0).shape[0] + 2) * system.load.size)  # factors, and the gain in velocity
     parameters = packed(system, dt, (theta,), room)
     theta_retime(parameters, dt)
     return Step(
         free=theta_free,
         measure=measure,
         parameters=parameters,
-        load=slice(LOAD, LOAD + system.load.size),
+        load=slice(LOADED, LOAD + system.load.size),
         state=np.concatenate((system.displacement, system.velocity)),
         retime=theta_retime,
     )

@@ -65,31 +65,3 @@ def solve_each(banded: Array, rows: Array) -> Array:
     if not np.any(banded[1:]) or rows.size == 0:
         return np.ascontiguousarray(rows / banded[0])
     return np.ascontiguousarray(solveh_banded(banded, rows.T, lower=True).T)
-
-
-def factorised(banded: Array) -> tuple[Array, Array]:
-    """Return D, shape (n,), and the bands of unit L of A = L D L^T.
-
-    The bands are those below the diagonal, shape (bandwidth, n).
-
-    A tridiagonal matrix is factorised from both ends to its middle row n // 2 (the twisted factorisation): the band
-    holds the factors of the neighbour towards the nearer end.
-    """
-    from scipy.linalg import cholesky_banded
-
-    if banded.shape[0] == 1 or banded.shape[1] == 0:
-        return banded[0].copy(), np.zeros((banded.shape[0] - 1, banded.shape[1]))
-    if banded.shape[0] > 2 or banded.shape[1] == 1:
-        root = cholesky_banded(banded, lower=True)
-        return np.asarray(root[0] ** 2), np.asarray(root[1:] / root[0])
-    n, middle = banded.shape[1], banded.shape[1] // 2
-    pivot, band, lower = banded[0].copy(), banded[1], np.zeros((1, banded.shape[1]))
-    pivot[:middle] = cholesky_banded(banded[:, :middle], lower=True)[0] ** 2
-    lower[0, :middle] = band[:middle] / pivot[:middle]
-    if n > middle + 1:
-        mirrored = np.vstack((banded[0, :middle:-1], np.append(band[n - 2 : middle : -1], 0.0)))
-        pivot[:middle:-1] = cholesky_banded(mirrored, lower=True)[0] ** 2
-        lower[0, middle : n - 1] = band[middle : n - 1] / pivot[middle + 1 :]
-        pivot[middle] -= lower[0, middle] * band[middle]
-    pivot[middle] -= lower[0, middle - 1] * band[middle - 1]
-    return pivot, lower

@@ -5,7 +5,9 @@ Bands below the diagonal are flat. A stiffness stands as springs: to the ground 
 
 from __future__ import annotations
 
+from impactlab.numerics.chain_solve import solve_chain, write_runs
 from impactlab.numerics.compiling import HELPER
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 
@@ -48,33 +50,11 @@ def solve_three(n: int, pivot: Array, lower: Array, x: Array) -> None:
 
 
 @HELPER
-def solve(n: int, bandwidth: int, pivot: Array, lower: Array, x: Array) -> None:
-    """Solve a factorised system in place; ``pivot`` holds 1/D, ``lower`` the bands of the other factor, flat.
-
-    A tridiagonal system is eliminated from both ends to its middle row: two chains that run side by side take half the
-    time of one, and each value stays in a register.
-    """
+def solve(n: int, bandwidth: int, factors: Array, x: Array) -> None:
+    """Solve a factorised system in place; ``factors`` as `factorise` leaves them."""
+    pivot, lower = window(factors, 0, n), window(factors, n, bandwidth * n)
     if bandwidth == 1 and n > 1:
-        middle, last = n // 2, n - 1
-        down, up = x[0], x[last]
-        for i in range(1, last - middle):
-            down = x[i] - lower[i - 1] * down
-            up = x[last - i] - lower[last - i] * up
-            x[i], x[last - i] = down, up
-        if 2 * middle == n and middle > 1:
-            x[middle - 1] -= lower[middle - 2] * x[middle - 2]
-        down = x[middle] - lower[middle - 1] * x[middle - 1]
-        if middle < last:
-            down -= lower[middle] * x[middle + 1]
-        down *= pivot[middle]
-        up = x[middle] = down
-        for i in range(1, n - middle):
-            above, below = middle - i, middle + i
-            down = x[above] * pivot[above] - lower[above] * down
-            up = x[below] * pivot[below] - lower[below - 1] * up
-            x[above], x[below] = down, up
-        if 2 * middle == n:
-            x[0] = x[0] * pivot[0] - lower[0] * x[1]
+        solve_chain(pivot, lower, window(factors, 2 * n, n), x)
         return
     if bandwidth == 3 and n > 3:
         solve_three(n, pivot, lower, x)
@@ -94,21 +74,21 @@ def solve(n: int, bandwidth: int, pivot: Array, lower: Array, x: Array) -> None:
 
 
 @HELPER
-def factorise(n: int, bandwidth: int, pivot: Array, lower: Array) -> None:
-    """Replace a diagonal and the bands below it by 1/D and the other factor, as `solve` takes them."""
+def factorise(n: int, bandwidth: int, factors: Array, springs: Array) -> None:
+    """Replace a matrix, its diagonal and the bands below it, by 1/D and the bands of L of its L D L^T.
+
+    ``factors`` has room for n numbers more: the runs of equal rows of a tridiagonal matrix, as `write_runs` finds them
+    for these springs.
+    """
+    pivot, lower = window(factors, 0, n), window(factors, n, bandwidth * n)
     if bandwidth == 1 and n > 1:
-        middle = n // 2
-        for i in range(middle):
+        for i in range(n - 1):
             pivot[i] = 1.0 / pivot[i]
             scaled = lower[i] * pivot[i]
             pivot[i + 1] -= lower[i] * scaled
             lower[i] = scaled
-        for i in range(n - 1, middle, -1):
-            pivot[i] = 1.0 / pivot[i]
-            scaled = lower[i - 1] * pivot[i]
-            pivot[i - 1] -= lower[i - 1] * scaled
-            lower[i - 1] = scaled
-        pivot[middle] = 1.0 / pivot[middle]
+        pivot[n - 1] = 1.0 / pivot[n - 1]
+        write_runs(n, pivot, lower, springs, window(factors, 2 * n, n))
         return
     for i in range(n):
         for offset in range(min(bandwidth, i), 0, -1):  # column by column of row i

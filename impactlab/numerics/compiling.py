@@ -57,6 +57,7 @@ ENTRY: Decorator = kept(_nrt=False, fastmath=FAST)
 PART: Decorator = kept(_nrt=False, fastmath=FAST, **CALLED)
 INLINE: Decorator = njit(inline="always", _nrt=False, **CALLED)
 HELPER: Decorator = kept(_nrt=False, fastmath=FAST)
+IN_ORDER: Decorator = kept(_nrt=False, fastmath={"contract"})  # a helper whose sums stand as they are written
 UNPACK: Decorator = copied  # into kernels; from Python a plain function
 LAW_PART: Decorator = called_plain  # of a law: parts that are copied into each other grow with every level
 # Of the solution from event to event; parts that allocate need the runtime.

@@ -1,0 +1,171 @@
+"""Eight neighbours of a flat array in one vector register, for sweeps in which each value needs the one before it.
+
+A compiler leaves such a sweep to scalar code, where every value waits for the last one. Written with whole registers,
+eight values wait once (`impactlab.numerics.chain_solve`). In plain Python lanes are arrays of eight values; compiled,
+they add, subtract and multiply as numbers do, and a product that is added is not rounded before.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import lower_builtin, models, register_model, type_callable
+
+from impactlab.numerics.windows import VECTOR
+from impactlab.types import Array
+
+LANES = 8
+_VALUES = ir.VectorType(ir.DoubleType(), LANES)
+_PLACES = ir.VectorType(ir.IntType(32), LANES)
+_ZERO = ir.Constant(_VALUES, [0.0] * LANES)
+_typing, _lowering, _model, _models = cast(tuple[Any, ...], (type_callable, lower_builtin, register_model, models))
+
+
+def lanes_at(values: Array, first: int) -> Array:
+    """Return eight values from an index on; they must lie inside the array."""
+    return values[first : first + LANES].copy()
+
+
+def put_lanes(values: Array, first: int, lanes: Array) -> None:
+    """Write eight values from an index on; the range must lie inside the array."""
+    values[first : first + LANES] = lanes
+
+
+def all_lanes(value: float) -> Array:
+    """Return a value in all lanes."""
+    return np.full(LANES, value)
+
+
+def later_one(lanes: Array) -> Array:
+    """Return the lanes moved on by one, zero in the first."""
+    return np.append(np.zeros(1), lanes[:-1])
+
+
+def later_two(lanes: Array) -> Array:
+    """Return the lanes moved on by two, zeros in the first."""
+    return np.append(np.zeros(2), lanes[:-2])
+
+
+def later_four(lanes: Array) -> Array:
+    """Return the lanes moved on by four, zeros in the first."""
+    return np.append(np.zeros(4), lanes[:-4])
+
+
+def earlier_one(lanes: Array) -> Array:
+    """Return the lanes moved back by one, zero in the last."""
+    return np.append(lanes[1:], np.zeros(1))
+
+
+def earlier_two(lanes: Array) -> Array:
+    """Return the lanes moved back by two, zeros in the last."""
+    return np.append(lanes[2:], np.zeros(2))
+
+
+def earlier_four(lanes: Array) -> Array:
+    """Return the lanes moved back by four, zeros in the last."""
+    return np.append(lanes[4:], np.zeros(4))
+
+
+def all_first(lanes: Array) -> Array:
+    """Return the first value in all lanes."""
+    return np.full(LANES, lanes[0])
+
+
+def all_last(lanes: Array) -> Array:
+    """Return the last value in all lanes."""
+    return np.full(LANES, lanes[-1])
+
+
+def first_lane(lanes: Array) -> float:
+    """Return the first value."""
+    return float(lanes[0])
+
+
+class _LanesType(types.Type):
+    def __init__(self) -> None:
+        super().__init__("Lanes")
+
+
+LANES_TYPE = _LanesType()
+
+
+@_model(_LanesType)
+class _LanesModel(_models.PrimitiveModel):  # type: ignore[misc, name-defined]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _VALUES)
+
+
+def _known(function: Callable[..., Any], result: Any, given: Sequence[Any], generate: Callable[..., Any]) -> None:
+    """Tell numba the types of a function and the code that it stands for: ``generate(context, builder, values)``."""
+
+    def resolved(*kinds: Any) -> Any:
+        same = (
+            kind == asked or (asked == types.intp and isinstance(kind, types.Integer))
+            for kind, asked in zip(kinds, given, strict=True)
+        )
+        return result if all(same) else None
+
+    # Numba reads the number of arguments from the signature.
+    of_size = {1: lambda a: resolved(a), 2: lambda a, b: resolved(a, b), 3: lambda a, b, c: resolved(a, b, c)}
+
+    def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        cast_to = [
+            context.cast(builder, value, kind, asked)
+            for value, kind, asked in zip(values, signature.args, given, strict=True)
+        ]
+        made = generate(context, builder, cast_to)
+        return context.get_dummy_value() if result == types.none else made
+
+    _typing(function)(lambda context: of_size[len(given)])  # noqa: ARG005 - numba's signature
+    _lowering(function, *(types.Integer if each == types.intp else each for each in given))(lower)
+
+
+def _pointer(context: Any, builder: Any, array: Any, first: Any) -> Any:
+    source = context.make_array(VECTOR)(context, builder, array)
+    return builder.bitcast(builder.gep(source.data, [first], inbounds=True), _VALUES.as_pointer())
+
+
+def _load(context: Any, builder: Any, values: Any) -> Any:
+    return builder.load(_pointer(context, builder, *values), align=LANES)
+
+
+def _store(context: Any, builder: Any, values: Any) -> None:
+    builder.store(values[2], _pointer(context, builder, *values[:2]), align=LANES)
+
+
+def _shuffled(places: list[int]) -> Callable[..., Any]:
+    """Return the code for lanes taken from these places of the lanes, followed by eight zeros."""
+    return lambda _, builder, values: builder.shuffle_vector(values[0], _ZERO, ir.Constant(_PLACES, places))
+
+
+def _spread(_: Any, builder: Any, values: Any) -> Any:
+    alone = builder.insert_element(_ZERO, values[0], ir.Constant(ir.IntType(32), 0))
+    return builder.shuffle_vector(alone, _ZERO, ir.Constant(_PLACES, [0] * LANES))
+
+
+def _sum_of(name: str) -> Callable[..., Any]:
+    return lambda _, builder, values: getattr(builder, name)(*values, flags=("contract",))
+
+
+_known(lanes_at, LANES_TYPE, (VECTOR, types.intp), _load)
+_known(put_lanes, types.none, (VECTOR, types.intp, LANES_TYPE), _store)
+_known(all_lanes, LANES_TYPE, (types.float64,), _spread)
+for _function, _by in ((later_one, 1), (later_two, 2), (later_four, 4)):
+    _known(_function, LANES_TYPE, (LANES_TYPE,), _shuffled([LANES] * _by + list(range(LANES - _by))))
+for _function, _by in ((earlier_one, 1), (earlier_two, 2), (earlier_four, 4)):
+    _known(_function, LANES_TYPE, (LANES_TYPE,), _shuffled(list(range(_by, LANES + _by))))
+_known(all_first, LANES_TYPE, (LANES_TYPE,), _shuffled([0] * LANES))
+_known(all_last, LANES_TYPE, (LANES_TYPE,), _shuffled([LANES - 1] * LANES))
+_known(
+    first_lane,
+    types.float64,
+    (LANES_TYPE,),
+    lambda _, builder, values: builder.extract_element(values[0], ir.Constant(ir.IntType(32), 0)),
+)
+for _operator, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul")):
+    _known(_operator, LANES_TYPE, (LANES_TYPE, LANES_TYPE), _sum_of(_name))
