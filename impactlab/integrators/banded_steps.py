@@ -9,6 +9,7 @@ travel.
 
 from __future__ import annotations
 
+from impactlab.integrators.alpha_passes import correct, predict
 from impactlab.numerics.banded_kernels import add_matrix, factorise, in_motion, in_springs, pull, solve
 from impactlab.numerics.chain_forces import pull_chain
 from impactlab.numerics.compiling import UNPACK
@@ -116,20 +117,10 @@ def alpha_free(parameters: Array, state: Array) -> None:
         return
     w, y = window(state, 3 * n, n), window(state, 4 * n, n)
     share, of_w, of_a = (1.0 - af) / (1.0 - am), af / (1.0 - am), am / (1.0 - am)
-    for i in range(n):
-        y[i] = -am * y[i] - u[i]
-        kept = of_w * w[i] - of_a * a[i]
-        u[i] += dt * v[i] + old_u * a[i] + new_u * kept
-        v[i] += old_v * a[i] + new_v * kept
-        a[i] = kept
+    predict((of_w, of_a, dt, old_u, new_u, old_v, new_v, -am), u, v, a, w, y)
     free_forces(parameters, factors, u, v, w)
     solve(n, wide, factors, w)
-    new_u, new_v, of_y = share * new_u, share * new_v, 1.0 / (1.0 - am)
-    for i in range(n):
-        u[i] += new_u * w[i]
-        v[i] += new_v * w[i]
-        a[i] += share * w[i]
-        y[i] = of_y * (y[i] + u[i])
+    correct((share * new_u, share * new_v, share, 1.0 / (1.0 - am)), u, v, a, w, y)
 
 
 def alpha_derive(parameters: Array, state: Array) -> None:
