@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
 from impactlab.simulate.driver import walk
 from impactlab.simulate.stepping import loop
+from impactlab.simulate.stepping.arrays import REST
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.bead_rows import bead_rows
 from impactlab.simulate.stepping.history import RecordedHistory
@@ -119,6 +121,34 @@ def test_a_mass_between_three_others_has_one_contact_of_a_row_on_each_side() -> 
     found = bead_rows(prepare(*given))
     assert [row.contacts for row in found.rows] == [[0, 2]]
     same(solved(given, True), solved(given, False))
+
+
+@pytest.mark.parametrize("law", [Hertz(300.0), Hertz(300.0, 2.0)], ids=["3/2", "2"])
+def test_blocks_at_rest_of_a_long_row_are_woken_from_either_side(law: Hertz) -> None:
+    """Struck at both ends and before a boundary of blocks, with gaps; a rod strikes the last bead."""
+    speeds = {0: 1.0, 129: 2.0, 250: -1.0}
+    beads = [Mass(f"m{i}", 0.5 + 0.5 * (i % 3), speeds.get(i, 0.0)) for i in range(550)]
+    rod = Rod("rod", (UNIT,), FREE, FREE, velocity=-1.0)
+    gaps = [0.0 if i % 5 else 1e-3 for i in range(550)]
+    laws: Any = [*[law] * 549, Penalty(50.0)]
+    mesh = FiniteElement(10, mass="lumped")
+    fields: dict[str, Any] = {"gaps": gaps, "duration": 1.0, "records": 1000}
+    given = in_a_row([*beads, rod], mesh, laws, CentralDifference(), STEP, **fields)
+    ours, theirs = solved(given, True), solved(given, False)
+    assert len(ours.events) > 40  # of all three waves
+    same(ours, theirs)
+    rest = ours.assembly.memory.bead_contacts[REST]
+    assert rest.sum() >= 1.0  # of the blocks that no wave has reached
+
+
+def test_a_row_alone_is_stepped_without_the_loop_and_gives_its_snapshots() -> None:
+    given = tapered(Hertz(300.0), snapshots=(0.0, 0.4003, 1.0, 1.6))
+    ours, theirs = solved(given, True), solved(given, False)
+    assert ours.assembly.clock.only_beads == 1
+    for number, name in itertools.product(range(4), ("m0", "m3", "m6")):
+        for velocities in (False, True):
+            found, wanted = (each.motion(number, name, velocities) for each in (ours, theirs))
+            assert found == pytest.approx(wanted, abs=1e-9)
 
 
 def test_a_step_beyond_the_limit_of_the_law_is_refused_as_before() -> None:

@@ -106,9 +106,8 @@ class BeadRowRecord(ctypes.Structure):
 
     body: int  # the first bead's number among the bodies; the others follow
     count: int  # of beads
-    state: int  # where the first bead's displacement and velocity stand, those of the others after them
-    bead: int  # the first bead in the arrays of beads
-    contact: int  # the first contact in the array of bead contacts: from left to right
+    first: int  # entry and slot in the arrays of beads and of bead contacts; see `beads`
+    contact: int  # the first contact among those of all rows: from left to right
     left_wall: int  # 1 if the first contact is with a wall
     right_wall: int
     exponent: float
@@ -223,7 +222,8 @@ class ClockRecord(ctypes.Structure):
     changes: int  # 1 where the columns of a body change with its state
     rare: int  # 1 where a step has more to read than faces: readings of laws, pushed rows, loads, dashpots
     reach: int  # largest distance in the linear system of contacts that may act on each other
-    watched: int  # 1 where a force of a row of beads in this step passed the row's `watched`
+    bead_columns: int  # of a record: forces of bead contacts and motion of beads
+    only_beads: int  # 1 where nothing but rows of beads and walls is there
     failed_bead: int  # 1 + number of the bead contact that failed, 0 if none
 
 
@@ -248,9 +248,9 @@ class StepArrays(NamedTuple):
     bead_rows: Sequence[BeadRowRecord]  # (n_rows,)
     events: Sequence[EventRecord]  # (room,)
     snapshots: Sequence[SnapshotRecord]  # (n_snapshots,)
-    beads: Floats  # (3, n_beads) dt over mass, constant load [N], mass [kg]
-    bead_contacts: Floats  # (10, n_bead_contacts) in the layers below
-    noticed: Floats  # (n_bead_contacts, 3) those that close or open in a step: number, gap, gap rate
+    beads: Floats  # (5, n_entries) in the layers below
+    bead_contacts: Floats  # (12, n_entries) in the layers below
+    shared: Ints  # pairs: where the state of a bead begins that something else moves, too, and its entry
     called: Ints  # (n_called,) numbers of the bodies that are not beads: their steppers are called
     parameters: Floats  # flat, of all steppers
     state: Floats  # flat
@@ -285,12 +285,13 @@ class StepArrays(NamedTuple):
     maps: Floats  # flat (2, 2, n_dof, n_dof) per phase record: closing, opening; displacements, velocities
 
 
-# Layers of `beads`, and of `bead_contacts`: gap at t = 0 [m], K, forces of all steps since the last record [N], largest
-# force of the contact under way [N], forces of its steps before the last record [N], forces of all steps before it [N],
-# compliance of the gap over a step [m/N], the values of it times the tangent stiffness that are coarse and too large,
-# number of coarse steps.
-KICK, LOAD, MASS = range(3)
-GAP, STIFFNESS, RECENT, PEAK, SPAN, TOTAL, COMPLIANCE, COARSE, MOST, COUNT = range(10)
+# Layers of `beads`: dt over mass [s/kg], constant load [N], mass [kg], displacement [m], velocity [m/s].
+# Layers of `bead_contacts`: gap at t = 0 [m], K, forces of all steps since the last record [N], largest force of the
+# contact under way [N], forces of its steps before the last record [N], forces of all steps before it [N], compliance
+# of the gap over a step [m/N], the values of it times the tangent stiffness that are coarse and too large, number of
+# coarse steps, force of the last step [N], 1 at the first slot of a block that nothing has reached.
+KICK, LOAD, MASS, U, V = range(5)
+GAP, STIFFNESS, RECENT, PEAK, SPAN, TOTAL, COMPLIANCE, COARSE, MOST, COUNT, FORCE, REST = range(12)
 
 # Layers of `influence`: displacement (pushed rows: value) and velocity at the end of the step, velocity at once.
 U_FORCE, V_FORCE, U_IMPULSE, V_IMPULSE, U_PROJECTION, V_PROJECTION, U_PUSH, V_PUSH, V_JUMP = range(9)

@@ -78,7 +78,9 @@ class Assembly:
             face.u_at, face.v_at = (-1, -1) if len(phases) or min(u_at, v_at) < 0 else (u_at, v_at)
         self.loads, loads, load_times, load_forces = load_records(layout, integrator)
         candidates = find_pairs(self.faces, self.contacts, layout.pushes, read_on(layout, row_start, row_index))
-        beads = packed(layout.rows, plan, dt)
+        beads = packed(layout.rows, plan, dt, layout.pushed_bodies())
+        self.slots = beads.slots  # of the contacts of rows of beads
+        self.clock.bead_columns = layout.first_probe - layout.first_bead_force
         order, self.clock.reach = arranged(self.contacts, candidates)
         unknowns = 2 * n_contacts if n_contacts > 1 else 0
         room = (4 if located else 1) * (plan.steps // self.stride + 8) + 256
@@ -99,8 +101,8 @@ class Assembly:
             snapshots=snapshots,
             beads=beads.beads,
             bead_contacts=beads.contacts,
-            noticed=np.zeros((beads.contacts.shape[1], 3)),
-            called=np.arange(beads.beads.shape[1], len(built), dtype=np.int64),
+            shared=beads.shared,
+            called=np.arange(layout.n_beads, len(built), dtype=np.int64),
             parameters=values.parameters,
             state=state,
             backup=np.zeros_like(state),
@@ -128,6 +130,8 @@ class Assembly:
         )
         m = self.memory
         self.clock.rare = int(any(map(len, (m.readings, m.pushes, m.loads, m.dampers))))
+        others = n_contacts + self.clock.rare + len(phases)
+        self.clock.only_beads = int(others == 0 and state.size == 2 * layout.n_beads > 0)
         arrays: Any = self.memory if COMPILED else ()
         small = COMPILED and sum(each.nbytes for each in arrays) <= MAX_COPIED
         self.can_repeat = small and all(law.compiled for law in laws_of(scene, plan.acting))  # whether `again` serves

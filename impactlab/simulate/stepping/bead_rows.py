@@ -15,11 +15,19 @@ from impactlab.simulate.stepping.arrays import (
     COARSE,
     COMPLIANCE,
     GAP,
+    KICK,
+    LOAD,
+    MASS,
     MOST,
+    REST,
     STIFFNESS,
     BeadRowRecord,
     Floats,
+    Ints,
+    U,
+    V,
 )
+from impactlab.simulate.stepping.beads import BLOCK
 from impactlab.types import PowerForce
 
 
@@ -124,36 +132,67 @@ class PackedRows(NamedTuple):
     """Rows of beads as the arrays of the loop."""
 
     rows: Sequence[BeadRowRecord]
-    beads: Floats
+    beads: Floats  # as in `StepArrays`
     contacts: Floats
+    shared: Ints
+    slots: Ints  # (n_contacts,) slot of each contact
 
 
-def packed(found: BeadRows, plan: Plan, dt: float) -> PackedRows:
-    """Return rows of beads as the arrays of `StepArrays`; beads are the first bodies, in the order of their rows."""
-    masses = np.array([plan.built[name].system.mass[0, 0] for name in found.beads])
-    loads = np.array([plan.built[name].system.load[0] for name in found.beads])
-    beads = np.array([dt / masses, loads, masses]).reshape(3, masses.size)
-    contacts = np.zeros((10, len(found.contacts)))
+def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRows:
+    """Return rows of beads as the arrays of `StepArrays`; ``shared`` are beads that something else moves, too.
+
+    Beads are the first bodies, in the order of their rows. A row has an entry for each bead and for the ghosts at both
+    of its ends; before the first row there is one more, so that every slot has one to its left.
+    """
+    n_entries = 1 + sum(len(row.beads) + 2 for row in found.rows) if found.rows else 0
+    beads, contacts = np.zeros((V + 1, n_entries)), np.zeros((REST + 1, n_entries))
+    contacts[GAP] = np.inf
     by_name, rows = records(BeadRowRecord, len(found.rows))
-    bead = done = 0
+    entries: list[Ints] = []
+    slots: list[Ints] = []
+    body, done, first = 0, 0, 1
     for record, row in zip(by_name, found.rows, strict=True):
-        forces = [found.forces[number] for number in row.contacts]
-        own = contacts[:, done : done + len(forces)]
-        record.body = record.bead = bead
-        record.state, record.count, record.contact = 2 * bead, len(row.beads), done
+        count, forces = len(row.beads), [found.forces[number] for number in row.contacts]
+        record.body, record.count, record.first, record.contact = body, count, first, done
         record.left_wall, record.right_wall = int(row.left_wall), int(row.right_wall)
         record.exponent, record.gained = forces[0].exponent, dt * plan.scene.gravity
+        entries.append(np.arange(first + 1, first + 1 + count))
+        slots.append(first + 1 - record.left_wall + np.arange(len(forces)))
+        masses = np.array([plan.built[name].system.mass[0, 0] for name in row.beads])
+        at = entries[-1]
+        beads[KICK, at], beads[MASS, at] = dt / masses, masses
+        beads[LOAD, at] = [plan.built[name].system.load[0] for name in row.beads]
+        beads[U : V + 1, at] = np.array([plan.steppers[name].state for name in row.beads]).T
+        own = np.zeros((REST + 1, len(forces)))
         own[GAP] = [plan.scene.contacts[number].gap for number in row.contacts]
-        own[STIFFNESS], own[COARSE], own[MOST] = np.array(
-            [(each.stiffness, each.coarse, each.most) for each in forces]
-        ).T
-        gains = np.concatenate(
-            (np.zeros(record.left_wall), beads[0, bead : bead + record.count], np.zeros(record.right_wall))
-        )
-        own[COMPLIANCE] = dt * (gains[:-1] + gains[1:])
+        given = np.array([(each.stiffness, each.coarse, each.most) for each in forces])
+        own[STIFFNESS], own[COARSE], own[MOST] = given.T
+        own[COMPLIANCE] = dt * (beads[KICK, slots[-1]] + beads[KICK, slots[-1] + 1])
+        contacts[:, slots[-1]] = own
         record.watched = float(np.min(_watched(own, record.exponent)))
-        bead, done = bead + record.count, done + len(forces)
-    return PackedRows(rows, beads, contacts)
+        body, done, first = body + count, done + len(forces), first + count + 2
+    both = [
+        (2 * place, entry)
+        for place, (name, entry) in enumerate(zip(found.beads, _joined(entries).tolist(), strict=True))
+        if name in shared
+    ]
+    pairs = np.array(both, np.int64).reshape(-1, 2)
+    for record in by_name:
+        _find_rest(record, beads, contacts, pairs[:, 1])
+    return PackedRows(rows, beads, contacts, pairs.ravel(), _joined(slots))
+
+
+def _joined(parts: list[Ints]) -> Ints:
+    return np.concatenate([np.zeros(0, np.int64), *parts])
+
+
+def _find_rest(row: BeadRowRecord, beads: Floats, contacts: Floats, shared: Ints) -> None:
+    """Mark the blocks of a row in which no bead moves, none is moved by something else, and no contact is closed."""
+    for start in range(0, row.count + 1, BLOCK):
+        at = row.first + np.arange(start, min(start + BLOCK, row.count + 1))
+        closed = beads[U, at] - beads[U, at + 1] > contacts[GAP, at]
+        moves = row.gained != 0.0 or np.any(beads[V, at]) or np.any((at[0] <= shared) & (shared <= at[-1]))
+        contacts[REST, at[0]] = float(not moves and not np.any(closed))
 
 
 def _watched(contacts: Floats, exponent: float) -> Floats:

@@ -1,8 +1,13 @@
-"""Rows of beads: rigid masses in contact by power laws, kicked and moved in one pass from left to right.
+"""Rows of beads: rigid masses in contact by power laws, kicked and moved as a row.
 
 In a scheme whose forces act at the start of the step (v += dt F/m, then u += dt v) the force K d^n of an overlap is
-known before anything moves. It is then a load like any other: no law is called, nothing is solved, and a contact with a
-gap costs one comparison. All other contacts of the beads, and loads over time on them, come after, as on any body.
+known before anything moves. It is then a load like any other: no law is called and nothing is solved. All other
+contacts of the beads, and loads over time on them, come after, as on any body.
+
+A row stands between two ghosts that never move: entry 0, the beads, entry count + 1. Slot i is the contact between the
+entries i and i + 1; with a wall it is that with a ghost, and where there is none its gap is infinite. A short row is
+stepped in one pass, a long one block by block: all forces of a block, then all of its beads, both in vector registers.
+A block at rest is passed over until a force or a bead from beside reaches it.
 
 The gap one step earlier, which dates an event, is the present one less dt times its rate: the beads have drifted by it.
 """
@@ -14,30 +19,35 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import (
     COARSE,
     COMPLIANCE,
     COUNT,
+    FORCE,
     GAP,
     KICK,
-    LOAD,
-    MASS,
     MOST,
     PEAK,
     RECENT,
-    SAMPLED,
+    REST,
     SPAN,
     STIFFNESS,
-    TOTAL,
     BeadRowRecord,
     ClockRecord,
     ContactRecord,
     EventRecord,
     Floats,
+    Ints,
     StepArrays,
+    U,
+    V,
 )
 
 CLOSE, OPEN = 0, 1  # kinds of events, as in `event_times`
+SHORT = 30  # slots of a row that takes less time in one pass than in vector registers
+BLOCK = 128  # slots: what belongs to them stays in the fastest memory from the first pass to the second
+HERTZ = 1.5  # the exponent whose power is a root
 
 
 class BeadArrays(NamedTuple):
@@ -49,7 +59,7 @@ class BeadArrays(NamedTuple):
     events: Sequence[EventRecord]
     beads: Floats
     bead_contacts: Floats
-    noticed: Floats
+    shared: Ints
     state: Floats
     record: Floats
     sample: Floats
@@ -65,7 +75,7 @@ def bead_arrays(m: StepArrays) -> BeadArrays:
         m.events,
         m.beads,
         m.bead_contacts,
-        m.noticed,
+        m.shared,
         m.state,
         m.record,
         m.sample,
@@ -73,53 +83,58 @@ def bead_arrays(m: StepArrays) -> BeadArrays:
 
 
 class Row(NamedTuple):
-    """The contacts of a row from one on, as slices."""
+    """A row, or a block of one, as views of the layers of `StepArrays.beads` and `StepArrays.bead_contacts`.
 
-    exponent: float
-    watched: float  # N
-    first: int  # number of the first one
-    gap: Floats  # as the layers of `StepArrays.bead_contacts`
-    stiffness: Floats
-    recent: Floats
-    peak: Floats
+    Displacements reach one entry further than the slots; forces begin one slot before them.
+    """
+
+    u: Floats  # (n + 1,) m
+    v: Floats  # (n,) m/s
+    kick: Floats  # (n,) s/kg
+    gap: Floats  # (n,) m
+    stiffness: Floats  # (n,)
+    force: Floats  # (n + 1,) N
+    recent: Floats  # (n,) N
+    peak: Floats  # (n,) N
+
+
+@INLINE
+def block_of(m: BeadArrays, first: int, size: int) -> Row:
+    """Return some slots of a row from one on, and the entries to the left of them."""
+    return Row(
+        window(m.beads[U], first, size + 1),
+        window(m.beads[V], first, size),
+        window(m.beads[KICK], first, size),
+        window(m.bead_contacts[GAP], first, size),
+        window(m.bead_contacts[STIFFNESS], first, size),
+        window(m.bead_contacts[FORCE], first - 1, size + 1),
+        window(m.bead_contacts[RECENT], first, size),
+        window(m.bead_contacts[PEAK], first, size),
+    )
 
 
 @PART
-def gap_and_rate(m: BeadArrays, row: BeadRowRecord, contact: int) -> tuple[float, float]:
-    """Return gap [m] and gap rate [m/s] of a contact of a row, from the state as it is."""
-    left = contact - row.contact - row.left_wall
-    gap, rate = m.bead_contacts[GAP, contact], 0.0
-    if left >= 0:
-        gap -= m.state[row.state + 2 * left]
-        rate -= m.state[row.state + 2 * left + 1]
-    if left + 1 < row.count:
-        gap += m.state[row.state + 2 * left + 2]
-        rate += m.state[row.state + 2 * left + 3]
-    return gap, rate
-
-
-@PART
-def date_beads(m: BeadArrays, noticed: int, time: float, dt: float) -> None:
-    """Write the events of bead contacts that have closed or opened; their gaps were zero within the step before."""
-    values = m.bead_contacts
-    for number in range(noticed):
-        contact, gap, rate = int(m.noticed[number, 0]), m.noticed[number, 1], m.noticed[number, 2]
-        # One step before it was on the other side of zero, whatever rounding says of faces that began in touch.
-        before = max(0.0, gap - dt * rate) if gap < 0.0 else min(0.0, gap - dt * rate)
-        event = m.events[m.clock[0].n_events]
-        event.time, event.contact = time, len(m.contacts) + contact
-        event.impulse, event.span_impulse, event.span_peak = 0.0, 0.0, 0.0
-        if m.clock[0].step > 0 and gap != before:
-            event.time = max(0.0, time - dt * gap / (gap - before))
-        if gap < 0.0:
-            event.kind = CLOSE  # the peak is the force of this step
-            values[SPAN, contact] = values[PEAK, contact] - values[RECENT, contact]
-        else:
-            event.kind = OPEN
-            event.span_impulse = (values[SPAN, contact] + values[RECENT, contact]) * dt
-            event.span_peak = values[PEAK, contact]
-            values[PEAK, contact] = 0.0
-        m.clock[0].n_events += 1
+def date_bead(m: BeadArrays, row: BeadRowRecord, slot: int, step: int, dt: float) -> None:
+    """Write the event of a contact that has closed or opened within the step before, from the state before it moves."""
+    place, values = row.first + slot, m.bead_contacts
+    gap = values[GAP, place] + m.beads[U, place + 1] - m.beads[U, place]
+    rate = m.beads[V, place + 1] - m.beads[V, place]
+    # One step before it was on the other side of zero, whatever rounding says of faces that began in touch.
+    before = max(0.0, gap - dt * rate) if gap < 0.0 else min(0.0, gap - dt * rate)
+    event, time = m.events[m.clock[0].n_events], step * dt
+    event.time, event.contact = time, len(m.contacts) + row.contact + slot - 1 + row.left_wall
+    event.impulse, event.span_impulse, event.span_peak = 0.0, 0.0, 0.0
+    if step > 0 and gap != before:
+        event.time = max(0.0, time - dt * gap / (gap - before))
+    if gap < 0.0:
+        event.kind = CLOSE
+        values[SPAN, place] = -values[RECENT, place]  # the force of this step is still to be added
+    else:
+        event.kind = OPEN
+        event.span_impulse = (values[SPAN, place] + values[RECENT, place]) * dt
+        event.span_peak = values[PEAK, place]
+        values[PEAK, place] = 0.0
+    m.clock[0].n_events += 1
 
 
 @PART
@@ -128,140 +143,162 @@ def watch_beads(m: BeadArrays, number: int, dt: float) -> None:
 
     Beads have moved: the gap at the start of the step is the present one less the travel of the step.
     """
-    row, values = m.bead_rows[number], m.bead_contacts
-    m.clock[0].watched = 0
-    for contact in range(row.contact, row.contact + row.count - 1 + row.left_wall + row.right_wall):
-        gap, rate = gap_and_rate(m, row, contact)
-        overlap = dt * rate - gap
+    row, values, u, v = m.bead_rows[number], m.bead_contacts, m.beads[U], m.beads[V]
+    for slot in range(row.count + 1):
+        i = row.first + slot
+        overlap = u[i] - u[i + 1] - values[GAP, i] - dt * (v[i] - v[i + 1])
         if overlap > 0.0:
-            ratio = (
-                row.exponent
-                * values[STIFFNESS, contact]
-                * overlap ** (row.exponent - 1.0)
-                * values[COMPLIANCE, contact]
-            )
-            if ratio > values[COARSE, contact]:
-                values[COUNT, contact] += 1.0
-            if ratio > values[MOST, contact]:
-                m.clock[0].failed_bead = contact + 1
+            ratio = row.exponent * values[STIFFNESS, i] * overlap ** (row.exponent - 1.0) * values[COMPLIANCE, i]
+            if ratio > values[COARSE, i]:
+                values[COUNT, i] += 1.0
+            if ratio > values[MOST, i]:
+                m.clock[0].failed_bead = row.contact + slot + row.left_wall
+
+
+@PART
+def feel_hertz(row: Row, watched: float) -> tuple[int, int]:
+    """Write the forces of a block; return whether one closed or opened, and whether one is above ``watched``."""
+    changed, large = 0, 0
+    for i in range(row.gap.size):
+        overlap, force = row.u[i] - row.u[i + 1] - row.gap[i], 0.0
+        if overlap > 0.0:
+            force = row.stiffness[i] * overlap * math.sqrt(overlap)
+        changed |= (force > 0.0) ^ (row.peak[i] > 0.0)
+        large |= force > watched
+        row.force[i + 1] = force
+    return changed, large
+
+
+@PART
+def feel_power(row: Row, watched: float, exponent: float) -> tuple[int, int]:
+    """Write the forces of a block as `feel_hertz`, with another exponent."""
+    changed, large = 0, 0
+    for i in range(row.gap.size):
+        overlap, force = row.u[i] - row.u[i + 1] - row.gap[i], 0.0
+        if overlap > 0.0:
+            force = row.stiffness[i] * overlap**exponent
+        changed |= (force > 0.0) ^ (row.peak[i] > 0.0)
+        large |= force > watched
+        row.force[i + 1] = force
+    return changed, large
+
+
+@PART
+def move(row: Row, gained: float, dt: float) -> None:
+    """Kick and move the beads of a block, and sum up its forces."""
+    for i in range(row.v.size):
+        row.v[i] += row.kick[i] * (row.force[i] - row.force[i + 1]) + gained
+        row.u[i] += dt * row.v[i]
+    for i in range(row.peak.size):
+        row.recent[i] += row.force[i + 1]
+        row.peak[i] = max(row.peak[i], row.force[i + 1])
 
 
 @INLINE
-def feel(
-    m: BeadArrays, row: Row, contact: int, overlap: float, left: float, right: float, noticed: int
-) -> tuple[float, int]:
-    """Return the force of a contact of a row [N], and how many contacts have closed or opened in this step so far."""
-    force = 0.0
-    if overlap > 0.0:
-        power = math.sqrt(overlap) if row.exponent == 1.5 else overlap ** (row.exponent - 1.0)
-        force = row.stiffness[contact] * overlap * power
-    if (force > 0.0) != (row.peak[contact] > 0.0):
-        m.noticed[noticed, 0], m.noticed[noticed, 1], m.noticed[noticed, 2] = (
-            row.first + contact,
-            -overlap,
-            right - left,
-        )
-        noticed += 1
-    if force > 0.0:
-        row.recent[contact] += force
-        row.peak[contact] = max(row.peak[contact], force)
-        if force > row.watched:
-            m.clock[0].watched = 1
-    return force, noticed
-
-
-@INLINE
-def row_from(m: BeadArrays, exponent: float, watched: float, first: int) -> Row:
-    """Return the contacts of a row from one on."""
-    values = m.bead_contacts
-    return Row(
-        exponent,
-        watched,
-        first,
-        values[GAP, first:],
-        values[STIFFNESS, first:],
-        values[RECENT, first:],
-        values[PEAK, first:],
+def stays_at_rest(m: BeadArrays, first: int, size: int) -> bool:
+    """Return whether a block at rest feels nothing: no force from the left, no overlap with the next bead."""
+    u, last = m.beads[U], first + size - 1
+    return bool(
+        m.bead_contacts[REST, first] != 0.0
+        and m.bead_contacts[FORCE, first - 1] == 0.0
+        and u[last] - u[last + 1] <= m.bead_contacts[GAP, last]
     )
 
 
-@PART
-def step_beads(m: BeadArrays, time: float, dt: float) -> None:
-    """Kick all beads by the forces at the start of the step, and move them.
+@INLINE
+def step_blocks(m: BeadArrays, row: BeadRowRecord, step: int, dt: float) -> int:
+    """Take a step of a long row; return whether a force was above ``watched``."""
+    start, n_slots, large = 0, row.count + 1, 0
+    while start < n_slots:
+        size, first = min(BLOCK, n_slots - start), row.first + start
+        if not stays_at_rest(m, first, size):
+            m.bead_contacts[REST, first] = 0.0
+            block = block_of(m, first, size)
+            if row.exponent == HERTZ:
+                changed, above = feel_hertz(block, row.watched)
+            else:
+                changed, above = feel_power(block, row.watched, row.exponent)
+            large |= above
+            if changed != 0:
+                for i in range(size):
+                    if (block.force[i + 1] > 0.0) != (block.peak[i] > 0.0):
+                        date_bead(m, row, start + i, step, dt)
+            move(block, row.gained, dt)
+        start += size
+    m.beads[U, row.first] = m.beads[V, row.first] = 0.0  # of the ghost, which gravity has moved
+    return large
+
+
+@INLINE
+def step_short(m: BeadArrays, record: BeadRowRecord, row: Row, step: int, dt: float) -> int:
+    """Take a step of a short row in one pass; return whether a force was above ``watched``.
 
     A bead moves when the forces on both sides are known: that from the left is carried along the row.
     """
-    noticed = 0
-    for number in range(len(m.bead_rows)):
-        record = m.bead_rows[number]
-        # Slices and numbers in variables: compiled code would read a record again after each number written.
-        last, right_wall = record.count - 1, record.right_wall
-        state = m.state[record.state : record.state + 2 * record.count]
-        kick, gained = m.beads[KICK, record.bead :], record.gained
-        row = row_from(m, record.exponent, record.watched, record.contact + record.left_wall)
-        here, from_left = state[0], 0.0
-        if record.left_wall != 0:
-            wall = row_from(m, record.exponent, record.watched, record.contact)
-            from_left, noticed = feel(m, wall, 0, -here - wall.gap[0], 0.0, state[1], noticed)
-        for bead in range(last):
-            after, velocity = state[2 * bead + 2], state[2 * bead + 1]
-            force, noticed = feel(m, row, bead, here - after - row.gap[bead], velocity, state[2 * bead + 3], noticed)
-            velocity += kick[bead] * (from_left - force) + gained
-            state[2 * bead + 1] = velocity
-            state[2 * bead] = here + dt * velocity
-            here, from_left = after, force
-        force = 0.0
-        if right_wall != 0:
-            force, noticed = feel(m, row, last, here - row.gap[last], state[2 * last + 1], 0.0, noticed)
-        velocity = state[2 * last + 1] + kick[last] * (from_left - force) + gained
-        state[2 * last + 1] = velocity
-        state[2 * last] = here + dt * velocity
-        if m.clock[0].watched != 0:
+    here, from_left, large, watched, gained = 0.0, 0.0, 0, record.watched, record.gained
+    exponent, is_hertz = record.exponent, record.exponent == HERTZ
+    for i in range(row.gap.size):
+        after = row.u[i + 1]
+        overlap, force = here - after - row.gap[i], 0.0
+        if overlap > 0.0:
+            power = overlap * math.sqrt(overlap) if is_hertz else overlap**exponent
+            force = row.stiffness[i] * power
+        if (force > 0.0) != (row.peak[i] > 0.0):
+            date_bead(m, record, i, step, dt)
+        row.recent[i] += force
+        row.peak[i] = max(row.peak[i], force)
+        large |= force > watched
+        velocity = row.v[i] + row.kick[i] * (from_left - force) + gained
+        row.v[i] = velocity
+        row.u[i] = here + dt * velocity
+        here, from_left = after, force
+    row.u[0] = row.v[0] = 0.0  # the ghost, which gravity has moved
+    return large
+
+
+@PART
+def march_row(m: BeadArrays, number: int, dt: float, steps: int) -> int:
+    """Take steps of a row, fewer where the events are full or a contact fails; return how many were taken."""
+    row, clock = m.bead_rows[number], m.clock[0]
+    n_slots, began = row.count + 1, clock.step
+    whole = block_of(m, row.first, n_slots)
+    for taken in range(steps):
+        if n_slots <= SHORT:
+            large = step_short(m, row, whole, began + taken, dt)
+        else:
+            large = step_blocks(m, row, began + taken, dt)
+        if large != 0:
             watch_beads(m, number, dt)
-    if noticed > 0:
-        date_beads(m, noticed, time, dt)
+            if clock.failed_bead != 0:
+                return taken
+        if clock.n_events + n_slots >= len(m.events):
+            return taken + 1
+    return steps
 
 
 @PART
-def sample_beads(m: BeadArrays, dt: float) -> tuple[float, bool]:
-    """Sample energies and momenta of beads; return the energy stored in their contacts [J], and whether all is finite.
-
-    Leapfrog conserves the energy of a spring, n = 1, with the product of the overlaps at both ends of a step as square.
-    """
-    sample, stored, finite, moved = m.sample[m.clock[0].n_samples], 0.0, True, m.clock[0].step > 0
+def march_beads(m: BeadArrays, dt: float, steps: int) -> int:
+    """Take steps of all rows, fewer where there are several or something happens; return how many were taken."""
+    if len(m.bead_rows) == 1:
+        return march_row(m, 0, dt, steps)
     for number in range(len(m.bead_rows)):
-        row = m.bead_rows[number]
-        state, own = m.state[row.state :], sample[SAMPLED + 3 * row.body :]
-        load, mass, total = m.beads[LOAD, row.bead :], m.beads[MASS, row.bead :], 0.0
-        for bead in range(row.count):
-            u, v = state[2 * bead], state[2 * bead + 1]
-            own[3 * bead] = 0.5 * mass[bead] * v * v
-            own[3 * bead + 1] = load[bead] * (u - 0.5 * dt * v)
-            own[3 * bead + 2] = mass[bead] * v
-            total += own[3 * bead] + own[3 * bead + 1] + own[3 * bead + 2]
-        finite = finite and total - total == 0.0
-        for contact in range(row.contact, row.contact + row.count - 1 + row.left_wall + row.right_wall):
-            if m.bead_contacts[PEAK, contact] > 0.0 or not moved:
-                gap, rate = gap_and_rate(m, row, contact)
-                before = gap - dt * rate if moved else gap
-                if gap < 0.0 and before < 0.0:
-                    square, power = gap * before, 0.5 * (row.exponent + 1.0)
-                    grown = square * math.sqrt(math.sqrt(square)) if row.exponent == 1.5 else square**power
-                    stored += 0.5 * m.bead_contacts[STIFFNESS, contact] * grown / power
-    return stored, finite
+        if march_row(m, number, dt, 1) == 0:
+            return 0
+    return 1
 
 
 @PART
-def record_beads(m: BeadArrays, first: int, steps: float) -> None:
-    """Write the forces of bead contacts, means over some steps, and the motion of beads from a column on."""
-    values, record = m.bead_contacts, m.record[m.clock[0].n_records, first:]
-    n_contacts, share = values.shape[1], 1.0 / steps if steps > 0.0 else 0.0
-    recent, span, total = values[RECENT], values[SPAN], values[TOTAL]
-    for contact in range(n_contacts):
-        record[contact] = recent[contact] * share
-        span[contact] += recent[contact]
-        total[contact] += recent[contact]
-        recent[contact] = 0.0
-    moved = record[n_contacts : n_contacts + 2 * m.beads.shape[1]]
-    for i in range(moved.size):  # beads come first in the state
-        moved[i] = m.state[i]
+def step_beads(m: BeadArrays, dt: float) -> None:
+    """Take a step of all rows; the motion of beads that something else moves, too, is written to the state."""
+    march_beads(m, dt, 1)
+    for i in range(0, m.shared.size, 2):
+        at, entry = m.shared[i], m.shared[i + 1]
+        m.state[at], m.state[at + 1] = m.beads[U, entry], m.beads[V, entry]
+
+
+@PART
+def read_beads(m: BeadArrays) -> None:
+    """Read the motion of such beads from the state, when all else has moved them."""
+    for i in range(0, m.shared.size, 2):
+        at, entry = m.shared[i], m.shared[i + 1]
+        m.beads[U, entry], m.beads[V, entry] = m.state[at], m.state[at + 1]

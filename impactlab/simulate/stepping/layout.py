@@ -36,8 +36,8 @@ class Layout:
     """The order of bodies and contacts in the loop, where each stands in its arrays, and the columns of its record.
 
     Beads of rows come first among the bodies, their contacts last. Columns of the record: time; six for each contact
-    that is solved; forces of bead contacts; displacement and velocity of each bead; probes; ends of delay lines; waves
-    that chains of delays send.
+    that is solved; forces of bead contacts; displacements of all beads, then velocities; probes; ends of delay lines;
+    waves that chains of delays send.
     """
 
     def __init__(self, plan: Plan, dt: float, with_beads: bool = True) -> None:
@@ -64,7 +64,9 @@ class Layout:
         self.sample_stride = steps_per_sample(plan.steps, len(names))
         self._read_probes()
         self.first_bead_force = 1 + PER_CONTACT * len(self.solved)
-        self.first_probe = self.first_bead_force + len(self.rows.contacts) + 2 * len(self.rows.beads)
+        self.n_beads = len(self.rows.beads)
+        self.first_bead = self.first_bead_force + len(self.rows.contacts)  # their displacements, then velocities
+        self.first_probe = self.first_bead + 2 * self.n_beads
         self.n_columns = self.first_probe + len(self.probes) + len(self.far_ends) + len(self.sent)
 
     def _kept_records(self) -> int:
@@ -109,6 +111,11 @@ class Layout:
                     path="solve.records",
                 )
 
+    def pushed_bodies(self) -> set[str]:
+        """Return the bodies that contacts which are solved, pushed rows or loads over time move."""
+        loaded = {name for name, body in self.built.items() if body.body.loads}
+        return loaded | {point.body for point in self.points} | {push.body for push in self.pushes}
+
     def n_dof(self, body: str) -> int:
         """Return the number of coordinates of a body."""
         return self.built[body].system.load.size
@@ -133,5 +140,4 @@ class Layout:
 
     def bead_column(self, body: str, quantity: Quantity) -> int:
         """Return the column of the record with the displacement or velocity of a bead."""
-        at = self.first_bead_force + len(self.rows.contacts)
-        return int(at + self.shift[body] + (quantity == "velocity"))
+        return self.first_bead + self.body_numbers[body] + (self.n_beads if quantity == "velocity" else 0)

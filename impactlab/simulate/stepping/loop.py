@@ -11,7 +11,8 @@ from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, INLINE, PART, called
 from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import Floats, StepArrays
-from impactlab.simulate.stepping.beads import bead_arrays, record_beads, step_beads
+from impactlab.simulate.stepping.bead_records import record_beads, show_beads
+from impactlab.simulate.stepping.beads import bead_arrays, march_beads, read_beads, step_beads
 from impactlab.simulate.stepping.contact_solve import effect_of, evaluate, solve_contacts
 from impactlab.simulate.stepping.end_loads import apply_loads, book_loads, read_loads
 from impactlab.simulate.stepping.event_times import write_events
@@ -68,6 +69,8 @@ def begin_step(m: StepArrays, end: float) -> None:
             break
         m.snapshots[number].before = clock.time
         m.snapshots[number].closed_before = closed_phases(m)
+        if len(m.bead_rows) > 0:
+            show_beads(bead_arrays(m))
         for i in range(m.state.size):
             m.snapshot_state[number, 0, i] = m.state[i]
 
@@ -107,7 +110,7 @@ def read_again(m: StepArrays) -> None:
 def free_step(m: StepArrays, time: float, dt: float) -> None:
     """Take the free step of all bodies, under their loads, and read the faces at its end."""
     if len(m.bead_rows) > 0:
-        step_beads(bead_arrays(m), time, dt)
+        step_beads(bead_arrays(m), dt)
     for number in range(len(m.called)):
         body = m.bodies[m.called[number]]
         parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
@@ -246,6 +249,8 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
             break
         m.snapshots[number].after = end
         m.snapshots[number].closed_after = closed_phases(m)
+        if len(m.bead_rows) > 0:
+            show_beads(bead_arrays(m))
         for i in range(m.state.size):
             m.snapshot_state[number, 1, i] = m.state[i]
         clock.n_snapshots = number + 1
@@ -271,7 +276,7 @@ def write_record(m: StepArrays, dt: float) -> None:
     first_column = 1 + 6 * n_contacts
     if len(m.bead_rows) > 0:
         record_beads(bead_arrays(m), first_column, elapsed / dt)
-        first_column += m.bead_contacts.shape[1] + 2 * m.beads.shape[1]
+        first_column += m.clock[0].bead_columns
     first_probe = 2 * len(m.faces) + len(m.readings)
     for probe in range(m.record.shape[1] - first_column):
         m.record[n, first_column + probe] = row_times_state(m, first_probe + probe)
@@ -280,6 +285,15 @@ def write_record(m: StepArrays, dt: float) -> None:
 
 
 write_record_apart = called(write_record)  # where no time is lost by a call, which copies all of `StepArrays`
+
+
+@INLINE
+def quiet_steps(m: StepArrays, dt: float, steps: int) -> int:
+    """Return how many of some steps begin and end before the next snapshot."""
+    clock = m.clock[0]
+    if clock.n_snapshots < len(m.snapshots):
+        return min(steps, int((m.snapshots[clock.n_snapshots].time - clock.time) / dt) - 1)
+    return steps
 
 
 @ENTRY
@@ -296,17 +310,29 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
             return RECORDS_FULL
         if clock.n_events + 6 * len(m.contacts) + m.bead_contacts.shape[1] >= len(m.events):
             return EVENTS_FULL
-        time, end = clock.time, (clock.step + 1) * dt
-        begin_step(m, end)
-        free_step(m, time, dt)
-        if clock.failed_bead != 0 or not solve_contacts(m, time, dt):
-            return LAW_FAILED
-        correct(m)
-        write_events(m, time, dt)
-        book_step(m, dt, end)
-        clock.step += 1
-        to_record -= 1
-        to_sample -= 1
+        quiet = quiet_steps(m, dt, min(to_record, to_sample, last_step - clock.step)) if clock.only_beads != 0 else 0
+        if quiet > 0:
+            taken = march_beads(bead_arrays(m), dt, quiet)
+            clock.step += taken
+            clock.time = clock.step * dt
+            to_record -= taken
+            to_sample -= taken
+            if clock.failed_bead != 0:
+                return LAW_FAILED
+        else:
+            time, end = clock.time, (clock.step + 1) * dt
+            begin_step(m, end)
+            free_step(m, time, dt)
+            if clock.failed_bead != 0 or not solve_contacts(m, time, dt):
+                return LAW_FAILED
+            correct(m)
+            if m.shared.size > 0:
+                read_beads(bead_arrays(m))
+            write_events(m, time, dt)
+            book_step(m, dt, end)
+            clock.step += 1
+            to_record -= 1
+            to_sample -= 1
         if to_record == 0 or clock.step == clock.steps:
             write_record(m, dt)
             to_record = stride
@@ -314,6 +340,8 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
             if not sample_energies(m, dt):
                 return NOT_FINITE
             to_sample = sample_stride
+    if len(m.bead_rows) > 0:
+        show_beads(bead_arrays(m))
     return DONE
 
 

@@ -7,7 +7,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, TOTAL
+from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, TOTAL, U, V
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.types import MEMORY, Array
 
@@ -17,12 +17,13 @@ left_of, right_of = attrgetter("left"), attrgetter("right")
 def bead_gaps(assembly: Assembly, record: Array) -> Array:
     """Return the gaps of bead contacts at the instants of a record [m], (n_bead_contacts, n_records)."""
     layout = assembly.layout
-    first, rows = layout.first_bead_force + len(layout.rows.contacts), layout.rows
-    moved = np.vstack((record[:, first : layout.first_probe : 2].T, np.zeros(len(record))))  # of a wall: the last row
+    first, rows = layout.first_bead, layout.rows
+    last = first + layout.n_beads
+    moved = np.vstack((record[:, first:last].T, np.zeros(len(record))))  # of a wall: the last row
     contacts = [layout.scene.contacts[number] for number in rows.contacts]
     places = {name: place for place, name in enumerate(rows.beads)}
     left, right = ([places.get(face(each).body, -1) for each in contacts] for face in (left_of, right_of))
-    return np.asarray(assembly.memory.bead_contacts[GAP][:, None] + moved[right] - moved[left])
+    return np.asarray(assembly.memory.bead_contacts[GAP, assembly.slots][:, None] + moved[right] - moved[left])
 
 
 def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:
@@ -32,14 +33,12 @@ def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:
     if place < 0:
         kept = assembly.contacts[layout.places[number]]
         return kept.span_impulse, kept.force, kept.span_peak
-    contact, found = layout.scene.contacts[number], assembly.memory.bead_contacts[:, place]
-    gap, power = contact.gap, layout.rows.forces[number]
-    for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
-        if layout.steppers[point.body].state.size:  # where it was at the start of the last step
-            u, v = assembly.memory.state[layout.shift[point.body] :][:2]
-            gap += sign * (u - dt * v)
-    force = power.stiffness * max(0.0, -gap) ** power.exponent
-    return float(found[SPAN] + found[RECENT]) * dt, float(force), float(found[PEAK])
+    slot, power = assembly.slots[place], layout.rows.forces[number]
+    found, (u, v) = assembly.memory.bead_contacts[:, slot], assembly.memory.beads[U : V + 1]
+    # Where the beads were at the start of the last step.
+    overlap = float(u[slot] - u[slot + 1] - found[GAP] - dt * (v[slot] - v[slot + 1]))
+    force = power.stiffness * max(0.0, overlap) ** power.exponent
+    return float(found[SPAN] + found[RECENT]) * dt, force, float(found[PEAK])
 
 
 def failed(assembly: Assembly) -> list[int]:
@@ -51,7 +50,7 @@ def failed(assembly: Assembly) -> list[int]:
 
 def impulses(assembly: Assembly) -> list[float]:
     """Return the forces times time and impulses of all contacts of the scene since t = 0 [N s]."""
-    numbers, of_beads = assembly.layout.numbers, assembly.memory.bead_contacts
+    numbers, of_beads = assembly.layout.numbers, assembly.memory.bead_contacts[:, assembly.slots]
     found = [0.0] * len(numbers)
     of_rows = assembly.dt * (of_beads[TOTAL] + of_beads[RECENT])
     given = [*(contact.total for contact in assembly.contacts), *of_rows.tolist()]
@@ -79,6 +78,6 @@ def memories(assembly: Assembly) -> list[Sequence[float]]:
     for place, number in enumerate(layout.rows.contacts):
         counted, memory = layout.rows.forces[number].counted, [0.0] * MEMORY
         if counted is not None:
-            memory[counted.slot] = float(assembly.memory.bead_contacts[COUNT, place])
+            memory[counted.slot] = float(assembly.memory.bead_contacts[COUNT, assembly.slots[place]])
         found[number] = memory
     return found

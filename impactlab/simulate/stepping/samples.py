@@ -18,7 +18,8 @@ from impactlab.simulate.stepping.arrays import (
     LoadRecord,
     StepArrays,
 )
-from impactlab.simulate.stepping.beads import bead_arrays, sample_beads
+from impactlab.simulate.stepping.bead_records import sample_beads
+from impactlab.simulate.stepping.beads import bead_arrays
 from impactlab.types import Reply
 
 
