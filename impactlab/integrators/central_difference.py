@@ -19,8 +19,8 @@ from impactlab.numerics.compiling import UNPACK
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
-N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, LOADED, LOAD = range(8)
-"""Places in the parameters, which go on with the arrays of `split`."""
+N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, RARE, LOADED, LOAD = range(9)
+"""Places in the parameters, which go on with the arrays of `split`; RARE is 1 if damped, grounded or soft."""
 
 
 @UNPACK
@@ -81,13 +81,13 @@ def free(parameters: Array, state: Array) -> None:
     wider one band by band, as springs too.
     """
     n, bandwidth, dt = int(parameters[N]), int(parameters[BANDWIDTH]), parameters[DT]
-    damped, grounded, loaded, soft = parameters[DAMPED], parameters[GROUNDED], parameters[LOADED], parameters[SOFT]
-    if n == 1 and damped == 0.0 and grounded == 0.0:  # a rigid body, in a third of the time: gain times load
-        state[1] += parameters[LOAD + 1] * parameters[LOAD] + soft * dt * state[0]
+    rare, loaded = parameters[RARE], parameters[LOADED]
+    if n == 1 and rare == 0.0:  # a rigid body, in a third of the time: gain times load
+        state[1] += parameters[LOAD + 1] * parameters[LOAD]
         state[0] += dt * state[1]
         return
     u, v = window(state, 0, n), window(state, n, n)
-    if damped != 0.0 or grounded != 0.0 or loaded != 0.0 or soft != 0.0:
+    if rare != 0.0 or loaded != 0.0:
         add_rare(parameters, u, v)
     _, gain, chain, _, _, _, rest = split(parameters)
     if bandwidth == 1 and n > 1:
@@ -181,7 +181,9 @@ class CentralDifference(AbstractIntegrator):
             if n_dof > 1:
                 chain[0], chain[-1] = ground[0], ground[-1]
                 ground[0] = ground[-1] = 0.0
-        header = np.array([n_dof, bandwidth, dt, damped, np.any(ground), system.softening, loaded], float)
+        grounded, soft = bool(np.any(ground)), system.softening
+        rare = damped or grounded or soft != 0.0
+        header = np.array([n_dof, bandwidth, dt, damped, grounded, soft, rare, loaded], float)
         rest = runs_of(gain, chain, mass) if bandwidth == 1 and n_dof > 1 else system.stiffness[1:].ravel()
         return Step(
             free=free,

@@ -17,15 +17,17 @@ SAME_TOL = 4.0 * float(np.finfo(float).eps)  # of a factor: coefficients that di
 
 
 def runs_of(gain: Array, chain: Array, mass: Array) -> Array:
-    """Return the runs of a chain without its last node, flat: number of nodes, factor shared by all, 0 if none.
+    """Return the runs of a chain without its outer nodes, flat: number of nodes, factor shared by all, 0 if none.
 
     ``gain`` (n,) is dt over the masses, ``chain`` (n + 1,) the stiffness of the springs, those to the ground at both
     ends included. The factor is gain times stiffness, on both sides of a node; the nodes of a run have one ``mass``.
     """
-    left, right = (gain * chain[:-1])[:-1], (gain * chain[1:])[:-1]
+    if gain.size < 3:  # no node between the outer two
+        return np.zeros(0)
+    left, right = (gain * chain[:-1])[1:-1], (gain * chain[1:])[1:-1]
     even = np.abs(right - left) <= SAME_TOL * np.abs(left)
     joins = even[1:] & even[:-1] & (np.abs(left[1:] - left[:-1]) <= SAME_TOL * np.abs(left[1:]))
-    joins &= np.abs(np.diff(mass[:-1])) <= SAME_TOL * mass[1:-1]
+    joins &= np.abs(np.diff(mass[1:-1])) <= SAME_TOL * mass[2:-1]
     starts = np.concatenate(([0], np.flatnonzero(~joins) + 1, [left.size]))
     runs: list[list[float]] = []
     for first, end in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
@@ -64,9 +66,11 @@ def pass_each(count: int, gain: Array, chain: Array, dt: float, before: float, u
 
 @UNPACK
 def step_chain(runs: Array, gain: Array, chain: Array, dt: float, u: Array, v: Array) -> None:
-    """Step a chain of springs, tied to the ground at both ends: v += dt M^-1 (-K u), then u += dt v."""
-    last = u.size - 1
-    before, done = 0.0, 0
+    """Step a chain of two nodes or more, tied to the ground at both ends: v += dt M^-1 (-K u), then u += dt v."""
+    last, done = u.size - 1, 1
+    before = u[0]
+    v[0] += gain[0] * (chain[1] * (u[1] - before) - chain[0] * before)
+    u[0] += dt * v[0]
     for run in range(runs.size // 2):
         count, factor = int(runs[2 * run]), runs[2 * run + 1]
         x, rate = window(u, done, count + 1), window(v, done, count)
@@ -107,7 +111,8 @@ def energy_of_chain(runs: Array, mass: Array, chain: Array, dt: float, u: Array,
     last = u.size - 1
     energy = mass[last] * v[last] * v[last]
     energy += chain[0] * (u[0] - dt * v[0]) * u[0] + chain[last + 1] * (u[last] - dt * v[last]) * u[last]
-    done = 0
+    energy += energy_each(mass, window(chain, 1, 1), dt, window(u, 0, 2), window(v, 0, 2))
+    done = 1
     for run in range(runs.size // 2):
         count = int(runs[2 * run])
         x, rate = window(u, done, count + 1), window(v, done, count + 1)

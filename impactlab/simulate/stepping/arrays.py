@@ -41,6 +41,7 @@ class BodyRecord(ctypes.Structure):
     loads_end: int
     load_at: int  # in the parameters
     response_start: int
+    even: float  # N s, entry of the momentum row shared by all coordinates but the outer two; 0 where they differ
 
 
 @record

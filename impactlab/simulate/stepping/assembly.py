@@ -86,7 +86,7 @@ class Assembly:
         room = (4 if located else 1) * (plan.steps // self.stride + 8) + 256
         self.memory = StepArrays(
             clock=clock,
-            bodies=body_records(layout, values.starts),
+            bodies=body_records(layout, values.momentum, values.starts),
             faces=faces,
             contacts=contacts,
             ports=ports,

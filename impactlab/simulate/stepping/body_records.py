@@ -24,6 +24,8 @@ from impactlab.simulate.stepping.layout import Layout
 from impactlab.simulate.stepping.packing import dashpots, flat
 from impactlab.types import Array
 
+MIN_EVEN = 16  # coordinates: a shorter momentum row is soon read
+SAME_TOL = 4.0 * float(np.finfo(float).eps)  # of an entry of the momentum row: others differ by rounding
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
 
 
@@ -36,8 +38,8 @@ class Loads(NamedTuple):
     forces: Floats
 
 
-def body_records(layout: Layout, starts: list[list[int]]) -> Sequence[BodyRecord]:
-    """Return the bodies, with the starts of their parameters, jumps and responses."""
+def body_records(layout: Layout, momentum: Floats, starts: list[list[int]]) -> Sequence[BodyRecord]:
+    """Return the bodies, with their momentum row and the starts of their parameters, jumps and responses."""
     by_name, bodies = records(BodyRecord, len(layout.built))
     parameters, jumps, responses = starts
     for number, (body, (name, stepper)) in enumerate(zip(by_name, layout.steppers.items(), strict=True)):
@@ -51,6 +53,9 @@ def body_records(layout: Layout, starts: list[list[int]]) -> Sequence[BodyRecord
         body.jump_end = body.jump_start + stepper.jump.size
         body.load_at = stepper.load.start if stepper.load else 0
         body.response_start = responses[number]
+        if body.n_dof >= MIN_EVEN and layout.built[name].system.phases is None:
+            inner = momentum[body.state_start + body.n_dof + 1 : body.state_start + 2 * body.n_dof - 1]
+            body.even = inner[0] if np.abs(inner - inner[0]).max() <= SAME_TOL * abs(inner[0]) else 0.0
     return bodies
 
 

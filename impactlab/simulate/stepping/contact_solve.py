@@ -199,6 +199,32 @@ def take_up(m: StepArrays) -> None:
 
 
 @INLINE
+def change_of(m: StepArrays, number: int, dt: float) -> float:
+    """Return by how much a law's reply differs from what acts [N s]."""
+    contact, reply = m.contacts[number], m.replies[number]
+    change = max(abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
+    # A projection counts as the impulse with the same displacement over the step, also without a force.
+    if reply.projection != contact.projection:
+        change = max(change, abs(reply.projection - contact.projection) / dt)
+    # A push counts by its effect on the pushed row, a force, for open contacts too.
+    if reply.push != contact.push:
+        change = max(change, abs(reply.push - contact.push) * abs(m.ports[number].pushed_per_push) * dt)
+    return float(change)
+
+
+@INLINE
+def size_of(m: StepArrays, number: int, dt: float) -> float:
+    """Return how much acts at a contact, by the same measure [N s]."""
+    contact = m.contacts[number]
+    size = abs(contact.force) * dt + abs(contact.impulse)
+    if contact.projection != 0.0:
+        size = max(size, abs(contact.projection) / dt)
+    if contact.push != 0.0:
+        size = max(size, abs(contact.push) * abs(m.ports[number].pushed_per_push) * dt)
+    return float(size)
+
+
+@INLINE
 def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
     """Evaluate the laws until their coupled replies agree; return False if a law failed or they do not agree."""
     n_contacts = len(m.contacts)
@@ -215,24 +241,16 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
             if sweep == since or (contact.coupled > 1 and heard_news(m, number, sweep)):
                 evaluate_law(m, number, time, dt)
                 answered = answered and reply.failed == 0.0
-                own = max(abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
-                # A projection counts as the impulse with the same displacement over the step, also without a force.
-                if reply.projection != contact.projection:
-                    own = max(own, abs(reply.projection - contact.projection) / dt)
-                if reply.push != contact.push:
-                    # A push counts by its effect on the pushed row, a force, for open contacts too.
-                    pushed = abs(m.ports[number].pushed_per_push)
-                    own = max(own, abs(reply.push - contact.push) * pushed * dt)
-                    largest = max(largest, abs(reply.push) * pushed * dt)
-                contact.moved = sweep if own != 0.0 else -1
-                change = max(change, own)
+                if n_contacts > 1:
+                    moved = change_of(m, number, dt)
+                    contact.moved = sweep if moved != 0.0 else -1
+                    change = max(change, moved)
                 contact.force, contact.impulse = reply.force, reply.impulse
                 contact.projection, contact.push = reply.projection, reply.push
-            largest = max(largest, abs(contact.force) * dt + abs(contact.impulse))
-            if contact.projection != 0.0:
-                largest = max(largest, abs(contact.projection) / dt)
+            if n_contacts > 1:
+                largest = max(largest, size_of(m, number, dt))
         sweep += 1
-        if n_contacts == 1 or change <= 1e-15 * largest or not answered or sweep == MAX_SWEEPS:
+        if change <= 1e-15 * largest or not answered or sweep == MAX_SWEEPS:
             break
         if turns > 0 and change <= ROUNDING_TOL * largest and change >= 0.5 * before:
             break  # what is left is rounding, which Newton steps repeat
@@ -246,4 +264,4 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
                 backwards = turns % 2 == 1  # from both ends in turn: what one end begins reaches the other in a sweep
             if turns <= MAX_NEWTON_TURNS + 1:
                 since = sweep  # all laws are evaluated in it
-    return answered and (n_contacts == 1 or change <= AGREEMENT_TOL * largest)
+    return answered and change <= AGREEMENT_TOL * largest

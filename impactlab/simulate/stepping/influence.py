@@ -132,13 +132,14 @@ def find_few(m: StepArrays, number: int) -> None:
     face = m.faces[number]
     body = m.bodies[face.body]
     start = body.response_start + face.place * (body.state_end - body.state_start)
-    entries = 0
+    face.few, entries = 0, 0
+    if face.moves == 0:
+        return
     for part in range(3):
         entries += face.high[part] - face.low[part]
     if entries > FEW:
         face.few = -1
         return
-    face.few = 0
     for part in range(3):
         for i in range(face.low[part], face.high[part]):
             face.index[face.few] = body.state_start + i

@@ -10,7 +10,7 @@ from __future__ import annotations
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, INLINE, PART, called
 from impactlab.numerics.windows import window
-from impactlab.simulate.stepping.arrays import Floats, StepArrays
+from impactlab.simulate.stepping.arrays import U_FORCE, V_FORCE, Floats, StepArrays
 from impactlab.simulate.stepping.bead_records import record_beads, show_beads
 from impactlab.simulate.stepping.beads import bead_arrays, march_beads, read_beads, step_beads
 from impactlab.simulate.stepping.contact_solve import effect_of, evaluate, solve_contacts
@@ -165,16 +165,22 @@ def read_faces(m: StepArrays) -> None:
 
     Free values and influence, as a law reckons: read from the state, a gap that a law has closed would be a rounding.
     """
-    for number in range(len(m.faces)):
-        face, contact = m.faces[number], m.contacts[number // 2]
-        if face.moves == 0:
-            continue
-        u, v = face.free_u, face.free_v
+    for number in range(len(m.contacts)):
+        contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
+        left_u, left_v, right_u, right_v = left.free_u, left.free_v, right.free_u, right.free_v
         for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
             other = m.contacts[m.coupled[pair]]
-            u += effect_of(m, pair, number % 2, 0, other)
-            v += effect_of(m, pair, number % 2, 1, other)
-        face.u, face.v = u, v
+            if other.impulse == 0.0 and other.projection == 0.0 and other.push == 0.0:
+                left_u += m.influence[pair, 0, U_FORCE] * other.force
+                left_v += m.influence[pair, 0, V_FORCE] * other.force
+                right_u += m.influence[pair, 1, U_FORCE] * other.force
+                right_v += m.influence[pair, 1, V_FORCE] * other.force
+            else:
+                left_u += effect_of(m, pair, 0, 0, other)
+                left_v += effect_of(m, pair, 0, 1, other)
+                right_u += effect_of(m, pair, 1, 0, other)
+                right_v += effect_of(m, pair, 1, 1, other)
+        left.u, left.v, right.u, right.v = left_u, left_v, right_u, right_v
 
 
 @INLINE
@@ -197,15 +203,15 @@ def push_face(m: StepArrays, number: int, force: float) -> None:
 @INLINE
 def correct(m: StepArrays) -> None:
     """Add the responses to the forces, impulses, projections and pushes of the step to the state at its end."""
-    for number in range(len(m.faces)):
-        contact = m.contacts[number // 2]
-        if m.faces[number].moves == 0:
-            continue
-        push_face(m, number, contact.force)
-        if contact.impulse != 0.0:
-            respond_to(m, number, 1, contact.impulse)
-        if contact.projection != 0.0:
-            respond_to(m, number, 2, contact.projection)
+    for number in range(len(m.contacts)):
+        contact = m.contacts[number]
+        for face in range(2 * number, 2 * number + 2):
+            push_face(m, face, contact.force)
+        if contact.impulse != 0.0 or contact.projection != 0.0:
+            for face in range(2 * number, 2 * number + 2):
+                if m.faces[face].moves != 0:
+                    respond_to(m, face, 1, contact.impulse)
+                    respond_to(m, face, 2, contact.projection)
     if m.clock[0].rare != 0:
         for number in range(len(m.pushes)):
             record = m.pushes[number]

@@ -40,33 +40,44 @@ class SampleArrays(NamedTuple):
 
 
 @PART
+def sum_of_momenta(row: Floats, velocity: Floats, even: float) -> float:
+    """Return the momentum of a body, its row times its velocities; an entry ``even`` shared inside is not read."""
+    total, last = 0.0, row.size - 1
+    if even == 0.0:
+        for i in range(row.size):
+            total += row[i] * velocity[i]
+        return total
+    for i in range(1, last):
+        total += velocity[i]
+    return float(even * total + row[0] * velocity[0] + row[last] * velocity[last])
+
+
+@PART
 def sample_bodies(m: SampleArrays, in_beads: float) -> bool:
     """Sample energies and momenta, with an energy stored between beads [J]; return False if one is not finite."""
     clock = m.clock[0]
-    n, stored, finite = clock.n_samples, in_beads, True
+    row, stored, finite = clock.n_samples, in_beads, True
     for each in range(len(m.called)):
         number = m.called[each]
         body = m.bodies[number]
         parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
         m.scratch[2] = 0.0
         call(body.measure, parameters, window(m.state, body.state_start, body.state_end - body.state_start), m.scratch)
-        momentum, first = m.scratch[2], body.state_start + body.n_dof
-        row, velocity = window(m.momentum, first, body.n_dof), window(m.state, first, body.n_dof)
-        for i in range(row.size):
-            momentum += row[i] * velocity[i]
-        m.sample[n, SAMPLED + 3 * number] = m.scratch[0]
-        m.sample[n, SAMPLED + 1 + 3 * number] = m.scratch[1]
-        m.sample[n, SAMPLED + 2 + 3 * number] = momentum
+        first, n = body.state_start + body.n_dof, body.n_dof
+        momentum = m.scratch[2] + sum_of_momenta(window(m.momentum, first, n), window(m.state, first, n), body.even)
+        m.sample[row, SAMPLED + 3 * number] = m.scratch[0]
+        m.sample[row, SAMPLED + 1 + 3 * number] = m.scratch[1]
+        m.sample[row, SAMPLED + 2 + 3 * number] = momentum
         total = m.scratch[0] + momentum
         finite = finite and total - total == 0.0
     for number in range(len(m.loads)):
-        m.sample[n, SAMPLED + 1 + 3 * m.loads[number].body] += m.loads[number].work
+        m.sample[row, SAMPLED + 1 + 3 * m.loads[number].body] += m.loads[number].work
     for number in range(len(m.contacts)):
         stored += m.replies[number].stored
-    m.sample[n, 0], m.sample[n, 1] = clock.time, stored
-    m.sample[n, 2], m.sample[n, 3] = clock.lost_contact, clock.lost_ends
-    m.sample[n, 4], m.sample[n, 5] = clock.lost_inside, clock.lost_unresolved
-    clock.n_samples = n + 1
+    m.sample[row, 0], m.sample[row, 1] = clock.time, stored
+    m.sample[row, 2], m.sample[row, 3] = clock.lost_contact, clock.lost_ends
+    m.sample[row, 4], m.sample[row, 5] = clock.lost_inside, clock.lost_unresolved
+    clock.n_samples = row + 1
     return finite
 
 
