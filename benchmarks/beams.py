@@ -25,10 +25,11 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beam_elements import matrices
+from impactlab.numerics.banded import multiply
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
 from impactlab.scene.method import StepRule
 from impactlab.simulate import Plan, prepare
-from impactlab.simulate.stepping.assembly import SAMPLES
+from impactlab.simulate.stepping.arrays import SAMPLES
 from impactlab.testing.scenes import simulation
 
 STRIKER = 0.05  # kg
@@ -252,7 +253,10 @@ def factorised(plan: Plan) -> tuple[Any, Any, Any]:
     matrix = 0.25 * plan.dt**2 * system.stiffness
     matrix[0] += system.mass[0]
     root = cholesky_banded(matrix, lower=True)
-    answers = np.array([each[0].reshape(3, -1) for each in (stepper.force_response, stepper.impulse_response)])
+    answers = np.zeros((2, 3, system.load.size))
+    for answer, each in zip(answers, (stepper.force_response, stepper.impulse_response), strict=True):
+        answer[:2] = each[0].reshape(2, -1)
+        answer[2] = -multiply(system.stiffness, answer[0]) / system.mass[0]
     size = np.abs(answers) / np.abs(answers).max(axis=2, keepdims=True)
     reach = 1 + int(np.flatnonzero((size > 1e-20).any(axis=(0, 1)))[-1])
     return root[0] ** -2, np.ascontiguousarray(root[1:] / root[0]), np.ascontiguousarray(answers[:, :, :reach])

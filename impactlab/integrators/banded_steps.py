@@ -13,6 +13,7 @@ from impactlab.integrators.alpha_passes import correct, predict
 from impactlab.numerics.banded_kernels import add_matrix, factorise, in_motion, in_springs, pull, solve
 from impactlab.numerics.chain_forces import pull_chain
 from impactlab.numerics.compiling import UNPACK
+from impactlab.numerics.three_bands import LEAST, pull_three
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
@@ -58,6 +59,8 @@ def free_forces(parameters: Array, factors: Array, u: Array, v: Array, force: Ar
     loaded = parameters[LOADED] != 0.0
     if stiff == 1 and wide == 1 and n > 1:
         pull_chain(springs, window(factors, 2 * n, n), u, force)
+    elif stiff == 3 and n >= LEAST:
+        pull_three(n, springs, u, force)
     else:
         for i in range(n):
             force[i] = 0.0

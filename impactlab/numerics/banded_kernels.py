@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from impactlab.numerics.chain_solve import solve_chain, write_runs
 from impactlab.numerics.compiling import HELPER
+from impactlab.numerics.three_bands import LEAST, factorise_three, solve_three
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
@@ -32,31 +33,13 @@ def pull(n: int, bandwidth: int, springs: Array, u: Array, force: Array) -> None
 
 
 @HELPER
-def solve_three(n: int, pivot: Array, lower: Array, x: Array) -> None:
-    """Solve a factorised system of three bands in place, as of beams: values stay in registers."""
-    one, two, three = lower[:n], lower[n : 2 * n], lower[2 * n : 3 * n]
-    far, middling = x[0], x[1] - one[0] * x[0]
-    near = x[2] - one[1] * middling - two[0] * far
-    x[1], x[2] = middling, near
-    for i in range(n - 3):
-        rest = x[i + 3] - three[i] * far - two[i + 1] * middling - one[i + 2] * near
-        far, middling, near = middling, near, rest
-        x[i + 3] = rest
-    far, middling, near = 0.0, 0.0, 0.0
-    for i in range(n - 1, -1, -1):
-        rest = x[i] * pivot[i] - three[i] * far - two[i] * middling - one[i] * near
-        far, middling, near = middling, near, rest
-        x[i] = rest
-
-
-@HELPER
 def solve(n: int, bandwidth: int, factors: Array, x: Array) -> None:
     """Solve a factorised system in place; ``factors`` as `factorise` leaves them."""
     pivot, lower = window(factors, 0, n), window(factors, n, bandwidth * n)
     if bandwidth == 1 and n > 1:
         solve_chain(pivot, lower, window(factors, 2 * n, n), x)
         return
-    if bandwidth == 3 and n > 3:
+    if bandwidth == 3 and n >= LEAST:
         solve_three(n, pivot, lower, x)
         return
     for i in range(n):
@@ -77,6 +60,8 @@ def solve(n: int, bandwidth: int, factors: Array, x: Array) -> None:
 def factorise(n: int, bandwidth: int, factors: Array, springs: Array) -> None:
     """Replace a matrix, its diagonal and the bands below it, by 1/D and the bands of L of its L D L^T.
 
+    Three bands are those of `impactlab.numerics.three_bands`.
+
     ``factors`` has room for n numbers more: the runs of equal rows of a tridiagonal matrix, as `write_runs` finds them
     for these springs.
     """
@@ -89,6 +74,9 @@ def factorise(n: int, bandwidth: int, factors: Array, springs: Array) -> None:
             lower[i] = scaled
         pivot[n - 1] = 1.0 / pivot[n - 1]
         write_runs(n, pivot, lower, springs, window(factors, 2 * n, n))
+        return
+    if bandwidth == 3 and n >= LEAST:
+        factorise_three(n, pivot, lower)
         return
     for i in range(n):
         for offset in range(min(bandwidth, i), 0, -1):  # column by column of row i

@@ -285,13 +285,13 @@ def test_a_newmark_step_solves_its_equation(left, right, mass):
     stepper = Newmark().prepare(system, np.eye(n)[:1], dt)
     mass_of, stiffness = full(system.mass), full(system.stiffness)
     u, v = 1e-3 * np.sin(1.0 + np.arange(n) ** 1.2), np.cos(np.arange(n) ** 1.3)
-    a = np.linalg.solve(mass_of, system.load - stiffness @ u)
-    state = np.concatenate((u, v, a))
+    state = np.concatenate((u, v))
     stepper.free(stepper.parameters, state)
-    new_u, new_v, new_a = state.reshape(3, n)
-    left_over = mass_of @ new_a + stiffness @ new_u - system.load
-    size = np.abs(stiffness) @ np.abs(new_u) + np.abs(mass_of) @ np.abs(new_a)
+    new_u, new_v = state.reshape(2, n)
+    # The average acceleration is that at the mean displacement, and the one that the velocities show.
+    mean, found = 0.5 * (u + new_u), (new_v - v) / dt
+    left_over = mass_of @ found + stiffness @ mean - system.load
+    size = np.abs(stiffness) @ np.abs(mean) + np.abs(mass_of) @ np.abs(found)
     # The condition of the matrix that is solved, 1 + (30/2)^2, times rounding.
     assert np.abs(left_over).max() < 1e-12 * size.max()
-    assert new_u == pytest.approx(u + dt * v + 0.25 * dt**2 * (a + new_a), rel=1e-12, abs=1e-15)
-    assert new_v == pytest.approx(v + 0.5 * dt * (a + new_a), rel=1e-12, abs=1e-9)
+    assert new_u == pytest.approx(u + 0.5 * dt * (v + new_v), rel=1e-12, abs=1e-15)
