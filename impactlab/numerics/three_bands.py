@@ -41,7 +41,7 @@ def factorise_three(n: int, pivot: Array, bands: Array) -> None:
         eliminate(n, row, 1, middle + 2 - row, pivot, bands)
 
 
-@HELPER
+@IN_ORDER
 def solve_three(n: int, pivot: Array, bands: Array, x: Array) -> None:
     """Solve a system of at least nine rows that is factorised from both ends, in place; values stay in registers."""
     one, two, three = window(bands, 0, n), window(bands, n, n), window(bands, 2 * n, n)
@@ -54,13 +54,23 @@ def solve_three(n: int, pivot: Array, bands: Array, x: Array) -> None:
     x[n - 2] -= one[n - 2] * x[n - 1]
     x[n - 3] -= one[n - 3] * x[n - 2] + two[n - 3] * x[n - 1]
     last_far, last_near, last = x[n - 1], x[n - 2], x[n - 3]
-    for i in range(3, middle):
-        down = x[i] - three[i - 3] * far - two[i - 2] * near - one[i - 1] * here
-        j = n - 1 - i
-        up = x[j] - three[j] * last_far - two[j] * last_near - one[j] * last
+    # Ranges that begin at zero and counters that grow from it: numba then checks no index for being negative.
+    count = middle - 3
+    rows, lows = window(x, 3, count), window(x, n - middle, count)
+    one_up, two_up = window(one, 2, count), window(two, 1, count)
+    one_low, two_low, three_low = (
+        window(one, n - middle, count),
+        window(two, n - middle, count),
+        window(three, n - middle, count),
+    )
+    i = 0
+    for j in range(count - 1, -1, -1):
+        down = rows[i] - three[i] * far - two_up[i] * near - one_up[i] * here
+        up = lows[j] - three_low[j] * last_far - two_low[j] * last_near - one_low[j] * last
         far, near, here = near, here, down
         last_far, last_near, last = last_near, last, up
-        x[i], x[j] = down, up
+        rows[i], lows[j] = down, up
+        i += 1
     if sides > middle:  # one row more below
         j = middle + 3
         x[j] -= three[j] * last_far + two[j] * last_near + one[j] * last
@@ -75,13 +85,20 @@ def solve_three(n: int, pivot: Array, bands: Array, x: Array) -> None:
     x[middle], x[middle + 1], x[middle + 2] = far, near, here
     last_far, last_near, last = far, near, here  # those of rows further on, where three, two and one reach
     far, here = here, far
-    for k in range(middle):
-        i, j = middle - 1 - k, middle + 3 + k
+    lows, pivot_low = window(x, middle + 3, middle), window(pivot, middle + 3, middle)
+    one_low, two_low, three_low = (
+        window(one, middle + 2, middle),
+        window(two, middle + 1, middle),
+        window(three, middle, middle),
+    )
+    j = 0
+    for i in range(middle - 1, -1, -1):
         down = x[i] * pivot[i] - three[i] * far - two[i] * near - one[i] * here
-        up = x[j] * pivot[j] - three[j - 3] * last_far - two[j - 2] * last_near - one[j - 1] * last
+        up = lows[j] * pivot_low[j] - three_low[j] * last_far - two_low[j] * last_near - one_low[j] * last
         far, near, here = near, here, down
         last_far, last_near, last = last_near, last, up
-        x[i], x[j] = down, up
+        x[i], lows[j] = down, up
+        j += 1
     if sides > middle:
         x[n - 1] = x[n - 1] * pivot[n - 1] - three[n - 4] * last_far - two[n - 3] * last_near - one[n - 2] * last
 
@@ -94,11 +111,13 @@ def pull_three(n: int, springs: Array, u: Array, force: Array) -> None:
     """
     ground, one = window(springs, 0, n), window(springs, n, n)
     two, three = window(springs, 2 * n, n), window(springs, 3 * n, n)
-    for i in range(3, n - 3):
-        here = u[i]
-        total = ground[i] * here + one[i] * (u[i + 1] - here) + one[i - 1] * (u[i - 1] - here)
-        total += two[i] * (u[i + 2] - here) + two[i - 2] * (u[i - 2] - here)
-        force[i] = -(total + three[i] * (u[i + 3] - here) + three[i - 3] * (u[i - 3] - here))
+    inner = window(force, 3, n - 6)
+    middle, one_back, two_back = window(ground, 3, n - 6), window(one, 2, n - 5), window(two, 1, n - 4)
+    for i in range(n - 6):
+        here = u[i + 3]
+        total = middle[i] * here + one_back[i + 1] * (u[i + 4] - here) + one_back[i] * (u[i + 2] - here)
+        total += two_back[i + 2] * (u[i + 5] - here) + two_back[i] * (u[i + 1] - here)
+        inner[i] = -(total + three[i + 3] * (u[i + 6] - here) + three[i] * (u[i] - here))
     for side in range(2):
         for row in range(3):
             i = n - 1 - row if side else row
