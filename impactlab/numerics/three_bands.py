@@ -70,7 +70,7 @@ def solve_three(n: int, pivot: Array, bands: Array, x: Array) -> None:
         far, near, here = near, here, down
         last_far, last_near, last = last_near, last, up
         rows[i], lows[j] = down, up
-        i += 1
+        i += 1  # noqa: SIM113 - no enumerate in compiled loops
     if sides > middle:  # one row more below
         j = middle + 3
         x[j] -= three[j] * last_far + two[j] * last_near + one[j] * last
@@ -98,7 +98,7 @@ def solve_three(n: int, pivot: Array, bands: Array, x: Array) -> None:
         far, near, here = near, here, down
         last_far, last_near, last = last_near, last, up
         x[i], lows[j] = down, up
-        j += 1
+        j += 1  # noqa: SIM113
     if sides > middle:
         x[n - 1] = x[n - 1] * pivot[n - 1] - three[n - 4] * last_far - two[n - 3] * last_near - one[n - 2] * last
 
