@@ -36,7 +36,7 @@ from impactlab.refine.beam_descriptions import (
     shortest_time,
 )
 from impactlab.refine.contact_times import tangent_of
-from impactlab.refine.descriptions import Description, modelled_as
+from impactlab.refine.descriptions import Description, modelled_as, recorded
 from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
@@ -129,7 +129,7 @@ def _modal(asked: Simulation) -> Description:
         else:
             rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)))
         models = {beam.name: modal_model(beam, modes(n), ELEMENTS_PER_MODE) for beam in beams}
-        return rods.but(models={**rods.method.models, **models})
+        return recorded(rods.but(models={**rods.method.models, **models}), scene.duration / dt(n))
 
     return Description(
         "modes under Newmark's method" if lossy else "modes under exact steps",
@@ -187,7 +187,8 @@ def _implicit(asked: Simulation, sheared: bool) -> Description:
         return math.ceil(COARSEST_ELEMENTS * math.sqrt(n / COARSEST))
 
     def simulation(n: int) -> Simulation:
-        return modelled_as(meshed, FiniteElement(elements(n)), Midpoint(), StepRule(dt=shortest / n))
+        made = modelled_as(meshed, FiniteElement(elements(n)), Midpoint(), StepRule(dt=shortest / n))
+        return recorded(made, n * scene.duration / shortest)
 
     return Description(
         "consistent mesh under the midpoint rule",
@@ -216,7 +217,7 @@ def _explicit(asked: Simulation) -> Description:
 
     def simulation(n: int) -> Simulation:
         step = StepRule(points_per_period=STABLE_POINTS)
-        return modelled_as(meshed, FiniteElement(n, "lumped"), CentralDifference(), step)
+        return recorded(modelled_as(meshed, FiniteElement(n, "lumped"), CentralDifference(), step), work(n)[0])
 
     return Description(
         "lumped mesh, central difference",

@@ -194,7 +194,7 @@ def without_places(scene: Scene) -> Scene:
     return dataclasses.replace(scene, probes=probes, snapshots=())
 
 
-def _recorded(made: Simulation, steps: float) -> Simulation:
+def recorded(made: Simulation, steps: float) -> Simulation:
     """Return the scene with up to `MAX_RECORDS` steps kept, unless the case limits them: records give the forces."""
     if made.scene.records != RECORDS:
         return made
@@ -212,7 +212,7 @@ def _rigid(asked: Simulation) -> Description:
 
     def simulation(steps: int) -> Simulation:
         method = Method(asked.method.laws, {}, ExactModal(), StepRule(dt=duration / steps))
-        return _recorded(Simulation(asked.scene, method), steps)
+        return recorded(Simulation(asked.scene, method), steps)
 
     return Description(
         "rigid bodies",
@@ -256,7 +256,7 @@ def _by_delays(asked: Simulation, unit: float) -> Callable[[int], Simulation]:
 
     def simulation(n: int) -> Simulation:
         dt = unit / n
-        return _recorded(modelled_as(asked, Continuous(), None, StepRule(dt=dt)), asked.scene.duration / dt)
+        return recorded(modelled_as(asked, Continuous(), None, StepRule(dt=dt)), asked.scene.duration / dt)
 
     return simulation
 

@@ -94,9 +94,10 @@ def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pa
 
 
 def _peaks(histories: Sequence[AbstractHistory], scene: Scene, laws: Laws, margin: float) -> Iterator[Pairs]:
-    """Give the distances of the peak forces of contacts.
+    """Give the distances of the peak forces of contacts: of two runs, at the instants of both peaks.
 
-    Two peaks may agree by luck while the forces around them ring; the forces at the instants of all peaks do not.
+    The larger of these two differences bounds that of the peaks. Two peaks may agree by luck while the forces around
+    them ring; the forces at the instants of both do not.
     """
     for contact in scene.contacts:
         law = laws[contact.name]
@@ -106,8 +107,11 @@ def _peaks(histories: Sequence[AbstractHistory], scene: Scene, laws: Laws, margi
         peaks = [find_peak(history, contact, left_out, law.hard) for history in histories]
         if peaks[-1].force > 0.0:
             t = np.array([peak.time for peak in peaks])
-            values = [smooth_force(history, t, contact, law.hard) for history in histories]
-            yield _pairs(values, peaks[-1].force / margin, math.inf)
+            values = np.array([smooth_force(history, t, contact, law.hard) for history in histories])
+            yield {
+                (i, j): float(np.max(np.abs(values[i, [i, j]] - values[j, [i, j]]))) / (peaks[-1].force / margin)
+                for i, j in itertools.combinations(range(len(values)), 2)
+            }
 
 
 def _pairs(values: Sequence[Array], scale: float, norm: float | None) -> Pairs:
