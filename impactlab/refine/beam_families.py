@@ -44,16 +44,19 @@ from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 UNIT = "steps in the shortest time of the scene"
 COARSEST = 3 * STEPS  # steps in the shortest time: three in a rise of force
 COARSEST_MODES, FEWEST_MESHED, COARSEST_ELEMENTS = 24, 18, 10  # at that many steps; modes in closed form, of a mesh
+COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
 STEPS_PER_ELEMENT = 6  # in the shortest time, of a mesh that shears: its errors in space and time are alike
 STABLE_POINTS = 2.0 * math.pi / (2.0 * 0.95)  # steps in a period: 0.95 of the longest stable one
 MOST_MODES = 1500  # in closed form, some 0.1 ms each to find
 MAX_STEPS = 1_000_000  # in the shortest time
 MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
+MAX_UNSEEN_SHARE = 0.5  # the same where no more modes may be taken, and their error is stated by their flexibility
 DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
 # Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
-ERROR_OF_MODES, ERROR_OF_MESH, ERROR_OF_SHEARED_MESH, ERROR_OF_GRIDS = 0.12, 0.3, 0.08, 0.5
-ERROR_OF_EXPLICIT, ERROR_OF_EXPLICIT_FRONTS = 1.2, 3.0
+ERROR_OF_MODES, ERROR_OF_MESH, ERROR_OF_SHEARED_MESH, ERROR_OF_GRIDS = 0.12, 0.3, 0.08, 0.12
+ERROR_OF_EXPLICIT, ERROR_OF_EXPLICIT_FRONTS = 1.2, 40.0
+MISSING_MARGIN = 1.5  # on errors by modes left out: measured, 0.1 to 1.2 of the flexibility beside the contact's
 
 
 def families(asked: Simulation) -> Iterator[Description]:
@@ -106,13 +109,15 @@ def _modal(asked: Simulation) -> Description:
     tolerance = asked.method.tolerance.error if asked.method.tolerance else DEFAULT_TOLERANCE
     enough = STEPS * math.sqrt(3.0 * ERROR_OF_MODES / tolerance)
     most = MOST_MODES if closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
+    known = not any(math.isnan(tangent_of(*asked, contact)) for contact in scene.contacts)
+    coarsest = COARSEST_KNOWN if known else COARSEST_MODES
 
     def dt(n: int) -> float:
         return min(shortest / n, transit)
 
-    def modes(n: int) -> int:
+    def wanted(n: int) -> int:
         fine = n / COARSEST
-        few = COARSEST_MODES * math.pow(fine, 2.0 / 3.0) if closed else FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
+        few = coarsest * math.pow(fine, 2.0 / 3.0) if closed else FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
         # As the steps that the tolerance is predicted to need grow finer or coarser, so do the modes.
         needed = [
             math.pow(share / (MISSING_SHARE * tolerance), 1.0 / power) * math.pow(n / enough, 1.0 / min(power, 1.5))
@@ -120,8 +125,13 @@ def _modal(asked: Simulation) -> Description:
         ]
         return math.ceil(max([few, *needed]))
 
-    def error(n: int) -> float:
-        return ERROR_OF_MODES / _rises(n) ** 2
+    def modes(n: int) -> int:
+        return min(wanted(n), most)
+
+    def left_out(n: int) -> float:
+        return sum(share / modes(n) ** power for share, power in missing)
+
+    unseen = MISSING_MARGIN * left_out(MAX_STEPS)
 
     def simulation(n: int) -> Simulation:
         if lossy:
@@ -135,12 +145,14 @@ def _modal(asked: Simulation) -> Description:
         "modes under Newmark's method" if lossy else "modes under exact steps",
         UNIT,
         simulation,
-        cost.BEAM_MODES,
+        cost.BEAM_DAMPED_MODES if lossy else cost.BEAM_MODES,
         lambda n: (scene.duration / dt(n), len(beams) * modes(n)),
-        error=lambda n: error(n) + sum(share / modes(n) ** power for share, power in missing),
+        error=lambda n: ERROR_OF_MODES / _rises(n) ** 2 + left_out(n),
         safety=3.0,
         min_fineness=COARSEST,
-        max_fineness=_finest(modes, most),
+        # Two runs with as many modes do not show the error of the others, which is then stated by their flexibility.
+        max_fineness=MAX_STEPS if known and unseen <= MAX_UNSEEN_SHARE * tolerance else _finest(wanted, most),
+        unseen=lambda n: unseen if wanted(n) > most else 0.0,
         detail=lambda n: f"{modes(n)} modes",
     )
 

@@ -75,6 +75,7 @@ class Description:
     multiple: int = 1  # that a fineness is of
     check: Callable[[int], Simulation] | None = None  # the same off the special step, where it has one
     check_error: Callable[[int], float] = lambda _n: 0.0  # of `check`, at most
+    unseen: Callable[[int], float] = lambda _n: 0.0  # error that runs of neighbouring fineness have in common, at most
     detail: Callable[[int], str] | None = None  # what else a fineness sets, for people
     begun: Begun | None = None  # of the exact solver: its march over the first intervals
 

@@ -6,6 +6,7 @@ import math
 
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.convergence import (
+    MIN_ORDER_SHARE,
     SHOWN_SAFETY,
     TWO_LEVEL_SAFETY,
     Level,
@@ -31,6 +32,7 @@ MAX_LEVELS = 12  # of one description
 EXTRA_ORDER = 1.0  # over the declared order, with which errors may fall at first
 ORDER_MARGIN = 1.5  # on the order that the errors of a description show, before it is ended for its cost
 MIN_SHOWN_ORDER = 0.1
+MANY_RUNS = 5  # of one description: fewer of them, which fall unevenly, do not show an order below the least assumed
 MAX_GAIN_RATIO = 10.0  # of the energy that a run gains, over the reference energy, to the error that is stated
 MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order shows
 MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: shorter periods that give less need no such resolution
@@ -57,7 +59,7 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     errors, by_order = _extrapolated(levels, asked, description)
     least = _distance_to_check(study)
     for level, error in zip(levels, errors, strict=True):
-        level.error, level.reason = max(error, least), ""
+        level.error, level.reason = max(error, least) + description.unseen(level.fineness), ""
         gain = gain_of(level.history)
         if gain / MAX_GAIN_RATIO > max(level.error, tolerance):
             level.error, level.reason = gain / MAX_GAIN_RATIO, f"gains {gain:.2g} of the reference energy"
@@ -94,7 +96,8 @@ def _reach(study: Study, error: float, tolerance: float) -> Reach:
     first = min(study.falling)
     if len(study.falling) > 2 and first < finest.fineness:
         shown = math.log(max(study.falling[first] / error, 1.0)) / math.log(finest.fineness / first)
-        order = min(order, max(ORDER_MARGIN * shown, MIN_SHOWN_ORDER))
+        least = MIN_SHOWN_ORDER if len(study.falling) >= MANY_RUNS else MIN_ORDER_SHARE * study.description.order
+        order = min(order, max(ORDER_MARGIN * shown, least))
     return Reach(finest.fineness, error, order, finest.fineness * math.pow(max(error / tolerance, 1.0), 1.0 / order))
 
 
