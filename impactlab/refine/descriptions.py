@@ -46,6 +46,9 @@ RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of fineness between neighbouring levels:
 EXACT_ERROR = 1e-9  # stated for the exact solver, whose error is 1e-12 except for instants near a grazing touch
 MAX_RECORDS = 200_000  # instants that are kept, 14 MB for a contact
 OFF_COURANT = 0.95  # courant number at which no wave goes exactly one element in a step
+SHORT_S = 3.5e-4  # s of predicted solving: shorter runs take less than another trial
+MAX_SURE_COST = 1.5  # times the predicted cost of a short run, up to which it begins finer, so that two runs suffice
+SURE_RATIO = 4.0  # of its error to one that needs three runs: two are extrapolated by half the order
 MAX_FREE_COST = 1.4  # times the fixed cost of a run, up to which a finer start is taken at no price
 SMOOTH_FRONT_ELEMENTS = 100  # a rod: damped fronts wider than one of these count as smooth
 TOLERANCE_POWER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
@@ -101,8 +104,15 @@ class Description:
         return high
 
     def start_for(self, error: float) -> int:
-        """Return the first fineness for an error, finer where this costs little more."""
+        """Return the first fineness for an error, finer where this costs little more.
+
+        Up to where two runs suffice, for a run so short that another trial would take longer than its steps.
+        """
         needed = free = self.fineness_for(error)
+        if self.seconds(needed) <= SHORT_S:
+            sure, most = self.fineness_for(error / SURE_RATIO), MAX_SURE_COST * self.seconds(needed)
+            while free < sure and self.seconds(free + max(1, free // 8)) <= most:
+                free += max(1, free // 8)
         while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:
             free *= 2
         return self.whole(max(needed, free))

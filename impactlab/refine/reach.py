@@ -42,7 +42,8 @@ def within(study: Study, seconds: float) -> Best:
             (middle, high) if description.seconds(description.whole(middle)) <= MAX_SHARE * seconds else (low, middle)
         )
     low = min(description.whole(low), description.max_fineness)
-    error = max(1.0, description.safety / SHOWN_SAFETY) * reach.error * math.pow(reach.fineness / low, reach.order)
+    order = min(reach.order, description.order)  # a refusal allows for more, an offer does not
+    error = max(1.0, description.safety / SHOWN_SAFETY) * reach.error * math.pow(reach.fineness / low, order)
     return Best(description.words(low), error, description.seconds(low))
 
 
