@@ -41,6 +41,16 @@ def all_lanes(value: float) -> Array:
     return np.full(LANES, value)
 
 
+def lanes_of_pairs(even: float, odd: float) -> Array:
+    """Return one value in lanes 0, 2, 4, 6 and another in the others."""
+    return np.tile((even, odd), LANES // 2)
+
+
+def swapped(lanes: Array) -> Array:
+    """Return the lanes with neighbours exchanged in pairs: 1, 0, 3, 2 and so on."""
+    return lanes.reshape(-1, 2)[:, ::-1].ravel()
+
+
 def later_one(lanes: Array) -> Array:
     """Return the lanes moved on by one, zero in the first."""
     return np.append(np.zeros(1), lanes[:-1])
@@ -148,6 +158,12 @@ def _spread(_: Any, builder: Any, values: Any) -> Any:
     return builder.shuffle_vector(alone, _ZERO, ir.Constant(_PLACES, [0] * LANES))
 
 
+def _pairs(_: Any, builder: Any, values: Any) -> Any:
+    first = builder.insert_element(_ZERO, values[0], ir.Constant(ir.IntType(32), 0))
+    both = builder.insert_element(first, values[1], ir.Constant(ir.IntType(32), 1))
+    return builder.shuffle_vector(both, _ZERO, ir.Constant(_PLACES, [0, 1] * (LANES // 2)))
+
+
 def _sum_of(name: str) -> Callable[..., Any]:
     return lambda _, builder, values: getattr(builder, name)(*values, flags=("contract",))
 
@@ -155,6 +171,8 @@ def _sum_of(name: str) -> Callable[..., Any]:
 _known(lanes_at, LANES_TYPE, (VECTOR, types.intp), _load)
 _known(put_lanes, types.none, (VECTOR, types.intp, LANES_TYPE), _store)
 _known(all_lanes, LANES_TYPE, (types.float64,), _spread)
+_known(lanes_of_pairs, LANES_TYPE, (types.float64, types.float64), _pairs)
+_known(swapped, LANES_TYPE, (LANES_TYPE,), _shuffled([1, 0, 3, 2, 5, 4, 7, 6]))
 for _function, _by in ((later_one, 1), (later_two, 2), (later_four, 4)):
     _known(_function, LANES_TYPE, (LANES_TYPE,), _shuffled([LANES] * _by + list(range(LANES - _by))))
 for _function, _by in ((earlier_one, 1), (earlier_two, 2), (earlier_four, 4)):
