@@ -14,6 +14,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import entered
+from impactlab.numerics.collection import Uncollected
 from impactlab.scene.method import Method, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import Recent
@@ -103,7 +104,7 @@ def run(
         When a law fails, a number is not finite, or energy grows beyond the declared bound; carries the history so far.
     """
     began = clock.perf_counter()
-    with spent_on("set-up"):
+    with spent_on("set-up"), Uncollected():
         plan, assembly = ready(scene, method)
     planned = clock.perf_counter()
     if plan.march is not None:
@@ -120,7 +121,7 @@ def run(
         return exact
     if progress is not None:
         progress(0.0)
-    with spent_on("set-up"):
+    with spent_on("set-up"), Uncollected():
         assembly = assembly.again() if assembly.can_repeat else assembly
         if with_warnings:  # runs for a reference or for the choice measure nothing
             check_rates(scene, 1.0 / (assembly.stride * assembly.dt))
@@ -134,9 +135,10 @@ def run(
     began = clock.perf_counter()
     with spent_on("solving"):
         status = walk(assembly, history, progress)
-        history.finish()
+        with Uncollected():
+            history.finish()
     solved = clock.perf_counter()
-    with spent_on("checks"):
+    with spent_on("checks"), Uncollected():
         if with_warnings:
             add_warnings(history)
         history.cost.solve_s, history.cost.checks_s = solved - began, clock.perf_counter() - solved

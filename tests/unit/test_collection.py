@@ -1,0 +1,25 @@
+"""The collector of unreachable objects is off in the context, and as before after it, whatever happens inside."""
+
+from __future__ import annotations
+
+import gc
+
+import pytest
+
+from impactlab.numerics.collection import Uncollected
+
+
+def test_it_is_off_inside_and_on_again_after_an_error() -> None:
+    assert gc.isenabled()
+    with pytest.raises(ValueError, match="inside"), Uncollected():
+        assert not gc.isenabled()
+        raise ValueError("inside")
+    assert gc.isenabled()
+
+
+def test_an_inner_context_does_not_switch_it_on_for_the_outer_one() -> None:
+    with Uncollected():
+        with Uncollected():
+            pass
+        assert not gc.isenabled()
+    assert gc.isenabled()
