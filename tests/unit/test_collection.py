@@ -9,11 +9,19 @@ import pytest
 from impactlab.numerics.collection import Uncollected
 
 
+def seen(fails: bool) -> bool:
+    """Return whether the collector is on inside the context; raise there if asked for."""
+    with Uncollected():
+        if fails:
+            raise ValueError("inside")
+        return gc.isenabled()
+
+
 def test_it_is_off_inside_and_on_again_after_an_error() -> None:
+    assert not seen(fails=False)
     assert gc.isenabled()
-    with pytest.raises(ValueError, match="inside"), Uncollected():
-        assert not gc.isenabled()
-        raise ValueError("inside")
+    with pytest.raises(ValueError, match="inside"):
+        seen(fails=True)
     assert gc.isenabled()
 
 
