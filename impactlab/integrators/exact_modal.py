@@ -12,6 +12,8 @@ from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.models.base import Operators
 from impactlab.numerics.compiling import UNPACK
+from impactlab.numerics.lanes import LANES, lanes_at, put_lanes
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 N, LOADED, LOAD = range(3)  # places in the parameters, which go on with the arrays of `split`
@@ -23,16 +25,16 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, 
 
     A frequency below zero is minus the rate at which an unstable mode grows.
     """
-    n, arrays = int(parameters[N]), parameters[LOAD:]
+    n, arrays = int(parameters[N]), window(parameters, LOAD, parameters.size - LOAD)
     return (
-        arrays[:n],
-        arrays[n : 2 * n],
-        arrays[2 * n : 3 * n],
-        arrays[3 * n : 4 * n],
-        arrays[4 * n : 5 * n],
-        arrays[5 * n : 6 * n],
-        arrays[6 * n : 7 * n],
-        arrays[7 * n : 8 * n],
+        window(arrays, 0, n),
+        window(arrays, n, n),
+        window(arrays, 2 * n, n),
+        window(arrays, 3 * n, n),
+        window(arrays, 4 * n, n),
+        window(arrays, 5 * n, n),
+        window(arrays, 6 * n, n),
+        window(arrays, 7 * n, n),
     )
 
 
@@ -40,11 +42,17 @@ def free(parameters: Array, state: Array) -> None:
     """Step without contact: the exact free evolution of each mode, load included."""
     n = int(parameters[N])
     load, _, _, cosine, sine, turn, lift, push = split(parameters)
-    u, v = state[:n], state[n : 2 * n]
-    for i in range(n):
-        old = u[i]
-        u[i] = cosine[i] * old + sine[i] * v[i]
-        v[i] = cosine[i] * v[i] - turn[i] * old
+    u, v = window(state, 0, n), window(state, n, n)
+    done = 0
+    while done + LANES <= n:
+        old, rate, even = lanes_at(u, done), lanes_at(v, done), lanes_at(cosine, done)
+        put_lanes(u, done, even * old + lanes_at(sine, done) * rate)
+        put_lanes(v, done, even * rate - lanes_at(turn, done) * old)
+        done += LANES
+    for i in range(done, n):
+        first = u[i]
+        u[i] = cosine[i] * first + sine[i] * v[i]
+        v[i] = cosine[i] * v[i] - turn[i] * first
     if parameters[LOADED] != 0.0:
         for i in range(n):
             u[i] += lift[i] * load[i]
