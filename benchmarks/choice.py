@@ -1,4 +1,4 @@
-"""Measures the automatic choice: ``python benchmarks/choice.py [CASE ...] [--beams] [--out docs/automatic-choice.md]``.
+"""Measures the automatic choice: ``python benchmarks/choice.py [CASE ...] [--beams] [--out PAGE] [--kept ROWS]``.
 
 For every case and variant and the tolerances 1e-2, 1e-3 and 1e-4, and for the beams of `beam_scenes` from 1e-1 on: the
 description chosen, the error it was expected to have and the one it has, how long it solved, the best of all other
@@ -6,11 +6,18 @@ descriptions that keeps the tolerance, and how long the choosing took. Errors ar
 bounds (`impactlab.refine.stated_error`), by the metrics of a summary. The best is sought, by the measured error,
 among a fixed list of methods and all descriptions of the choice itself, each at sizes that grow by the square root of
 two. Times are least ones of repeats on one core. Every repeat of a choice begins without modes of an earlier one.
+
+A run may keep a tolerance by luck, as its error passes through zero on the way from one sign to the other. So a second
+best is given beside it: the fastest run all whose finer runs of the same method keep the tolerance, too.
+
+``--kept FILE`` writes the rows of each scene to a file as they come, one a line; the scenes that are in it are not
+measured again, so that a measurement that was stopped goes on where it was.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import platform
 import sys
@@ -21,6 +28,7 @@ from typing import NamedTuple
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import beam_scenes
+import numpy as np
 import tables
 
 import impactlab as il
@@ -123,6 +131,24 @@ class Row(NamedTuple):
     best: Run | None
     beams: bool = False
     fault: str = ""
+    steady: Run | None = None  # the best whose finer runs keep the tolerance, too
+
+    @classmethod
+    def read(cls, line: str) -> Row:
+        """Return the row that `written` wrote."""
+        given = json.loads(line)
+        runs = {name: None if given[name] is None else Run(*given[name]) for name in ("best", "steady")}
+        return cls(**(given | runs))
+
+    @property
+    def written(self) -> str:
+        """The row as one line of JSON."""
+        return json.dumps(self._asdict())
+
+    @property
+    def steady_cost(self) -> float:
+        """Time of solving over that of the best whose finer runs keep the tolerance, too."""
+        return 1.0 if self.steady is None else self.solve_s / self.steady.solve_s
 
     @property
     def faults(self) -> list[str]:
@@ -266,7 +292,17 @@ def rows_of(asked: Asked) -> Iterator[Row]:
             label, tolerance, choice.chosen, choice.met, choice.expected_error,
             error_of(history, reference, asked), known_to(reference, asked), solve, choosing,
             min(keeping, key=lambda run: run.solve_s, default=None), bends,
+            steady=min(steady(rivals, tolerance), key=lambda run: run.solve_s, default=None),
         )  # fmt: skip
+
+
+def steady(runs: list[Run], tolerance: float) -> list[Run]:
+    """Return the runs that keep a tolerance, as do all finer ones of the same method."""
+    failed: dict[str, int] = {}
+    for run in runs:
+        if run.error > tolerance:
+            failed[run.method] = max(run.size, failed.get(run.method, 0))
+    return [run for run in runs if run.size > failed.get(run.method, 0)]
 
 
 def table(rows: list[Row]) -> str:
@@ -310,10 +346,13 @@ def verdict(rows: list[Row]) -> str:
         short = sum(row.choosing_s > WORST_CHOOSING_S and row.solve_s < SHORT_S for row in part)
         cells.append((
             name, len(part), _share([row.cost <= MAX_COST for row in part]), f"{max(row.cost for row in part):.1f}",
-            _share([row.choosing <= MAX_CHOOSING for row in part]), f"{max(row.choosing for row in part):.0f}", short,
+            _share([row.steady_cost <= MAX_COST for row in part]), f"{max(row.steady_cost for row in part):.1f}",
+            _share([row.choosing <= MAX_CHOOSING for row in part]),
+            *(f"{np.percentile([row.choosing for row in part], share):.2g}" for share in (50, 90, 95, 100)), short,
         ))  # fmt: skip
-    heads = ("rows", "number", "at most twice the best", "largest cost", "choosing at most 10 times the solving")
-    heads = (*heads, "largest", "choosing above 20 ms, solving below 1 ms")
+    heads = ("rows", "number", "at most twice the best", "largest cost", "at most twice the steady best", "largest")
+    heads = (*heads, "choosing at most 10 times the solving", "median", "90 %", "95 %", "largest")
+    heads = (*heads, "choosing above 20 ms, solving below 1 ms")
     return "".join(lines) + "\n\n" + tables.table(heads, cells, text=("rows",)) + "\n"
 
 
@@ -327,11 +366,18 @@ def main() -> int:
     parser.add_argument("cases", nargs="*", type=Path, help="case files; all in cases/ if none is given")
     parser.add_argument("--out", type=Path, help="page to write")
     parser.add_argument("--beams", action="store_true", help="the scenes with beams, beside cases that are given")
+    parser.add_argument("--kept", type=Path, help="file of rows: goes on where an earlier measurement was stopped")
     given = parser.parse_args()
     rows: list[Row] = []
+    known = given.kept.read_text(encoding="utf-8").splitlines() if given.kept and given.kept.exists() else []
+    kept_rows = [Row.read(line) for line in known]
     cases = [] if given.beams and not given.cases else scenes(given.cases or sorted(CASES.glob("*.yaml")))
     for asked in [*cases, *([] if given.cases and not given.beams else beams())]:
-        for row in rows_of(asked):
+        found = [row for row in kept_rows if row.label == asked.label] or list(rows_of(asked))
+        if given.kept and not any(row.label == asked.label for row in kept_rows):
+            with given.kept.open("a", encoding="utf-8") as stream:
+                stream.writelines(row.written + "\n" for row in found)
+        for row in found:
             rows.append(row)
             said = f"{row.solve_s:.2e} {row.chosen} | {row.best}; {'; '.join(row.faults) or 'ok'}"
             print(f"{asked.label:32} {row.tolerance:g} {said}", file=sys.stderr, flush=True)
