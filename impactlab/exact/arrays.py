@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from impactlab.numerics.layout import record
+from impactlab.numerics.tables import by_table
 from impactlab.types import Array
 
 CLOSE, OPEN, CHANGE = 1, 0, 2  # kinds of events; of one found, CHANGE and more: the end of a branch that was met
@@ -143,6 +144,7 @@ class EventRecord(ctypes.Structure):
     set: float  # m, when it begins
 
 
+@by_table
 class MarchArrays(NamedTuple):
     """All arrays of the march; rows of the tables are Chebyshev series."""
 

@@ -177,19 +177,22 @@ def entered(entry: Any, *arguments: Any) -> Any:
     return entry(*arguments)
 
 
-def compiled(function: Callable[..., None], signature: Any) -> Any:
-    """Return the C function of a Python one, from the disk cache where it can be kept there."""
+def compiled(function: Callable[..., None], signature: Any, allocates: bool = True) -> Any:
+    """Return the C function of a Python one, from the disk cache where it can be kept there.
+
+    One with a signature of its own may make arrays, unless it is said that it allocates nothing.
+    """
     known = _compiled.get((function, id(signature)))  # signatures are constants; comparing them takes far longer
     if known is not None:
         return known[1]
     with spent_on(COMPILING):
-        return _compiled_now(function, signature)
+        return _compiled_now(function, signature, allocates)
 
 
-def _compiled_now(function: Callable[..., None], signature: Any) -> Any:
+def _compiled_now(function: Callable[..., None], signature: Any, allocates: bool) -> Any:
     load_array_functions()
     try:
-        counts = signature is not RESPOND and not form_of(signature.args)
+        counts = allocates and signature is not RESPOND and not form_of(signature.args)
         made = _c_function(function, signature, {"fastmath": FAST, "_nrt": counts})
     except Exception as error:
         raise PluginError(
@@ -239,12 +242,12 @@ def _fault(error: Exception) -> str:
     return said[0] if said else type(error).__name__
 
 
-def kernel_address(function: Callable[..., None] | None, signature: Any) -> int:
-    """Return the address of a stepper's function; 0 for none."""
+def kernel_address(function: Callable[..., None] | None, signature: Any, allocates: bool = True) -> int:
+    """Return the address of a function as `compiled` makes it; 0 for none."""
     if function is None:
         return 0
     if COMPILED and not _interpreting:
-        return int(compiled(function, signature).address)
+        return int(compiled(function, signature, allocates).address)
     _plain.append(in_python(function) if _interpreting else function)
     return len(_plain) - 1
 

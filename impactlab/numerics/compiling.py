@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar, cast
 
 import numba
+from numba import types
 from numba.core.registry import CPUDispatcher
 
 from impactlab.numerics.addresses import FAST
@@ -25,11 +26,32 @@ class Decorator(Protocol):
 
 
 njit: Any = numba.njit
+general: Any = types.unliteral
 CALLED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # by compiled functions only
 EXACTLY = {"_nrt": False, "error_model": "numpy"}  # no sum reordered; a division by zero gives inf, as numpy's
 
 
-class PlainFromPython(CPUDispatcher):
+class OnceCompiled(CPUDispatcher):
+    """A function that is compiled once for its types; numba compiles one more for each constant that it is given."""
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return the template of a call from compiled code, with the types of constants in place of their values."""
+        return super().get_call_template(tuple(map(general, args)), {name: general(each) for name, each in kws.items()})
+
+
+def once(make: Callable[..., Any]) -> Decorator:
+    """Return a decorator whose functions are compiled once for their types."""
+
+    def decorated(function: Function) -> Function:
+        made: Any = make(function)
+        if made is not function:  # not with compilation switched off
+            made.__class__ = OnceCompiled
+        return cast(Function, made)
+
+    return decorated
+
+
+class PlainFromPython(OnceCompiled):
     """A function that compiled code copies and Python calls as it stands, without compiling it."""
 
     def __call__(self, *arguments: Any) -> Any:
@@ -54,16 +76,17 @@ def called_plain(function: Function) -> Function:
 
 # Of the step loop and the schemes: called from Python, called by compiled functions, copied into them, called by both.
 ENTRY: Decorator = kept(_nrt=False, fastmath=FAST)
-PART: Decorator = kept(_nrt=False, fastmath=FAST, **CALLED)
+PART: Decorator = once(kept(_nrt=False, fastmath=FAST, **CALLED))
+MERGED: Decorator = once(kept(_nrt=False, fastmath=FAST, forceinline=True, **CALLED))  # as a PART, merged by LLVM
 INLINE: Decorator = njit(inline="always", _nrt=False, **CALLED)
-HELPER: Decorator = kept(_nrt=False, fastmath=FAST)
+HELPER: Decorator = once(kept(_nrt=False, fastmath=FAST))
 IN_ORDER: Decorator = kept(_nrt=False, fastmath={"contract"})  # a helper whose sums stand as they are written
 UNPACK: Decorator = copied  # into kernels; from Python a plain function
 LAW_PART: Decorator = called_plain  # of a law: parts that are copied into each other grow with every level
 # Of the solution from event to event; parts that allocate need the runtime.
 EXACT_ENTRY: Decorator = kept(**EXACTLY)
 RELEASING_ENTRY: Decorator = kept(nogil=True, **EXACTLY)  # without the interpreter's lock
-EXACT_PART: Decorator = njit(**EXACTLY, **CALLED)
+EXACT_PART: Decorator = once(njit(**EXACTLY, **CALLED))
 EXACT_INLINE: Decorator = njit(inline="always", **EXACTLY, **CALLED)
 ALLOCATING_PART: Decorator = njit(error_model="numpy", **CALLED)
 ALLOCATING_ENTRY: Decorator = kept(error_model="numpy")

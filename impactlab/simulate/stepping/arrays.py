@@ -13,6 +13,7 @@ from numpy import float64, int64
 from numpy.typing import NDArray
 
 from impactlab.numerics.layout import Integers, Numbers, record
+from impactlab.numerics.tables import by_table
 from impactlab.types import Port, Reply
 
 FEW = 4  # entries of the state that a force changes at a node of a lumped mesh, or on a rigid mass
@@ -228,6 +229,7 @@ class ClockRecord(ctypes.Structure):
     failed_bead: int  # 1 + number of the bead contact that failed, 0 if none
 
 
+@by_table
 class StepArrays(NamedTuple):
     """All arrays of the loop.
 
@@ -276,6 +278,7 @@ class StepArrays(NamedTuple):
     sample: Floats  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body
     snapshot_state: Floats  # (n_snapshots, 2, n_state)
     scratch: Floats  # (4,)
+    pieces: Ints  # addresses of the pieces of the loop that few scenes need, in the order below; 0 where not needed
     order: Ints  # (n_contacts,) place of each contact in the linear system, in which coupled ones stand close together
     system: (
         Floats  # (2 n_contacts, width + 2) banded linear system of coupled contacts: see `solve_banded`; empty for one
@@ -293,6 +296,11 @@ class StepArrays(NamedTuple):
 # coarse steps, force of the last step [N], 1 at the first slot of a block that nothing has reached.
 KICK, LOAD, MASS, U, V = range(5)
 GAP, STIFFNESS, RECENT, PEAK, SPAN, TOTAL, COMPLIANCE, COARSE, MOST, COUNT, FORCE, REST = range(12)
+
+# Pieces of the loop that are called by address (`pieces`).
+NEWTON, CHANGE_PHASES, REWRITE_COLUMNS, READ_AGAIN, STEP_ROWS, RECORD_ROWS, SAMPLE_ROWS = range(7)
+READ_RARE, APPLY_LOADS, READ_PUSHED, PUSH_ROWS, BOOK_RARE, MARCH_ROWS, READ_ROWS, SHOW_ROWS = range(7, 15)
+PIECES = 15
 
 # Layers of `influence`: displacement (pushed rows: value) and velocity at the end of the step, velocity at once.
 U_FORCE, V_FORCE, U_IMPULSE, V_IMPULSE, U_PROJECTION, V_PROJECTION, U_PUSH, V_PUSH, V_JUMP = range(9)

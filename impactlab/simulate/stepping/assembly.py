@@ -15,6 +15,7 @@ from impactlab.scene.method import laws_of
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
     LAYERS,
+    PIECES,
     SAMPLED,
     ClockRecord,
     ContactRecord,
@@ -31,6 +32,7 @@ from impactlab.simulate.stepping.coordinates import both_phases
 from impactlab.simulate.stepping.layout import Layout
 from impactlab.simulate.stepping.packing import alone, flat
 from impactlab.simulate.stepping.pairs import arranged, find_pairs
+from impactlab.simulate.stepping.pieces import fill_pieces
 from impactlab.types import Port, Reply
 
 MANY = 100  # contacts, from which the room for events is that of a few steps
@@ -123,6 +125,7 @@ class Assembly:
             sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
             snapshot_state=np.zeros((len(scene.field_times), 2, state.size)),
             scratch=np.zeros(4),
+            pieces=np.zeros(PIECES, np.int64),
             order=order,
             system=np.zeros((unknowns, min(unknowns, 6 * self.clock.reach + 4) + 2)),
             other_state=other_state,
@@ -132,6 +135,7 @@ class Assembly:
         self.clock.rare = int(any(map(len, (m.readings, m.pushes, m.loads, m.dampers))))
         others = n_contacts + self.clock.rare + len(phases)
         self.clock.only_beads = int(others == 0 and state.size == 2 * layout.n_beads > 0)
+        fill_pieces(m, self.clock)
         arrays: Any = self.memory if COMPILED else ()
         small = COMPILED and sum(each.nbytes for each in arrays) <= MAX_COPIED
         self.can_repeat = small and all(law.compiled for law in laws_of(scene, plan.acting))  # whether `again` serves

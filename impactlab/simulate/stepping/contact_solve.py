@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 
 from impactlab.numerics.addresses import call
-from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.compiling import INLINE, MERGED, PART
 from impactlab.numerics.linear import first_column, solve_banded
 from impactlab.simulate.stepping.arrays import (
+    NEWTON,
     U_FORCE,
     U_IMPULSE,
     U_PROJECTION,
@@ -32,7 +33,7 @@ ROUNDING_TOL = 1e-12  # of the largest impulse: a smaller change that Newton ste
 AGREEMENT_TOL = 1e-9  # of the largest impulse: a larger change in the last sweep is a failure
 
 
-@INLINE
+@MERGED
 def effect_of(m: StepArrays, pair: int, place: int, layer: int, contact: ContactRecord) -> float:
     """Return the effect of the contact of a pair on a row of the one it acts on, at the end of the step.
 
@@ -50,8 +51,8 @@ def effect_of(m: StepArrays, pair: int, place: int, layer: int, contact: Contact
     return total
 
 
-@INLINE
-def evaluate_law(m: StepArrays, number: int, time: float, dt: float) -> None:
+@MERGED
+def evaluate(m: StepArrays, number: int, time: float, dt: float) -> None:
     """Evaluate a law for the state and the present replies of the other contacts."""
     contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
     left, right = m.faces[2 * number], m.faces[2 * number + 1]
@@ -107,12 +108,6 @@ def heard_news(m: StepArrays, number: int, sweep: int) -> bool:
         if other != number:
             news = news or m.contacts[other].moved == (sweep if other < number else sweep - 1)
     return news
-
-
-@PART
-def evaluate(m: StepArrays, number: int, time: float, dt: float) -> None:
-    """Evaluate a law as `evaluate_law` does."""
-    evaluate_law(m, number, time, dt)
 
 
 @PART
@@ -239,7 +234,7 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
             number = n_contacts - 1 - place if backwards else place
             contact, reply = m.contacts[number], m.replies[number]
             if sweep == since or (contact.coupled > 1 and heard_news(m, number, sweep)):
-                evaluate_law(m, number, time, dt)
+                evaluate(m, number, time, dt)
                 answered = answered and reply.failed == 0.0
                 if n_contacts > 1:
                     moved = change_of(m, number, dt)
@@ -260,7 +255,7 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
             if turns == 1:
                 take_up(m)
             if turns <= MAX_NEWTON_TURNS:
-                newton(m, time, dt, largest)
+                call(m.pieces[NEWTON], m, time, dt, largest)
                 backwards = turns % 2 == 1  # from both ends in turn: what one end begins reaches the other in a sweep
             if turns <= MAX_NEWTON_TURNS + 1:
                 since = sweep  # all laws are evaluated in it

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import INLINE, PART
-from impactlab.simulate.stepping.arrays import ContactRecord, StepArrays
-from impactlab.simulate.stepping.phases import change_phases
+from impactlab.simulate.stepping.arrays import CHANGE_PHASES, ContactRecord, StepArrays
 from impactlab.types import MEMORY, Port, Reply
 
 CLOSE, OPEN, IMPULSE = 0, 1, 2  # kinds of events
@@ -87,4 +87,4 @@ def write_events(m: StepArrays, time: float, dt: float) -> None:
             contact.lost += reply.dissipated
         contact.negative += min(reply.dissipated, 0.0) + min(reply.unresolved, 0.0)
     if len(m.phases) > 0:
-        change_phases(m)
+        call(m.pieces[CHANGE_PHASES], m)

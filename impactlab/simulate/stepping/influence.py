@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.compiling import MERGED, PART
 from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import (
     FEW,
@@ -36,7 +36,7 @@ def sum_of_row(index: Ints, value: Floats, state: Floats) -> float:
     return total
 
 
-@INLINE
+@MERGED
 def row_times_state(m: StepArrays, row: int) -> float:
     """Return a sparse row times the state."""
     begin, end = m.row_start[row], m.row_start[row + 1]

@@ -6,12 +6,11 @@ from impactlab.integrators.columns import write_columns
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, INLINE, PART, called
 from impactlab.simulate.stepping import contact_solve, event_times, loop
-from impactlab.simulate.stepping.arrays import StepArrays
+from impactlab.simulate.stepping.arrays import CHANGE_PHASES, StepArrays
 from impactlab.simulate.stepping.contact_solve import effect_of
 from impactlab.simulate.stepping.event_times import OPEN, TOUCH_TOL, add_event
 from impactlab.simulate.stepping.influence import fill_influence
-from impactlab.simulate.stepping.loop import DONE, EVENTS_FULL, LAW_FAILED, NOT_FINITE, RECORDS_FULL, write_record_apart
-from impactlab.simulate.stepping.phases import change_phases
+from impactlab.simulate.stepping.loop import DONE, EVENTS_FULL, LAW_FAILED, NOT_FINITE, RECORDS_FULL, write_record
 from impactlab.simulate.stepping.samples import sample_energies
 
 # Quantity that crosses zero downwards inside a step: the gap, the trial force, or the negative gap (faces that part).
@@ -171,11 +170,11 @@ def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
             m.contacts[which].touching = 1.0
             m.contacts[which].initial_gap = left.u - right.u - m.ports[which].offset
         if len(m.phases) > 0:
-            change_phases(m)
+            call(m.pieces[CHANGE_PHASES], m)
         if clock.time >= step_end:
             return True
         if earliest > 0.0:
-            write_record_apart(m, dt)
+            write_record(m, dt)
 
 
 @ENTRY
@@ -191,7 +190,7 @@ def advance_located(m: StepArrays, dt: float, last_step: int, stride: int, sampl
             return LAW_FAILED
         clock.step += 1
         if clock.step % stride == 0 or clock.step == clock.steps:
-            write_record_apart(m, dt)
+            write_record(m, dt)
         if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample_energies(m, dt):
             return NOT_FINITE
     return DONE

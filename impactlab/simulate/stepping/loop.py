@@ -1,23 +1,37 @@
 """The step loop: free step, contact solve, correction, events, energies; compiled, and the same code in plain Python.
 
 Bodies are linear steppers and laws are `respond`, both called by address. All arrays are allocated before the run
-(`arrays`, `assembly`); a step allocates nothing, so the loop is compiled without numba's runtime for objects, and its
-pieces are copied into it.
+(`arrays`, `assembly`); a step allocates nothing, so the loop is compiled without numba's runtime for objects. Pieces
+that few scenes need are called by address, too (`pieces`): a plain scene does not wait until they are compiled.
 """
 
 from __future__ import annotations
 
 from impactlab.numerics.addresses import call
-from impactlab.numerics.compiling import ENTRY, INLINE, PART, called
+from impactlab.numerics.compiling import ENTRY, INLINE, MERGED, PART
 from impactlab.numerics.windows import window
-from impactlab.simulate.stepping.arrays import U_FORCE, V_FORCE, Floats, StepArrays
-from impactlab.simulate.stepping.bead_records import record_beads, show_beads
-from impactlab.simulate.stepping.beads import bead_arrays, march_beads, read_beads, step_beads
+from impactlab.simulate.stepping.arrays import (
+    APPLY_LOADS,
+    BOOK_RARE,
+    CHANGE_PHASES,
+    MARCH_ROWS,
+    PUSH_ROWS,
+    READ_AGAIN,
+    READ_PUSHED,
+    READ_RARE,
+    READ_ROWS,
+    RECORD_ROWS,
+    REWRITE_COLUMNS,
+    SHOW_ROWS,
+    STEP_ROWS,
+    U_FORCE,
+    V_FORCE,
+    Floats,
+    StepArrays,
+)
 from impactlab.simulate.stepping.contact_solve import effect_of, evaluate, solve_contacts
-from impactlab.simulate.stepping.end_loads import apply_loads, book_loads, read_loads
 from impactlab.simulate.stepping.event_times import write_events
-from impactlab.simulate.stepping.influence import fill_influence, pushed_values, row_times_state
-from impactlab.simulate.stepping.phases import change_phases
+from impactlab.simulate.stepping.influence import fill_influence, row_times_state
 from impactlab.simulate.stepping.samples import sample_energies
 from impactlab.types import MEMORY
 
@@ -37,25 +51,35 @@ def closed_phases(m: StepArrays) -> int:
     return bits
 
 
-@INLINE
-def read_rare(m: StepArrays) -> None:
-    """Read at the start of a step what few scenes have: readings of laws, pushed rows, loads, dashpots."""
-    first_reading = 2 * len(m.faces)
-    for number in range(len(m.readings)):
-        value = row_times_state(m, first_reading + number)
-        for contact in range(len(m.contacts)):
-            value += m.left_out[number, contact] * m.contacts[contact].force
-        messenger = m.readings[number]
-        m.ports[messenger.contact].readings[messenger.slot] = value
-    if len(m.pushes) > 0:
-        pushed_values(m, False)
-    if len(m.loads) > 0:
-        read_loads(m)
-    for number in range(len(m.dampers)):
-        damper = m.dampers[number]
-        damper.old = m.state[damper.index]
-        if damper.other >= 0:
-            damper.old -= m.state[damper.other]
+@PART
+def take_before(m: StepArrays, end: float) -> None:
+    """Take the snapshots of a step at its start."""
+    clock = m.clock[0]
+    for number in range(clock.n_snapshots, len(m.snapshots)):
+        if m.snapshots[number].time > end + SNAPSHOT_TOL * (end - clock.time):
+            break
+        m.snapshots[number].before = clock.time
+        m.snapshots[number].closed_before = closed_phases(m)
+        if len(m.bead_rows) > 0:
+            call(m.pieces[SHOW_ROWS], m)
+        for i in range(m.state.size):
+            m.snapshot_state[number, 0, i] = m.state[i]
+
+
+@PART
+def take_after(m: StepArrays, dt: float, end: float) -> None:
+    """Take the snapshots of a step at its end."""
+    clock = m.clock[0]
+    for number in range(clock.n_snapshots, len(m.snapshots)):
+        if m.snapshots[number].time > end + SNAPSHOT_TOL * dt:
+            break
+        m.snapshots[number].after = end
+        m.snapshots[number].closed_after = closed_phases(m)
+        if len(m.bead_rows) > 0:
+            call(m.pieces[SHOW_ROWS], m)
+        for i in range(m.state.size):
+            m.snapshot_state[number, 1, i] = m.state[i]
+        clock.n_snapshots = number + 1
 
 
 @INLINE
@@ -63,63 +87,25 @@ def begin_step(m: StepArrays, end: float) -> None:
     """Read the state at the start of a step, beside the faces, and take snapshots."""
     clock = m.clock[0]
     if clock.rare != 0:
-        read_rare(m)
-    for number in range(clock.n_snapshots, len(m.snapshots)):
-        if m.snapshots[number].time > end + SNAPSHOT_TOL * (end - clock.time):
-            break
-        m.snapshots[number].before = clock.time
-        m.snapshots[number].closed_before = closed_phases(m)
-        if len(m.bead_rows) > 0:
-            show_beads(bead_arrays(m))
-        for i in range(m.state.size):
-            m.snapshot_state[number, 0, i] = m.state[i]
-
-
-@PART
-def rewrite_columns(m: StepArrays) -> None:
-    """Rewrite the columns of bodies that change with their state, after their free steps."""
-    for number in range(len(m.bodies)):
-        body = m.bodies[number]
-        if body.columns != 0:
-            length = 3 * body.n_ports * (body.state_end - body.state_start)
-            call(
-                body.columns,
-                m.parameters[body.parameter_start : body.parameter_end],
-                m.state[body.state_start : body.state_end],
-                m.jump[body.jump_start : body.jump_end],
-                m.responses[body.response_start : body.response_start + length],
-            )
-    fill_influence(m)
-
-
-@PART
-def read_again(m: StepArrays) -> None:
-    """Derive the readings of such bodies again from their state at the end of the step, and with them their faces."""
-    for number in range(len(m.bodies)):
-        body = m.bodies[number]
-        if body.columns != 0:
-            parameters = m.parameters[body.parameter_start : body.parameter_end]
-            call(body.derive, parameters, m.state[body.state_start : body.state_end])
-    for number in range(len(m.faces)):
-        if m.bodies[m.faces[number].body].columns != 0:
-            m.faces[number].u = row_times_state(m, number)
-            m.faces[number].v = row_times_state(m, len(m.faces) + number)
+        call(m.pieces[READ_RARE], m)
+    if clock.n_snapshots < len(m.snapshots):
+        take_before(m, end)
 
 
 @INLINE
 def free_step(m: StepArrays, time: float, dt: float) -> None:
     """Take the free step of all bodies, under their loads, and read the faces at its end."""
     if len(m.bead_rows) > 0:
-        step_beads(bead_arrays(m), dt)
+        call(m.pieces[STEP_ROWS], m, dt)
     for number in range(len(m.called)):
         body = m.bodies[m.called[number]]
         parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
         call(body.free, parameters, window(m.state, body.state_start, body.state_end - body.state_start))
     rare = m.clock[0].rare != 0
     if rare and len(m.loads) > 0:
-        apply_loads(m, time, dt)
+        call(m.pieces[APPLY_LOADS], m, time, dt)
     if m.clock[0].changes != 0:
-        rewrite_columns(m)
+        call(m.pieces[REWRITE_COLUMNS], m)
     n_faces = len(m.faces)
     for number in range(n_faces):
         face = m.faces[number]
@@ -128,7 +114,7 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
         elif face.moves != 0:
             face.free_u, face.free_v = row_times_state(m, number), row_times_state(m, n_faces + number)
     if rare and len(m.pushes) > 0:
-        pushed_values(m, True)
+        call(m.pieces[READ_PUSHED], m)
 
 
 @PART
@@ -138,7 +124,7 @@ def add_range(state: Floats, response: Floats, factor: float) -> None:
         state[i] += factor * response[i]
 
 
-@INLINE
+@MERGED
 def add_responses(m: StepArrays, state_start: int, start: int, factor: float, low: int, high: int) -> None:
     """Add a factor times a range of a response to a body's state."""
     if high - low > MIN_VECTOR:
@@ -149,7 +135,7 @@ def add_responses(m: StepArrays, state_start: int, start: int, factor: float, lo
         m.state[state_start + i] += factor * m.responses[start + i]
 
 
-@INLINE
+@PART
 def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
     """Add the response to a force (kind 0), an impulse (1) or a projection (2) at a face to the state of its body."""
     face = m.faces[number]
@@ -212,36 +198,11 @@ def correct(m: StepArrays) -> None:
                 if m.faces[face].moves != 0:
                     respond_to(m, face, 1, contact.impulse)
                     respond_to(m, face, 2, contact.projection)
-    if m.clock[0].rare != 0:
-        for number in range(len(m.pushes)):
-            record = m.pushes[number]
-            body = m.bodies[record.body]
-            start = body.response_start + record.place * (body.state_end - body.state_start)
-            push = record.weight * m.contacts[record.contact].push
-            for part in range(3):
-                add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
+    if m.clock[0].rare != 0 and len(m.pushes) > 0:
+        call(m.pieces[PUSH_ROWS], m)
     read_faces(m)
     if m.clock[0].changes != 0:
-        read_again(m)
-
-
-@INLINE
-def book_rare(m: StepArrays, dt: float) -> None:
-    """Book the work of loads and the losses of dashpots."""
-    clock = m.clock[0]
-    if len(m.loads) > 0:
-        book_loads(m, dt)
-    for number in range(len(m.dampers)):
-        damper = m.dampers[number]
-        moved = m.state[damper.index] - damper.old
-        if damper.other >= 0:
-            moved -= m.state[damper.other]
-        felt = 0.5 * (moved + damper.before) if damper.straddles != 0.0 else moved
-        if damper.inside != 0:
-            clock.lost_inside += damper.damping * felt * felt / dt
-        else:
-            clock.lost_ends += damper.damping * felt * felt / dt
-        damper.before = moved
+        call(m.pieces[READ_AGAIN], m)
 
 
 @INLINE
@@ -249,21 +210,13 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
     """Book the losses of an accepted step, take snapshots, advance the clock."""
     clock = m.clock[0]
     if clock.rare != 0:
-        book_rare(m, dt)
-    for number in range(clock.n_snapshots, len(m.snapshots)):
-        if m.snapshots[number].time > end + SNAPSHOT_TOL * dt:
-            break
-        m.snapshots[number].after = end
-        m.snapshots[number].closed_after = closed_phases(m)
-        if len(m.bead_rows) > 0:
-            show_beads(bead_arrays(m))
-        for i in range(m.state.size):
-            m.snapshot_state[number, 1, i] = m.state[i]
-        clock.n_snapshots = number + 1
+        call(m.pieces[BOOK_RARE], m, dt)
+    if clock.n_snapshots < len(m.snapshots):
+        take_after(m, dt, end)
     clock.time = end
 
 
-@INLINE
+@PART
 def write_record(m: StepArrays, dt: float) -> None:
     """Write one record at the end of a step."""
     clock, n_contacts = m.clock[0], len(m.contacts)
@@ -281,16 +234,13 @@ def write_record(m: StepArrays, dt: float) -> None:
         contact.sum_force = 0.0
     first_column = 1 + 6 * n_contacts
     if len(m.bead_rows) > 0:
-        record_beads(bead_arrays(m), first_column, elapsed / dt)
+        call(m.pieces[RECORD_ROWS], m, first_column, elapsed / dt)
         first_column += m.clock[0].bead_columns
     first_probe = 2 * len(m.faces) + len(m.readings)
     for probe in range(m.record.shape[1] - first_column):
         m.record[n, first_column + probe] = row_times_state(m, first_probe + probe)
     clock.recorded = clock.time
     clock.n_records = n + 1
-
-
-write_record_apart = called(write_record)  # where no time is lost by a call, which copies all of `StepArrays`
 
 
 @INLINE
@@ -318,7 +268,8 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
             return EVENTS_FULL
         quiet = quiet_steps(m, dt, min(to_record, to_sample, last_step - clock.step)) if clock.only_beads != 0 else 0
         if quiet > 0:
-            taken = march_beads(bead_arrays(m), dt, quiet)
+            call(m.pieces[MARCH_ROWS], m, dt, quiet)
+            taken = int(m.scratch[0])
             clock.step += taken
             clock.time = clock.step * dt
             to_record -= taken
@@ -333,7 +284,7 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
                 return LAW_FAILED
             correct(m)
             if m.shared.size > 0:
-                read_beads(bead_arrays(m))
+                call(m.pieces[READ_ROWS], m)
             write_events(m, time, dt)
             book_step(m, dt, end)
             clock.step += 1
@@ -347,7 +298,7 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
                 return NOT_FINITE
             to_sample = sample_stride
     if len(m.bead_rows) > 0:
-        show_beads(bead_arrays(m))
+        call(m.pieces[SHOW_ROWS], m)
     return DONE
 
 
@@ -373,6 +324,6 @@ def start(m: StepArrays, dt: float) -> None:
                     m.ports[number].memory[k] = m.replies[number].memory[k]
     fill_influence(m)
     if len(m.phases) > 0:
-        change_phases(m)
-    write_record_apart(m, dt)
+        call(m.pieces[CHANGE_PHASES], m)
+    write_record(m, dt)
     sample_energies(m, dt)

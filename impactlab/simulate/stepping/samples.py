@@ -9,6 +9,7 @@ from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import INLINE, PART
 from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import (
+    SAMPLE_ROWS,
     SAMPLED,
     BodyRecord,
     ClockRecord,
@@ -18,8 +19,6 @@ from impactlab.simulate.stepping.arrays import (
     LoadRecord,
     StepArrays,
 )
-from impactlab.simulate.stepping.bead_records import sample_beads
-from impactlab.simulate.stepping.beads import bead_arrays
 from impactlab.types import Reply
 
 
@@ -86,7 +85,8 @@ def sample_energies(m: StepArrays, dt: float) -> bool:
     """Sample energies and momenta of all bodies; return False if one is not finite."""
     stored, finite = 0.0, True
     if len(m.bead_rows) > 0:
-        stored, finite = sample_beads(bead_arrays(m), dt)
+        call(m.pieces[SAMPLE_ROWS], m, dt)
+        stored, finite = m.scratch[0], m.scratch[1] != 0.0
     arrays = SampleArrays(
         m.clock,
         m.bodies,
