@@ -137,6 +137,31 @@ class LawContract:
                     assert abs(at - follower.set_at(approach)) <= 1e-10 * (abs(approach) + abs(last) + abs(at))
                 port.memory[:], last = [*reply.memory], approach
 
+    def test_its_power_force_is_its_reply(self) -> None:
+        """Where the force acts at the start of the step; of laws that rows of beads take as K d^n."""
+        start = type(self.part).begin(self.part, *self.sides(), self.dt)
+        power = self.part.power_force(start)
+        if power is None:
+            return
+        random = np.random.default_rng(11)
+        assert power.stiffness > 0.0
+        assert power.exponent >= 1.0
+        assert power.coarse <= power.most
+        for number in range(PORTS):
+            port = self.port(random)
+            # So little compliance that no step is too long for the law.
+            port.jump_in_force, port.in_contact = 1.0, 0.0
+            overlap = float(random.uniform(-1.0, 1.0)) * 1e-7
+            port.gap, port.free_gap = -overlap, -overlap + self.dt * port.gap_rate
+            port.gap_per_force = port.rate_per_force = 0.0
+            plain(fill_acting)(port, 0.0)
+            expected = power.stiffness * max(0.0, overlap) ** power.exponent
+            reply = self.reply_to(port)
+            assert reply.failed == 0.0
+            assert abs(reply.force - expected) <= 1e-12 * expected, number
+            assert reply.impulse == reply.projection == reply.push == 0.0
+            assert reply.dissipated == 0.0
+
     def test_same_port_same_reply_and_the_port_is_left_alone(self) -> None:
         random = np.random.default_rng(1)
         for _ in range(PORTS):
