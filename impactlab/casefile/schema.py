@@ -182,8 +182,8 @@ class SolveBlock(Block):
     records: Records = Field(
         default=RECORDS,
         description="instants kept; of more steps every second, third ... is kept, events all; of more than some 350 "
-        "bodies as many as 0.9 GB hold if not given, of rows of beads one in 32 steps, or as many as 2 MB hold if these "
-        "are more, 100 at least",
+        "bodies as many as 0.9 GB hold if not given, of rows of beads one in 32 steps, or as many as 2 MB hold if "
+        "these are more, 100 at least",
     )
 
 
