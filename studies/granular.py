@@ -30,11 +30,23 @@ def wave_of(history: AbstractHistory) -> LeadingWave:
     return leading_wave(history, [contact.name for contact in history.scene.contacts][:-FREE])
 
 
+def dated_wave(history: AbstractHistory) -> LeadingWave:
+    """Return the same by the instants at which contacts close, where records are too far apart for a wave."""
+    names = [contact.name for contact in history.scene.contacts][:-FREE]
+    first = [history.spans(name)[0] for name in names]
+    starts, peaks = ([getattr(span, field) for span in first] for field in ("start", "peak_force"))
+    return LeadingWave(tuple(names), np.array(starts, float), np.array(peaks, float))
+
+
 def speeds() -> str:
-    """Return the table of measured factors: of the second half of chains of 100 and 1000 beads."""
+    """Return the table of measured factors: of the second half of chains of 100, 1000 and 10000 beads."""
     rows = []
-    for text, variant in (("100 beads", "base"), ("1000 beads", "thousand")):
-        wave = wave_of(run("solitary_wave", variant))
+    for text, variant, read in (
+        ("100 beads", "base", wave_of),
+        ("1000 beads", "thousand", wave_of),
+        ("10000 beads", "ten_thousand", dated_wave),
+    ):
+        wave = read(run("solitary_wave", variant))
         half = len(wave.forces) // 2
         factors = wave.factors(STIFFNESS, MASS, half // 5)[half:]
         spread = [np.ptp(values) / np.mean(values) for values in (wave.forces[half:], factors)]
