@@ -18,7 +18,6 @@ from impactlab.numerics.collection import Uncollected
 from impactlab.scene.method import Method, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import Recent
-from impactlab.simulate.adaptive.march import March
 from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
 from impactlab.simulate.plan import Plan, is_stepped, prepare
 from impactlab.simulate.stepping import loop
@@ -29,6 +28,7 @@ from impactlab.simulate.stepping.preparation import self_stepping
 from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
+    from impactlab.simulate.adaptive.march import March
     from impactlab.simulate.stepping import located
 else:  # compiled code, needed only where events are located
     located = lazy("impactlab.simulate.stepping.located")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
@@ -13,6 +14,7 @@ from impactlab.history.base import Warned
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
+from impactlab.lazy import lazy
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
@@ -22,8 +24,6 @@ from impactlab.scene.precision import beyond, in_precision
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import PERIODS_IN_A_STEP
 from impactlab.scene.sizes import check_fields, check_records, with_room
-from impactlab.simulate.adaptive.march import March
-from impactlab.simulate.adaptive.system import System
 from impactlab.simulate.body_sizes import check_bodies
 from impactlab.simulate.pairing import check_ordinary, check_pairs, check_smooth, check_system, constraint_warnings
 from impactlab.simulate.stepping.closed_limit import check_closed
@@ -41,6 +41,13 @@ from impactlab.simulate.stepping.preparation import (
     start_law,
 )
 from impactlab.types import Level, Start
+
+if TYPE_CHECKING:
+    from impactlab.simulate.adaptive import march as adaptive
+    from impactlab.simulate.adaptive import system
+else:  # needed only under adaptive steps
+    adaptive = lazy("impactlab.simulate.adaptive.march")
+    system = lazy("impactlab.simulate.adaptive.system")
 
 MAX_STEPS = 2_000_000_000
 MISFIT_WARN = 2e-3  # of the length of a body, by which its contacts and ends together are moved to a grid
@@ -62,7 +69,7 @@ class Plan:
     pushes: tuple[Push, ...]
     integrator: AbstractIntegrator | None
     warnings: tuple[Warned, ...]
-    march: March | None = None  # of an adaptive run
+    march: adaptive.March | None = None  # of an adaptive run
 
 
 def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> float:
@@ -262,5 +269,7 @@ def prepare_adaptive(
     scene = with_room(scene, 2 * sum(unknowns.values()))
     given = method.step.dt is not None or method.step.courant is not None
     with in_precision("the system of equations", "solve.integrator"):
-        march = March(System(scene, method, built), integrator, resolve_step(scene, method, built) if given else None)
+        march = adaptive.March(
+            system.System(scene, method, built), integrator, resolve_step(scene, method, built) if given else None
+        )
     return Plan(scene, method, method, None, 0, built, {}, (), (), None, (), march)
