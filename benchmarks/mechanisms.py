@@ -25,7 +25,7 @@ from impactlab.mechanisms.steps import STIFFNESS_AT, Middle, factorise, solve
 from impactlab.mechanisms.terms import chain_terms
 from impactlab.numerics.compiling import ENTRY
 from impactlab.simulate import Plan, prepare
-from impactlab.simulate.stepping.assembly import SAMPLES
+from impactlab.simulate.stepping.arrays import SAMPLES
 
 STIFFNESS, DT, DURATION = 1.0e9, 1.0e-6, 1.0e-2  # N/m^1.5, s, s
 TURNS = 50  # of Newton's method, at most

@@ -22,7 +22,7 @@ from tables import table
 
 from impactlab.bench.environment import processor
 from impactlab.scene import RECORDS
-from impactlab.simulate.stepping.assembly import SAMPLES
+from impactlab.simulate.stepping.arrays import SAMPLES
 
 PAGE = """# Speed
 

@@ -16,7 +16,7 @@ from benchmarks.peers.cases import Case, Outcome
 from benchmarks.peers.mesh import chain
 from benchmarks.peers.run import Run, Setting, version_of
 from benchmarks.step_loop import by_hand, factor, newmark_by_hand
-from impactlab.simulate.stepping.assembly import SAMPLES
+from impactlab.simulate.stepping.arrays import SAMPLES
 
 NAME = "compiled loop"
 LIBRARY = "numba"

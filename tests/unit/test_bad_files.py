@@ -72,7 +72,7 @@ SIZES = [
     ("elements: 20", "elements: 1000000, order: 12", "1000000 elements of order 12 of 'rod' take about"),
     ("elements: 20", "elements: 1" + "0" * 30, "solve.model.elements"),
     (METHOD, ADAPTIVE, "20000 elements under an adaptive integrator, whose matrices are full, of 'rod' take about"),
-    (METHOD, TAKEN, "snapshots: 10000 snapshots of 60003 numbers take about 9.6 GB. Allowed: 1.8 GB"),
+    (METHOD, TAKEN, "snapshots: 10000 snapshots of 40003 numbers take about 6.4 GB. Allowed: 1.8 GB"),
     (METHOD, DELAYED, "steps in the transit of 'rod' take about"),
 ]
 
