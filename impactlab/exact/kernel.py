@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.numerics.compiling import EXACT_PART
+from impactlab.numerics.lanes import LANES, all_lanes, lane, lanes_at
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 ROOM = 72  # coefficients a piece may have; the numbers of points below divide it
@@ -17,13 +19,16 @@ ORDER = 68  # coefficients of a solve; the rest is room for integration
 MAX_LOAD_HALF, MAX_RATE_HALF = 20, 4.0  # coefficients of the load and rate up to which HALF_ORDER is tried first
 HALF_ORDER = 34
 COSINES = np.cos(np.pi * np.arange(4 * ROOM) / (2 * ROOM))
-SIDE = 6  # points that are taken side by side
-# For m points, cos((2 i + 1) k pi/(2 m)) row by row, from WAVES_AT[m] on.
-COUNTS = [m for m in range(SIDE, ROOM + 1, SIDE) if ROOM % m == 0]
+# For m points, x_i = cos((2 i + 1) pi/(2 m)) from POINTS_AT[m] on, and cos((2 i + 1) k pi/(2 m)) row by row from
+# WAVES_AT[m] on; the points with room beyond the last, as they are read eight at a time.
+FEWEST = 6
+COUNTS = [m for m in range(FEWEST, ROOM + 1, FEWEST) if ROOM % m == 0]
+POINTS = np.concatenate([np.append(COSINES[(2 * np.arange(m) + 1) * (ROOM // m)], np.zeros(LANES)) for m in COUNTS])
 WAVES = np.concatenate(
     [COSINES[np.outer((2 * np.arange(m) + 1) * (ROOM // m), np.arange(m)) % (4 * ROOM)].ravel() for m in COUNTS]
 )
-WAVES_AT = np.zeros(ROOM + 1, dtype=np.int64)
+POINTS_AT, WAVES_AT = np.zeros((2, ROOM + 1), dtype=np.int64)
+POINTS_AT[COUNTS] = np.cumsum([0, *(m + LANES for m in COUNTS[:-1])])
 WAVES_AT[COUNTS] = np.cumsum([0, *(m * m for m in COUNTS[:-1])])
 CHOP_TOL = 4.0e-17  # of the velocity scale: coefficients below are dropped
 TAIL_TOL = 1.0e-15  # of the velocity scale: the tail of a solved piece lies below
@@ -54,39 +59,28 @@ def chopped(a: Array, n: int, floor: float) -> int:
 def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
     """Write the coefficients of the series on [low, high] of its interval; return how many.
 
-    The series is taken at the zeros of a Chebyshev polynomial (Clenshaw) and the values are transformed back. Six
-    points go side by side: the recurrence of one waits for itself at every term.
+    The series is taken at the zeros of a Chebyshev polynomial (Clenshaw) and the values are transformed back. Eight
+    points go side by side, in one vector register: the recurrence of one waits for itself at every term.
     """
-    m = SIDE
+    m = FEWEST
     while m < n or ROOM % m != 0:
-        m += SIDE
-    stride = ROOM // m
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        m += FEWEST
+    middle, half = all_lanes(0.5 * (low + high)), all_lanes(0.5 * (high - low))
+    two, nothing = all_lanes(2.0), all_lanes(0.0)
+    points, waves = window(POINTS, POINTS_AT[m], m + LANES), window(WAVES, WAVES_AT[m], m * m)
     for k in range(m):
         out[k] = 0.0
-    for i in range(0, m, SIDE):
-        x0 = middle + half * COSINES[(2 * i + 1) * stride]
-        x1 = middle + half * COSINES[(2 * i + 3) * stride]
-        x2 = middle + half * COSINES[(2 * i + 5) * stride]
-        x3 = middle + half * COSINES[(2 * i + 7) * stride]
-        x4 = middle + half * COSINES[(2 * i + 9) * stride]
-        x5 = middle + half * COSINES[(2 * i + 11) * stride]
-        p0 = p1 = p2 = p3 = p4 = p5 = 0.0
-        q0 = q1 = q2 = q3 = q4 = q5 = 0.0
+    for i in range(0, m, LANES):
+        x = middle + half * lanes_at(points, i)
+        twice, p, q = two * x, nothing, nothing
         for k in range(n - 1, 0, -1):
-            p0, q0 = 2.0 * x0 * p0 - q0 + a[k], p0
-            p1, q1 = 2.0 * x1 * p1 - q1 + a[k], p1
-            p2, q2 = 2.0 * x2 * p2 - q2 + a[k], p2
-            p3, q3 = 2.0 * x3 * p3 - q3 + a[k], p3
-            p4, q4 = 2.0 * x4 * p4 - q4 + a[k], p4
-            p5, q5 = 2.0 * x5 * p5 - q5 + a[k], p5
-        f0, f1, f2 = x0 * p0 - q0 + a[0], x1 * p1 - q1 + a[0], x2 * p2 - q2 + a[0]
-        f3, f4, f5 = x3 * p3 - q3 + a[0], x4 * p4 - q4 + a[0], x5 * p5 - q5 + a[0]
-        row = WAVES_AT[m] + i * m
-        for k in range(m):
-            early = f0 * WAVES[row + k] + f1 * WAVES[row + m + k] + f2 * WAVES[row + 2 * m + k]
-            late = f3 * WAVES[row + 3 * m + k] + f4 * WAVES[row + 4 * m + k] + f5 * WAVES[row + 5 * m + k]
-            out[k] += early + late
+            p, q = twice * p + (all_lanes(a[k]) - q), p
+        f = x * p + (all_lanes(a[0]) - q)
+        for place in range(0, min(LANES, m - i), 2):
+            even, odd = lane(f, place), lane(f, place + 1)
+            c, d = window(waves, (i + place) * m, m), window(waves, (i + place + 1) * m, m)
+            for k in range(m):
+                out[k] += even * c[k] + odd * d[k]
     out[0] /= m
     for k in range(1, m):
         out[k] *= 2.0 / m

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from impactlab.exact.arrays import MarchArrays, PieceRecord
 from impactlab.exact.crossings import least_force
-from impactlab.exact.kernel import COSINES, ROOM, SIDE, WAVES, WAVES_AT, value
+from impactlab.exact.kernel import COSINES, FEWEST, ROOM, WAVES, WAVES_AT, value
 from impactlab.numerics.compiling import EXACT_PART
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 MAX_JUMP = 2.0e-15  # of the largest velocity, ten roundings: a smaller jump is removed
@@ -72,9 +73,9 @@ def resampled(
     for i in range(points):
         t = middle + half * COSINES[(2 * i + 1) * (ROOM // points)]
         f = value(early, size, (t - old.start) / before - 1.0) if t < t0 else value(late, n, 1.0 - (t1 - t) / after)
-        place = WAVES_AT[points] + i * points
+        waves = window(WAVES, WAVES_AT[points] + i * points, points)
         for k in range(points):
-            out[k] += f * WAVES[place + k]
+            out[k] += f * waves[k]
     out[0] /= points
     for k in range(1, points):
         out[k] *= 2.0 / points
@@ -138,9 +139,9 @@ def joined(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> int:
     if needed == 1:
         stretched(m, old, nodes, ends, height, t1)
         return 2
-    points = SIDE
+    points = FEWEST
     while points < needed + 4 or ROOM % points != 0:
-        points += SIDE
+        points += FEWEST
     if points > MAX_POINTS:
         return 0
     for row in range(height):

@@ -81,6 +81,10 @@ def solve_group(m: MarchArrays, j: int, i: int, half: float, longest: int) -> in
     for k in range(longest):
         load[k] *= half / group.group_mass
     rate = half * group.drag / group.group_mass
+    if rate == 0.0 and longest < ORDER:  # a free mass: the integral of the load, a polynomial
+        relax(0.0, load, node.v, longest + 1, out, m.stack)
+        state.work += 16 * longest
+        return longest + 1
     if rate >= MIN_RELAXATIONS and rate * MIN_RELAXATIONS >= longest * longest:
         state.work += 4 * longest
         if without_layer(rate, load, node.v, longest, LAYER_TOL * state.fastest, out):

@@ -175,6 +175,12 @@ def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, st
                 f"the law of contact {name} changes its branch more than {march.MAX_BURST} times at one instant",
                 f"Give a model that steps, or end the run before {log.reached:.6g} s.",
             )
+        if log.contacts["stiffness"][last["contact"]] >= 0.0:
+            return (
+                f"the exact solution lost its digits: the spring of contact {name} takes and loses its load more than "
+                f"{march.MAX_BURST} times at one instant",
+                "Give a softer spring, or a model that steps.",
+            )
         return (
             f"contact {name} opens and closes more than {march.MAX_BURST} times at one instant",
             f"Give that contact the law penalty, or end the run before {log.reached:.6g} s. "

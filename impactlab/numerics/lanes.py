@@ -96,6 +96,11 @@ def first_lane(lanes: Array) -> float:
     return float(lanes[0])
 
 
+def lane(lanes: Array, place: int) -> float:
+    """Return the value at a place."""
+    return float(lanes[place])
+
+
 class _LanesType(types.Type):
     def __init__(self) -> None:
         super().__init__("Lanes")
@@ -179,6 +184,7 @@ for _function, _by in ((earlier_one, 1), (earlier_two, 2), (earlier_four, 4)):
     _known(_function, LANES_TYPE, (LANES_TYPE,), _shuffled(list(range(_by, LANES + _by))))
 _known(all_first, LANES_TYPE, (LANES_TYPE,), _shuffled([0] * LANES))
 _known(all_last, LANES_TYPE, (LANES_TYPE,), _shuffled([LANES - 1] * LANES))
+_known(lane, types.float64, (LANES_TYPE, types.intp), lambda _, builder, values: builder.extract_element(*values))
 _known(
     first_lane,
     types.float64,

@@ -15,6 +15,7 @@ from impactlab.types import Array
 
 WORD = 8  # bytes of a float
 VECTOR = types.float64[::1]
+CONSTANT = types.Array(types.float64, 1, "C", readonly=True)  # of a module
 
 
 def window(values: Array, first: int, size: int) -> Array:
@@ -33,12 +34,12 @@ def _array(context: Any, builder: Any, pointer: Any, size: Any) -> Any:
 
 
 def _type_of_window(context: Any) -> Any:  # noqa: ARG001 - numba's signature
-    return lambda values, first, size: VECTOR if values == VECTOR else None  # noqa: ARG005
+    return lambda values, first, size: VECTOR if values in (VECTOR, CONSTANT) else None  # noqa: ARG005
 
 
 def _window(context: Any, builder: Any, signature: Any, given: Any) -> Any:
     values, first, size = given
-    source = context.make_array(VECTOR)(context, builder, values)
+    source = context.make_array(signature.args[0])(context, builder, values)
     first, size = (
         context.cast(builder, value, kind, types.intp)
         for value, kind in zip((first, size), signature.args[1:], strict=True)
@@ -55,5 +56,6 @@ def _at(typing_context: Any, pointer: Any, size: Any) -> Any:  # noqa: ARG001
 
 typing, lowering, typed = cast(tuple[Any, Any, Any], (type_callable, lower_builtin, intrinsic))
 typing(window)(_type_of_window)
-lowering(window, VECTOR, types.Integer, types.Integer)(_window)
+for kind_of_values in (VECTOR, CONSTANT):
+    lowering(window, kind_of_values, types.Integer, types.Integer)(_window)
 array_at = typed(_at)  # of a pointer and a size
