@@ -55,9 +55,9 @@ def stays_unloaded(m: MarchArrays, j: int, c: int, n: int, place: float) -> bool
             compliance += 1.0 / group.drag
     slow = MIN_TOUCH * ZERO_TOL * state.fastest * contact.impedance * compliance
     a, b = contact.left - base, contact.right - base
-    trial, rate = m.stack[MAX_DEPTH], m.stack[0]
+    trial, rate, v, w = m.stack[MAX_DEPTH], m.stack[0], m.rows[a], m.rows[b]
     for k in range(n):
-        trial[k] = m.rows[a, k] - m.rows[b, k]
+        trial[k] = v[k] - w[k]
     size = restrict(trial, n, place, 1.0, rate)
     approach = rate[0]
     for k in range(1, size):
@@ -110,6 +110,7 @@ def next_touch(m: MarchArrays, j: int, n: int) -> float:
         if contact.branch >= 0:
             continue
         a, b = contact.left - base, contact.right - base
+        u, w = m.rows[nodes + a], m.rows[nodes + b]
         no_force = least_force(m, j, c, n)
         force = m.rows[first_force + c - junction.first_contact]
         if is_unloaded(m, c, force, n, no_force):
@@ -128,7 +129,7 @@ def next_touch(m: MarchArrays, j: int, n: int) -> float:
             else:
                 sign = -1.0 if behind else 1.0
                 for k in range(n):
-                    trial[k] = sign * (m.rows[nodes + b, k] - m.rows[nodes + a, k])
+                    trial[k] = sign * (w[k] - u[k])
                 trial[0] += sign * contact.gap
                 if contact.stiffness < 0.0 and gap < 0.0:
                     floor -= gap  # faces in contact may overlap by rounding

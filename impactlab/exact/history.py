@@ -59,7 +59,11 @@ class ContinuousHistory(AbstractHistory):
         self.duration = duration
         self.scene, self.method = run
         self.layout, self.log = layout, log
-        self.cost = Cost(steps=int(log.state["intervals"]))
+
+    @cached_property
+    def cost(self) -> Cost:  # type: ignore[override] # may be assigned, as that of every history
+        """Times and counts of the work."""
+        return Cost(steps=int(self.log.state["intervals"]))
 
     @cached_property
     def signals(self) -> Signals:

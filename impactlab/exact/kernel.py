@@ -9,27 +9,40 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.numerics.compiling import EXACT_PART
-from impactlab.numerics.lanes import LANES, all_lanes, lane, lanes_at
+from impactlab.numerics.compiling import EXACT_INLINE, EXACT_PART
+from impactlab.numerics.lanes import LANES, all_lanes, lane, lanes_at, put_lanes
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 ROOM = 72  # coefficients a piece may have; the numbers of points below divide it
 ORDER = 68  # coefficients of a solve; the rest is room for integration
-MAX_LOAD_HALF, MAX_RATE_HALF = 20, 4.0  # coefficients of the load and rate up to which HALF_ORDER is tried first
-HALF_ORDER = 34
+HUGE = 1.0e150  # pivots are divided by it when they grow beyond
+# Orders tried first, with the coefficients of the load and the rate up to which they are: ORDER is seldom needed.
+LOW_ORDER, MAX_LOAD_LOW, MAX_RATE_LOW = 18, 16, 1.0
+HALF_ORDER, MAX_LOAD_HALF, MAX_RATE_HALF = 34, 20, 4.0
 COSINES = np.cos(np.pi * np.arange(4 * ROOM) / (2 * ROOM))
-# For m points, x_i = cos((2 i + 1) pi/(2 m)) from POINTS_AT[m] on, and cos((2 i + 1) k pi/(2 m)) row by row from
-# WAVES_AT[m] on; the points with room beyond the last, as they are read eight at a time.
+# For m points, x_i = cos((2 i + 1) pi/(2 m)) from POINTS_AT[m] on, and row by row from WEIGHTS_AT[m] on what the value
+# at x_i gives to coefficient k, 2/m cos((2 i + 1) k pi/(2 m)), half of it to the first. As they are read eight at a
+# time, WIDTH_OF[m], the next multiple of eight, is the length of the points, of a row, and the number of rows; what
+# stands beyond m is zero.
 FEWEST = 6
 COUNTS = [m for m in range(FEWEST, ROOM + 1, FEWEST) if ROOM % m == 0]
-POINTS = np.concatenate([np.append(COSINES[(2 * np.arange(m) + 1) * (ROOM // m)], np.zeros(LANES)) for m in COUNTS])
-WAVES = np.concatenate(
-    [COSINES[np.outer((2 * np.arange(m) + 1) * (ROOM // m), np.arange(m)) % (4 * ROOM)].ravel() for m in COUNTS]
-)
-POINTS_AT, WAVES_AT = np.zeros((2, ROOM + 1), dtype=np.int64)
-POINTS_AT[COUNTS] = np.cumsum([0, *(m + LANES for m in COUNTS[:-1])])
-WAVES_AT[COUNTS] = np.cumsum([0, *(m * m for m in COUNTS[:-1])])
+POINTS_AT, WEIGHTS_AT, WIDTH_OF = np.zeros((3, ROOM + 1), dtype=np.int64)
+WIDTH_OF[COUNTS] = [-(-m // LANES) * LANES for m in COUNTS]
+POINTS_AT[COUNTS] = np.cumsum(WIDTH_OF[COUNTS]) - WIDTH_OF[COUNTS]
+WEIGHTS_AT[COUNTS] = np.cumsum(WIDTH_OF[COUNTS] ** 2) - WIDTH_OF[COUNTS] ** 2
+
+
+def _weights(m: int) -> Array:
+    """Return the weights of m values in m coefficients, with zeros to full lanes; shape (width, width)."""
+    weights = np.zeros((WIDTH_OF[m], WIDTH_OF[m]))
+    weights[:m, :m] = COSINES[np.outer((2 * np.arange(m) + 1) * (ROOM // m), np.arange(m)) % (4 * ROOM)] * (2.0 / m)
+    weights[:, 0] /= 2.0
+    return weights
+
+
+POINTS = np.concatenate([np.pad(COSINES[(2 * np.arange(m) + 1) * (ROOM // m)], (0, WIDTH_OF[m] - m)) for m in COUNTS])
+WEIGHTS = np.concatenate([_weights(m).ravel() for m in COUNTS])
 CHOP_TOL = 4.0e-17  # of the velocity scale: coefficients below are dropped
 TAIL_TOL = 1.0e-15  # of the velocity scale: the tail of a solved piece lies below
 ZERO_TOL = 1.0e-12  # of the scale: smaller forces and gaps count as zero
@@ -42,8 +55,9 @@ def value(a: Array, n: int, x: float) -> float:
     """Return the Chebyshev series a[:n] at x in [-1, 1] (Clenshaw)."""
     b1 = 0.0
     b2 = 0.0
+    twice = 2.0 * x
     for k in range(n - 1, 0, -1):
-        b1, b2 = 2.0 * x * b1 - b2 + a[k], b1
+        b1, b2 = twice * b1 + (a[k] - b2), b1
     return float(x * b1 - b2 + a[0])
 
 
@@ -55,9 +69,15 @@ def chopped(a: Array, n: int, floor: float) -> int:
     return n
 
 
+@EXACT_INLINE
+def each_in_all(lanes: Array, place: int) -> Array:
+    """Return the value of one lane in all lanes."""
+    return all_lanes(lane(lanes, place))
+
+
 @EXACT_PART
 def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
-    """Write the coefficients of the series on [low, high] of its interval; return how many.
+    """Write the coefficients of the series on [low, high] of its interval; return how many. ``out`` has ROOM places.
 
     The series is taken at the zeros of a Chebyshev polynomial (Clenshaw) and the values are transformed back. Eight
     points go side by side, in one vector register: the recurrence of one waits for itself at every term.
@@ -67,23 +87,27 @@ def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
         m += FEWEST
     middle, half = all_lanes(0.5 * (low + high)), all_lanes(0.5 * (high - low))
     two, nothing = all_lanes(2.0), all_lanes(0.0)
-    points, waves = window(POINTS, POINTS_AT[m], m + LANES), window(WAVES, WAVES_AT[m], m * m)
-    for k in range(m):
-        out[k] = 0.0
-    for i in range(0, m, LANES):
+    width = WIDTH_OF[m]
+    points, weights = window(POINTS, POINTS_AT[m], width), window(WEIGHTS, WEIGHTS_AT[m], width * width)
+    for k in range(0, width, LANES):
+        put_lanes(out, k, nothing)
+    for i in range(0, width, LANES):
         x = middle + half * lanes_at(points, i)
         twice, p, q = two * x, nothing, nothing
         for k in range(n - 1, 0, -1):
             p, q = twice * p + (all_lanes(a[k]) - q), p
         f = x * p + (all_lanes(a[0]) - q)
-        for place in range(0, min(LANES, m - i), 2):
-            even, odd = lane(f, place), lane(f, place + 1)
-            c, d = window(waves, (i + place) * m, m), window(waves, (i + place + 1) * m, m)
-            for k in range(m):
-                out[k] += even * c[k] + odd * d[k]
-    out[0] /= m
-    for k in range(1, m):
-        out[k] *= 2.0 / m
+        f0, f1, f2, f3 = each_in_all(f, 0), each_in_all(f, 1), each_in_all(f, 2), each_in_all(f, 3)
+        f4, f5, f6, f7 = each_in_all(f, 4), each_in_all(f, 5), each_in_all(f, 6), each_in_all(f, 7)
+        for k in range(0, width, LANES):
+            at = i * width + k
+            low_half = f0 * lanes_at(weights, at) + f1 * lanes_at(weights, at + width)
+            high_half = f4 * lanes_at(weights, at + 4 * width) + f5 * lanes_at(weights, at + 5 * width)
+            low_half = f2 * lanes_at(weights, at + 2 * width) + low_half
+            high_half = f6 * lanes_at(weights, at + 6 * width) + high_half
+            low_half = f3 * lanes_at(weights, at + 3 * width) + low_half
+            high_half = f7 * lanes_at(weights, at + 7 * width) + high_half
+            put_lanes(out, k, lanes_at(out, k) + (low_half + high_half))
     return min(m, n)
 
 
@@ -103,33 +127,28 @@ def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
 def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array) -> None:
     """Solve y' = -rate y + b on [-1, 1], y(-1) = first, rate >= 0.
 
-    The tau method, with so many coefficients.
-
-    Backward elimination y_k = p_k y_{k-1} + r_k (Olver, Miller): all p_k are negative, so nothing cancels.
+    The tau method, with so many coefficients: backward elimination y_k = p_k y_{k-1} + r_k (Olver, Miller). All p_k
+    are negative, so nothing cancels.
     """
-    p = 0.0
-    r = 0.0
+    c = r = g = q = 0.0
+    sign = -1.0 if order % 2 == 0 else 1.0  # of the last coefficient at -1
+    d, before = 1.0, 0.0  # the pivot of a row is d over that of the row before: no row waits for a division
     for k in range(order - 1, 0, -1):
-        w = 0.5 / k
-        twice = 2.0 if k == 1 else 1.0
         after = b[k + 1] if k + 1 < order else 0.0
-        pivot = 1.0 - rate * w * p
-        part = 1.0 / pivot
-        r = (w * (twice * b[k - 1] - after) + rate * w * r) * part
-        p = -rate * w * twice * part
+        last, w = c, 0.5 / k
+        c = rate * w
+        if d > HUGE:
+            d, before = d / HUGE, before / HUGE
+        d, before = d + c * last * before, d
+        part = before / d
+        r = w * part * (b[k - 1] - after if k > 1 else 2.0 * b[0] - after) + c * part * r
+        p = -c * part if k > 1 else -2.0 * c * part
+        q += r * (sign + g)  # at -1, the coefficients from this one on sum to g times the one before, plus q
+        g = p * (sign + g)
+        sign = -sign
         work[0, k] = p
         work[1, k] = r
-    g = 1.0
-    q = 0.0
-    sum_g = 1.0
-    sum_q = 0.0
-    for k in range(1, order):
-        g = work[0, k] * g
-        q = work[0, k] * q + work[1, k]
-        sign = 1.0 if k % 2 == 0 else -1.0
-        sum_g += sign * g
-        sum_q += sign * q
-    y[0] = (first - sum_q) / sum_g
+    y[0] = (first - q) / (1.0 + g)
     for k in range(1, order):
         y[k] = work[0, k] * y[k - 1] + work[1, k]
 
@@ -178,9 +197,10 @@ def zero(f: Array, n: int) -> float:
     x, before = 0.0, 2.0
     for _ in range(200):
         b1 = b2 = d1 = d2 = 0.0
+        twice = 2.0 * x
         for k in range(n - 1, 0, -1):  # Clenshaw, and its derivative
-            d1, d2 = 2.0 * (x * d1 + b1) - d2, d1
-            b1, b2 = 2.0 * x * b1 - b2 + f[k], b1
+            d1, d2 = twice * d1 + (2.0 * b1 - d2), d1
+            b1, b2 = twice * b1 + (f[k] - b2), b1
         height, slope = x * b1 - b2 + f[0], x * d1 - d2 + b1
         if height > 0.0:
             above = x

@@ -31,6 +31,7 @@ from impactlab.exact.network import Log
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.numerics.addresses import COMPILED, call, entered, load_array_functions, type_of
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
+from impactlab.numerics.windows import window
 from impactlab.wall_time import COMPILING, spent_on
 
 MAX_BURST = 64  # events within 1e3 merge tolerances; more count as infinitely many
@@ -61,9 +62,9 @@ def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
         end = m.ends[e]
         piece = m.pieces[room * end.source + end.cursor]
         begin, stop, n = piece.start + end.transit, piece.stop + end.transit, piece.size
-        at = piece.offset + end.row * n
+        sent = window(m.pool, piece.offset + end.row * n, n)
         for k in range(n):
-            trial[k] = m.pool[at + k]
+            trial[k] = sent[k]
         n = chopped(trial, n, 0.0)
         wave = m.waves[e - junction.first_end]
         if n == 1:
@@ -104,10 +105,11 @@ def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
     for i in range(junction.rows):
         total = 0.0
         bound = 0.0
+        row, kept = m.rows[i], window(m.pool, at, n)
         for k in range(n):
-            m.pool[at + k] = m.rows[i, k]
-            total += m.rows[i, k]
-            bound += abs(m.rows[i, k])
+            kept[k] = row[k]
+            total += row[k]
+            bound += abs(row[k])
         at += n
         if i < nodes:
             m.nodes[junction.first_node + i].v = total
@@ -170,9 +172,10 @@ def interval(m: MarchArrays, j: int) -> int:
             for i in range(junction.rows):
                 state.work += 2 * n * n
                 # A row keeps its degree: its last zeros would become rounding, which grows with every event.
-                kept = restrict(m.rows[i], chopped(m.rows[i], n, 0.0), -1.0, place, trial)
+                row = m.rows[i]
+                kept = restrict(row, chopped(row, n, 0.0), -1.0, place, trial)
                 for k in range(n):
-                    m.rows[i, k] = trial[k] if k < kept else 0.0
+                    row[k] = trial[k] if k < kept else 0.0
         t1 = event
     if t1 > t0 + state.tolerance:
         keep(m, j, t0, t1, n)

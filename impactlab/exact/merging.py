@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from impactlab.exact.arrays import MarchArrays, PieceRecord
 from impactlab.exact.crossings import least_force
-from impactlab.exact.kernel import COSINES, FEWEST, ROOM, WAVES, WAVES_AT, value
+from impactlab.exact.kernel import COSINES, FEWEST, ROOM, WEIGHTS, WEIGHTS_AT, WIDTH_OF, value
 from impactlab.numerics.compiling import EXACT_PART
 from impactlab.numerics.windows import window
 from impactlab.types import Array
@@ -73,12 +73,9 @@ def resampled(
     for i in range(points):
         t = middle + half * COSINES[(2 * i + 1) * (ROOM // points)]
         f = value(early, size, (t - old.start) / before - 1.0) if t < t0 else value(late, n, 1.0 - (t1 - t) / after)
-        waves = window(WAVES, WAVES_AT[points] + i * points, points)
+        weights = window(WEIGHTS, WEIGHTS_AT[points] + i * WIDTH_OF[points], points)
         for k in range(points):
-            out[k] += f * waves[k]
-    out[0] /= points
-    for k in range(1, points):
-        out[k] *= 2.0 / points
+            out[k] += f * weights[k]
     if floor < 0.0:
         return True
     for k in range(points - 3, points):

@@ -8,8 +8,11 @@ from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import (
     CHOP_TOL,
     HALF_ORDER,
+    LOW_ORDER,
     MAX_LOAD_HALF,
+    MAX_LOAD_LOW,
     MAX_RATE_HALF,
+    MAX_RATE_LOW,
     ORDER,
     ROOM,
     TAIL_TOL,
@@ -35,8 +38,9 @@ def group_nodes(m: MarchArrays, j: int, longest: int) -> bool:
     for i in range(base, junction.last_node):
         node = m.nodes[i]
         node.group, node.group_mass, node.drag = i, 0.0, 0.0
+        load = m.load[i - base]
         for k in range(ROOM):
-            m.load[i - base, k] = 0.0
+            load[k] = 0.0
     for c in range(junction.first_contact, junction.last_contact):
         contact = m.contacts[c]
         if contact.closed == 1:
@@ -61,8 +65,9 @@ def group_nodes(m: MarchArrays, j: int, longest: int) -> bool:
         end = m.ends[e]
         g = m.nodes[end.node].group
         m.nodes[g].drag += end.impedance
+        load, wave = m.load[g - base], m.waves[e - junction.first_end]
         for k in range(longest):
-            m.load[g - base, k] += 2.0 * end.impedance * m.waves[e - junction.first_end, k]
+            load[k] += 2.0 * end.impedance * wave[k]
     return tied
 
 
@@ -89,7 +94,11 @@ def solve_group(m: MarchArrays, j: int, i: int, half: float, longest: int) -> in
         state.work += 4 * longest
         if without_layer(rate, load, node.v, longest, LAYER_TOL * state.fastest, out):
             return longest
-    order = HALF_ORDER if longest <= MAX_LOAD_HALF and rate <= MAX_RATE_HALF else ORDER
+    order = ORDER
+    if longest <= MAX_LOAD_LOW and rate <= MAX_RATE_LOW:
+        order = LOW_ORDER
+    elif longest <= MAX_LOAD_HALF and rate <= MAX_RATE_HALF:
+        order = HALF_ORDER
     relax(rate, load, node.v, order, out, m.stack)
     state.work += 16 * order
     if order < ORDER and tail(out, order) > CHOP_TOL * state.fastest:
@@ -111,9 +120,9 @@ def solve_nodes(m: MarchArrays, j: int, half: float, longest: int) -> int:
         mass = m.nodes[node.group].group_mass
         node.bare = 1 if mass == 0.0 or mass == np.inf else 0
         node.place = -1
+        velocity, displacement = m.rows[i - base], m.rows[i - base + junction.nodes]
         for k in range(ROOM):
-            m.rows[i - base, k] = 0.0
-            m.rows[i - base + junction.nodes, k] = 0.0
+            velocity[k] = displacement[k] = 0.0
     if tied:
         call(m.coupled, m, j, half)
         if state.resolved == 0:
@@ -124,8 +133,9 @@ def solve_nodes(m: MarchArrays, j: int, half: float, longest: int) -> int:
             node = m.nodes[i]
             group = m.nodes[node.group]
             if group.group_mass == 0.0 and i == node.group:
+                velocity, load = m.rows[i - base], m.load[i - base]
                 for k in range(longest):
-                    m.rows[i - base, k] = m.load[i - base, k] / group.drag
+                    velocity[k] = load[k] / group.drag
             elif group.group_mass < np.inf and node.mass > 0.0:
                 order = solve_group(m, j, i, half, longest)
                 if order == 0:
@@ -149,16 +159,18 @@ def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
     contact = m.contacts[c]
     side = 1.0 if contact.face == contact.right else -1.0
     face, at = m.nodes[contact.face], contact.face - base
+    displacement, velocity = m.rows[nodes + at], m.rows[at]
     for k in range(n + 1):
-        force[k] = side * (face.spring * m.rows[nodes + at, k] + face.dashpot * m.rows[at, k])
+        force[k] = side * (face.spring * displacement[k] + face.dashpot * velocity[k])
     force[0] -= side * face.push
     force[1] -= side * face.swing
     for e in range(ends):
         end = m.ends[first_end + e]
         if end.node == contact.face:
             z = side * end.impedance
+            away, wave = m.rows[2 * nodes + e], m.waves[e]
             for k in range(n):
-                force[k] += z * (m.rows[2 * nodes + e, k] - m.waves[e, k])
+                force[k] += z * (away[k] - wave[k])
     for other in range(junction.first_contact, c):  # the forces of the others of this face were found before
         there = m.contacts[other]
         if there.left == contact.face or there.right == contact.face:
@@ -181,8 +193,9 @@ def fill_rows(m: MarchArrays, j: int, half: float, longest: int, n: int) -> int:
         if m.nodes[node.group].place < 0:
             integrate(m.rows[i], n, half, node.u, m.rows[nodes + i])
         elif node.group != base + i:
+            own, shared = m.rows[nodes + i], m.rows[nodes + node.group - base]
             for k in range(n + 1):
-                m.rows[nodes + i, k] = m.rows[nodes + node.group - base, k]
+                own[k] = shared[k]
     for i in range(nodes):
         node = m.nodes[base + i]
         if m.nodes[node.group].place >= 0:  # groups tied by springs: solved with the velocities
@@ -202,9 +215,10 @@ def fill_rows(m: MarchArrays, j: int, half: float, longest: int, n: int) -> int:
         if contact.closed == 1:
             a, b = contact.left - base, contact.right - base
             if contact.stiffness >= 0.0:
+                u, w, v, speed = m.rows[nodes + a], m.rows[nodes + b], m.rows[a], m.rows[b]
                 for k in range(n + 1):
-                    force[k] = contact.stiffness * (m.rows[nodes + a, k] - m.rows[nodes + b, k])
-                    force[k] += contact.damping * (m.rows[a, k] - m.rows[b, k])
+                    force[k] = contact.stiffness * (u[k] - w[k])
+                    force[k] += contact.damping * (v[k] - speed[k])
                 force[0] += contact.constant - contact.stiffness * contact.gap
             else:
                 balance(m, j, c, n, force)
