@@ -1,4 +1,4 @@
-"""Frequencies of a uniform beam, bracketed by Rayleigh's theorem on constraints and found by section.
+"""Frequencies of a uniform beam, bracketed by Rayleigh's theorem on constraints.
 
 A pinned beam's are known in closed form. To clamp its end is one constraint more, to free it one less, so that between
 two frequencies of one beam lies exactly one of the other (Rayleigh's theorem), and the sign of the dynamic stiffness
@@ -11,28 +11,16 @@ Huang1961 (characteristic equations); Rayleigh1894, section 92a (one constraint 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 
-from impactlab.bases.beams.waves import BeamNumbers, Ends, fields, frequencies, waves
+from impactlab.bases.beams.search import BOTH, CLAMPED, EVEN, FREE, ODD, PINNED, find_roots
+from impactlab.bases.beams.waves import BeamNumbers, Ends, frequencies
 from impactlab.models.mesh.bar_elements import Ints
 from impactlab.types import Array
 
 Held = Literal["clamped", "pinned", "free"]
-
-SECTIONS = 16  # parts a bracket is cut into at once
-ROUNDS = 13  # 16^13 exceeds double precision
-MAX_AT_ONCE = 2000  # frequencies sought
-MINORS = (
-    ((0, 1), (2, 3), 1.0),
-    ((0, 2), (1, 3), -1.0),
-    ((0, 3), (1, 2), 1.0),
-    ((1, 2), (0, 3), 1.0),
-    ((1, 3), (0, 2), -1.0),
-    ((2, 3), (0, 1), 1.0),
-)  # columns of the first two rows, the others, and the sign in Laplace's expansion
 
 
 def rows(ends: Ends, held: Held) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
@@ -68,15 +56,7 @@ def brackets(beam: BeamNumbers, count: int, even: bool) -> tuple[Array, Array]:
 
 def roots(beam: BeamNumbers, held: Held, even: bool, low: Array, high: Array) -> Array:
     """Return the B of a beam whose end at 1 is clamped or free, one in each bracket, shape of ``low``."""
-
-    def below(squared: Array) -> Array:
-        ends = fields(waves(beam, squared), squared, 1.0, even)
-        differ = (_two(rows(ends, "pinned")) < 0.0) != (_two(rows(ends, held)) < 0.0)
-        # The stiffness against turning is pinned over clamped: it falls from 0 to -inf, then from inf to 0. That
-        # against moving is free over pinned, and falls from inf to -inf.
-        return np.asarray(differ if held == "clamped" else ~differ)
-
-    return sought(below, low, high)
+    return _sought(beam, held, EVEN if even else ODD, low, high)
 
 
 def cantilever(beam: BeamNumbers, low: Array, high: Array) -> Array:
@@ -84,46 +64,12 @@ def cantilever(beam: BeamNumbers, low: Array, high: Array) -> Array:
 
     There is one in each bracket made by those of clamped and pinned beams.
     """
-
-    def below(squared: Array) -> Array:
-        found = waves(beam, squared)
-        even, odd = fields(found, squared, 1.0, True), fields(found, squared, 1.0, False)
-        return np.asarray((_four(even, odd, "free") < 0.0) == (_four(even, odd, "pinned") < 0.0))
-
-    return sought(below, low, high)
+    return _sought(beam, "free", BOTH, low, high)
 
 
-def sought(below: Callable[[Array], Array], low: Array, high: Array) -> Array:
-    """Return the places in the brackets up to which ``below`` holds."""
-    if low.size > MAX_AT_ONCE:
-        parts = [slice(start, start + MAX_AT_ONCE) for start in range(0, low.size, MAX_AT_ONCE)]
-        return np.concatenate([sought(below, low[part], high[part]) for part in parts])
-    inside = np.arange(1, SECTIONS) / SECTIONS
-    left, width = low.copy(), high - low
-    for _ in range(ROUNDS):
-        passed = np.count_nonzero(below(left[:, None] + width[:, None] * inside), axis=1)
-        width = width / SECTIONS
-        left = left + passed * width
-    return np.asarray(left + 0.5 * width)
-
-
-def _two(pair: tuple[tuple[Array, Array], tuple[Array, Array]]) -> Array:
-    (a, b), (c, d) = pair
-    return np.asarray(a * d - b * c)
-
-
-def _four(even: Ends, odd: Ends, held: Held) -> Array:
-    """Return the determinant of a beam clamped at -1, where even fields turn and odd ones deflect the other way."""
-    (e0, e1), (f0, f1) = rows(even, "clamped")
-    (o0, o1), (q0, q1) = rows(odd, "clamped")
-    (a0, a1), (b0, b1) = rows(even, held)
-    (c0, c1), (d0, d1) = rows(odd, held)
-    # Rows of the matrix: (e, -o), (-f, q), (a, c), (b, d); by minors of its first two rows. The deflections at 1 of
-    # an even and an odd field are e and o, so the row of a pinned end there is (a, c) = (e, o).
-    left = ((e0, e1, -o0, -o1), (-f0, -f1, q0, q1))
-    right = ((a0, a1, c0, c1), (b0, b1, d0, d1))
-    total = np.zeros(e0.shape)
-    for (i, j), (k, m), sign in MINORS:
-        upper = left[0][i] * left[1][j] - left[0][j] * left[1][i]
-        total = total + sign * upper * (right[0][k] * right[1][m] - right[0][m] * right[1][k])
-    return np.asarray(total)
+def _sought(beam: BeamNumbers, held: Held, parity: int, low: Array, high: Array) -> Array:
+    """Return the B in each bracket, each found by itself: no bit depends on how many are sought with it."""
+    found = np.empty(low.shape)
+    outer = {"clamped": CLAMPED, "pinned": PINNED, "free": FREE}[held]
+    find_roots(float(beam.rotary), float(beam.shear), outer, parity, low, high, found)
+    return found
