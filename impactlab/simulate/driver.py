@@ -25,6 +25,7 @@ from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.simulate.stepping.loop import advance_dated
 from impactlab.simulate.stepping.preparation import self_stepping
+from impactlab.simulate.stepping.unfilled import check_called
 from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
@@ -158,7 +159,7 @@ def advance_of(assembly: Assembly) -> Callable[..., int]:
 def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None) -> int:
     """Run the loop in chunks of about a tenth of a second.
 
-    Return why it ended. No bit depends on the chunks.
+    Return why it ended. No bit depends on the chunks. Raise `StepError` where a piece of the loop is missing.
     """
     chunk = 256
     advance = advance_of(assembly)
@@ -168,6 +169,7 @@ def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None
         last = min(first + chunk, assembly.steps)
         status = advance(assembly.memory, assembly.dt, last, assembly.stride, assembly.sample_stride)
         spent = clock.perf_counter() - began
+        check_called(assembly.clock)
         history.drain()
         if status in (loop.LAW_FAILED, loop.NOT_FINITE):
             return int(status)

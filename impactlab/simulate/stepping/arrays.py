@@ -278,7 +278,7 @@ class StepArrays(NamedTuple):
     sample: Floats  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body
     snapshot_state: Floats  # (n_snapshots, 2, n_state)
     scratch: Floats  # (4,)
-    pieces: Ints  # addresses of the pieces of the loop that few scenes need, in the order below; 0 where not needed
+    pieces: Ints  # addresses of the pieces of the loop that few scenes need, in the order below; see `unfilled`
     order: Ints  # (n_contacts,) place of each contact in the linear system, in which coupled ones stand close together
     system: (
         Floats  # (2 n_contacts, width + 2) banded linear system of coupled contacts: see `solve_banded`; empty for one

@@ -15,7 +15,6 @@ from impactlab.scene.method import laws_of
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
     LAYERS,
-    PIECES,
     SAMPLED,
     ClockRecord,
     ContactRecord,
@@ -33,6 +32,7 @@ from impactlab.simulate.stepping.layout import Layout
 from impactlab.simulate.stepping.packing import alone, flat
 from impactlab.simulate.stepping.pairs import arranged, find_pairs
 from impactlab.simulate.stepping.pieces import fill_pieces
+from impactlab.simulate.stepping.unfilled import addresses_without
 from impactlab.types import Port, Reply
 
 MANY = 100  # contacts, from which the room for events is that of a few steps
@@ -125,7 +125,7 @@ class Assembly:
             sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
             snapshot_state=np.zeros((len(scene.field_times), 2, state.size)),
             scratch=np.zeros(4),
-            pieces=np.zeros(PIECES, np.int64),
+            pieces=np.array(addresses_without(), np.int64),
             order=order,
             system=np.zeros((unknowns, min(unknowns, 6 * self.clock.reach + 4) + 2)),
             other_state=other_state,
