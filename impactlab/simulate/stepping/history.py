@@ -210,7 +210,7 @@ class RecordedHistory(AbstractRecordedHistory):
         assembly, scene, channels = self.assembly, self.scene, self.recorded
         layout = assembly.layout
         record = assembly.memory.record[: assembly.clock.n_records]
-        times = record[:, 0]
+        times = record[:, 0].copy()  # side by side: every read of a column takes a line of memory per record
         lengths = times.copy()
         lengths[1:] -= times[:-1]
         of_velocity, of_force, middles = times, times, times - 0.5 * lengths

@@ -18,6 +18,8 @@ def bead_gaps(assembly: Assembly, record: Array) -> Array:
     """Return the gaps of bead contacts at the instants of a record [m], (n_bead_contacts, n_records)."""
     layout = assembly.layout
     first, rows = layout.first_bead, layout.rows
+    if not rows.contacts:
+        return np.zeros((0, len(record)))
     last = first + layout.n_beads
     moved = np.vstack((record[:, first:last].T, np.zeros(len(record))))  # of a wall: the last row
     contacts = [layout.scene.contacts[number] for number in rows.contacts]
