@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.numerics.compiling import HELPER, UNPACK
+from impactlab.numerics.lanes import LANES, all_lanes, lanes_at, sum_of_lanes
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
@@ -87,8 +88,15 @@ def step_chain(runs: Array, gain: Array, chain: Array, dt: float, u: Array, v: A
 @HELPER
 def energy_uniform(mass: float, spring: float, dt: float, u: Array, v: Array) -> float:
     """Return twice the energy of equal nodes, and of the springs to the right of them, [J]."""
-    moving, stretched = 0.0, 0.0
-    for i in range(v.size - 1):
+    count, first = v.size - 1, 0
+    speeds, stretches, step = all_lanes(0.0), all_lanes(0.0), all_lanes(dt)
+    while first + LANES <= count:  # eight nodes at a time
+        at, stretch_of = lanes_at(v, first), lanes_at(u, first + 1) - lanes_at(u, first)
+        speeds = at * at + speeds
+        stretches = (stretch_of - step * (lanes_at(v, first + 1) - at)) * stretch_of + stretches
+        first += LANES
+    moving, stretched = sum_of_lanes(speeds), sum_of_lanes(stretches)
+    for i in range(first, count):
         stretch = u[i + 1] - u[i]
         moving += v[i] * v[i]
         stretched += (stretch - dt * (v[i + 1] - v[i])) * stretch

@@ -101,6 +101,13 @@ def lane(lanes: Array, place: int) -> float:
     return float(lanes[place])
 
 
+def sum_of_lanes(lanes: Array) -> float:
+    """Return the sum of the eight values, added in pairs four, two and one apart."""
+    fours = lanes[:4] + lanes[4:]
+    twos = fours[:2] + fours[2:]
+    return float(twos[0] + twos[1])
+
+
 class _LanesType(types.Type):
     def __init__(self) -> None:
         super().__init__("Lanes")
@@ -169,6 +176,14 @@ def _pairs(_: Any, builder: Any, values: Any) -> Any:
     return builder.shuffle_vector(both, _ZERO, ir.Constant(_PLACES, [0, 1] * (LANES // 2)))
 
 
+def _summed(_: Any, builder: Any, values: Any) -> Any:
+    total = values[0]
+    for apart in (4, 2, 1):
+        moved = builder.shuffle_vector(total, _ZERO, ir.Constant(_PLACES, list(range(apart, LANES + apart))))
+        total = builder.fadd(total, moved)
+    return builder.extract_element(total, ir.Constant(ir.IntType(32), 0))
+
+
 def _sum_of(name: str) -> Callable[..., Any]:
     return lambda _, builder, values: getattr(builder, name)(*values, flags=("contract",))
 
@@ -191,5 +206,6 @@ _known(
     (LANES_TYPE,),
     lambda _, builder, values: builder.extract_element(values[0], ir.Constant(ir.IntType(32), 0)),
 )
+_known(sum_of_lanes, types.float64, (LANES_TYPE,), _summed)
 for _operator, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul")):
     _known(_operator, LANES_TYPE, (LANES_TYPE, LANES_TYPE), _sum_of(_name))

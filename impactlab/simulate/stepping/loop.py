@@ -220,27 +220,26 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
 def write_record(m: StepArrays, dt: float) -> None:
     """Write one record at the end of a step."""
     clock, n_contacts = m.clock[0], len(m.contacts)
-    n = clock.n_records
-    elapsed = clock.time - clock.recorded
-    m.record[n, 0] = clock.time
+    row, elapsed = m.record[clock.n_records], clock.time - clock.recorded
+    row[0] = clock.time
     for number in range(n_contacts):
         contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
-        at = 1 + 6 * number
-        m.record[n, at] = contact.sum_force / elapsed if elapsed > 0.0 else 0.0
-        offset = m.ports[number].offset
-        m.record[n, at + 1] = contact.initial_gap + right.u - left.u + offset
-        m.record[n, at + 2], m.record[n, at + 3] = left.u - contact.left_share * offset, left.v
-        m.record[n, at + 4], m.record[n, at + 5] = right.u + (1.0 - contact.left_share) * offset, right.v
+        own, offset = window(row, 1 + 6 * number, 6), m.ports[number].offset
+        own[0] = contact.sum_force / elapsed if elapsed > 0.0 else 0.0
+        own[1] = contact.initial_gap + right.u - left.u + offset
+        own[2], own[3] = left.u - contact.left_share * offset, left.v
+        own[4], own[5] = right.u + (1.0 - contact.left_share) * offset, right.v
         contact.sum_force = 0.0
     first_column = 1 + 6 * n_contacts
     if len(m.bead_rows) > 0:
         call(m.pieces[RECORD_ROWS], m, first_column, elapsed / dt)
         first_column += m.clock[0].bead_columns
     first_probe = 2 * len(m.faces) + len(m.readings)
-    for probe in range(m.record.shape[1] - first_column):
-        m.record[n, first_column + probe] = row_times_state(m, first_probe + probe)
+    probes = window(row, first_column, row.size - first_column)
+    for probe in range(probes.size):
+        probes[probe] = row_times_state(m, first_probe + probe)
     clock.recorded = clock.time
-    clock.n_records = n + 1
+    clock.n_records += 1
 
 
 @INLINE
