@@ -47,9 +47,10 @@ class Step(NamedTuple):
 
 def loads_of(load: slice, ports: Array) -> Array:
     """Return the loads of unit forces on each port, then that without force, flat, as `Step` holds them."""
-    marks = np.ones((len(ports) + 1, load.stop - load.start - ports.shape[1]))
-    loads = np.hstack((marks, np.vstack((ports, np.zeros(ports.shape[1])))))
-    loads[-1] = 0.0
+    count, n_dof = ports.shape
+    loads = np.zeros((count + 1, load.stop - load.start))
+    marks = loads.shape[1] - n_dof
+    loads[:count, :marks], loads[:count, marks:] = 1.0, ports
     return loads.ravel()
 
 
@@ -154,7 +155,8 @@ class AbstractIntegrator(AbstractScheme):
             projection = impulse / dt
             projection[:, n_dof : 2 * n_dof] -= jump / dt
         else:
-            projection = np.hstack((jump, np.zeros((len(ports), state.size - n_dof))))
+            projection = np.zeros(shape)
+            projection[:, :n_dof] = jump
             projection = projection if step.derive is None else without_load(step, step.derive, projection)
         return Stepper(
             free=step.free,

@@ -159,12 +159,16 @@ class CentralDifference(AbstractIntegrator):
                 path="solve.integrator",
             )
         n_dof, mass, damping = system.load.size, system.mass[0], system.damping[0]
-        half = 0.5 * dt * damping / mass
-        gain, keep = dt / mass / (1.0 + half), (1.0 - half) / (1.0 + half)
-        internal = system.load - damping * system.velocity - multiply(system.stiffness, system.displacement)
+        damped, loaded = bool(damping.any()), bool(system.load.any())
+        gain, keep, internal = dt / mass, np.ones(n_dof), system.load
+        if damped:
+            half = 0.5 * dt * damping / mass
+            gain, keep = gain / (1.0 + half), (1.0 - half) / (1.0 + half)
+            internal = internal - damping * system.velocity
+        if system.displacement.any():
+            internal = internal - multiply(system.stiffness, system.displacement)
         # Velocities start half a step early, so that the first full step is centred at t = 0.
         state = np.concatenate((system.displacement, system.velocity - 0.5 * dt * internal / mass))
-        damped, loaded = bool(np.any(damping)), bool(np.any(system.load))
         if system.beam_elements is not None:
             each = np.array([system.load, gain, keep, mass])
             return Step(
@@ -181,7 +185,7 @@ class CentralDifference(AbstractIntegrator):
             if n_dof > 1:
                 chain[0], chain[-1] = ground[0], ground[-1]
                 ground[0] = ground[-1] = 0.0
-        grounded, soft = bool(np.any(ground)), system.softening
+        grounded, soft = bool(ground.any()), system.softening
         rare = damped or grounded or soft != 0.0
         header = np.array([n_dof, bandwidth, dt, damped, grounded, soft, rare, loaded], float)
         rest = runs_of(gain, chain, mass) if bandwidth == 1 and n_dof > 1 else system.stiffness[1:].ravel()

@@ -26,7 +26,7 @@ def chain_springs(system: Operators) -> Array:
 
 def dashpots_of(system: Operators) -> Array:
     """Return the damping as dashpots: to the ground, then the bands below its diagonal, flat; empty if undamped."""
-    if not np.any(system.damping):
+    if not system.damping.any():
         return np.zeros(0)
     ground = system.dashpots_inside() + system.dashpots_at_ends()
     return np.concatenate((ground, trimmed(system.damping)[1:].ravel()))
@@ -35,14 +35,14 @@ def dashpots_of(system: Operators) -> Array:
 def trimmed(banded: Array) -> Array:
     """Return the matrix without bands that are zero."""
     width = banded.shape[0] - 1
-    while width > 0 and not np.any(banded[width]):
+    while width > 0 and not banded[width].any():
         width -= 1
     return banded[: width + 1]
 
 
 def has_coupled_damping(system: Operators) -> bool:
     """Return whether damping couples coordinates."""
-    return bool(np.any(system.damping[1:]))
+    return len(system.damping) > 1 and bool(system.damping[1:].any())
 
 
 def combined(system: Operators, of_damping: float, of_stiffness: float) -> Array:

@@ -14,7 +14,7 @@ from impactlab.numerics.layout import Record
 
 def records(kind: type[Record], count: int) -> tuple[Sequence[Record], Sequence[Record]]:
     """Return zeroed records as C structures to write by name, and the same memory in the form that the loop takes."""
-    structures: Any = (kind * count)()
+    structures: Any = array_of(kind, count)()
     if not COMPILED:
         return structures, structures
     dtype = dtype_of(kind)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -28,6 +30,20 @@ LOST_DIGITS = (
 )
 
 
+_quiet: ContextVar[bool] = ContextVar("quiet", default=False)  # whether numpy says nothing of overflow anyway
+
+
+@contextmanager
+def quietly() -> Iterator[None]:
+    """Let numpy say nothing of overflow inside, so that no `in_precision` there need ask for it."""
+    token = _quiet.set(True)
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    finally:
+        _quiet.reset(token)
+
+
 class in_precision:  # noqa: N801 - used as `with in_precision(...)`
     """Turn overflow, divisions by zero and singular matrices inside into a `CaseError`.
 
@@ -38,15 +54,18 @@ class in_precision:  # noqa: N801 - used as `with in_precision(...)`
 
     def __init__(self, what: str, path: str, body: Body | None = None) -> None:
         self.what, self.path, self.body = what, path, body
-        self.quiet = np.errstate(all="ignore")
+        self.quiet: np.errstate | None = None
 
     def __enter__(self) -> None:
-        self.quiet.__enter__()
+        if not _quiet.get():
+            self.quiet = np.errstate(all="ignore")
+            self.quiet.__enter__()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.quiet.__exit__(kind, error, trace)
+        if self.quiet is not None:
+            self.quiet.__exit__(kind, error, trace)
         if not isinstance(error, (ArithmeticError, MemoryError, ValueError)):  # LinAlgError is a ValueError
             return
         ours = isinstance(error, ArithmeticError | MemoryError | np.linalg.LinAlgError)
@@ -62,6 +81,9 @@ def check_finite(what: str, path: str, body: Body | None, *arrays: Array) -> Non
 
 def _is_finite(array: Array) -> bool:
     if array.size > FEW:
+        flat = array.ravel()
+        if math.isfinite(flat.dot(flat)):  # in a third of the time; the squares of large numbers overflow
+            return True
         return bool(np.all(np.isfinite(array)))
     return all(map(math.isfinite, array.ravel().tolist()))  # of the few numbers of a mass this is quicker
 

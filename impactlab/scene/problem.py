@@ -158,13 +158,13 @@ class Scene:
         """Bodies that move by the wave equation of rods."""
         return tuple(body.waves for body in self.bodies.values() if body.waves is not None)
 
-    @property
+    @cached_property
     def recorded_probes(self) -> tuple[Probe, ...]:
         """Probes, displacements of the ends of gauges with a length, and displacements of loaded ends."""
         gauges = dict.fromkeys(end for probe in self.probes for end in probe.gauge_ends)
         return (*self.probes, *gauges, *self.loaded_ends)
 
-    @property
+    @cached_property
     def loaded_ends(self) -> tuple[Probe, ...]:
         """Displacements of loaded ends, recorded like those of faces in contact."""
         ends = [(name, x, end) for name, body in self.bodies.items() for x, end in body.ends]

@@ -61,6 +61,12 @@ def available_memory() -> float | None:
         return None
 
 
+def fits(numbers: float, share: float = BUILT) -> bool:
+    """Return whether `check_memory` allows these numbers without asking the machine: then no text is made."""
+    needed = NUMBER * numbers
+    return needed <= share * memory_limit() and needed <= ASKED
+
+
 def check_memory(numbers: float, text: str, path: str, remedy: str, share: float = BUILT) -> None:
     """Raise `CaseError` where numbers of 8 bytes exceed a share of the memory.
 
@@ -120,6 +126,8 @@ def check_records(scene: Scene, steps: float, more: int = 0) -> None:
     """Raise `CaseError` where the records of a run are too large; ``more`` numbers are recorded beside channels."""
     columns = columns_of(scene) + more
     kept = min(steps, float(scene.records)) + 1.0
+    if fits(2.0 * kept * columns, 1.0 - BUILT):
+        return
     fitting = int((1.0 - BUILT) * memory_limit() / (2.0 * NUMBER * columns))
     remedy = f"Give {fitting} or fewer." if fitting >= FEWEST else "Give fewer bodies, contacts or probes."
     check_memory(2.0 * kept * columns, f"{kept:.3g} records of {columns} numbers", "solve.records", remedy, 1.0 - BUILT)
@@ -128,13 +136,17 @@ def check_records(scene: Scene, steps: float, more: int = 0) -> None:
 def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:
     """Raise `CaseError` where snapshots or the rows of probes are too large."""
     taken = len(scene.snapshots)
-    check_memory(2.0 * taken * state, f"{taken} snapshots of {state} numbers", "snapshots", "Take fewer.", 1.0 - BUILT)
     rows = float(sum(unknowns.get(probe.body, 0) for probe in scene.recorded_probes))
+    if fits(2.0 * taken * state + rows, 1.0 - BUILT):
+        return
+    check_memory(2.0 * taken * state, f"{taken} snapshots of {state} numbers", "snapshots", "Take fewer.", 1.0 - BUILT)
     check_memory(rows, f"{len(scene.probes)} probes", "probes", "Give fewer.", 1.0 - BUILT)
 
 
 def with_room(scene: Scene, state: int) -> Scene:
     """Return the scene with as many frames as fit into a tenth of the memory."""
+    if not scene.frames:
+        return scene
     room = int(FRAMES * memory_limit() / (2.0 * NUMBER * max(1, state)))
     every = math.ceil(len(scene.frames) / room) if room else len(scene.frames) + 1
     return scene if every <= 1 else dataclasses.replace(scene, frames=scene.frames[::every] if room else ())

@@ -41,21 +41,28 @@ CHUNK_SECONDS = 0.1  # s, between two reports of progress
 Progress = Callable[[float], None]
 
 
-def assembled(scene: Scene, method: Method) -> tuple[Plan, Assembly | None]:
-    """Return the plan of a run, and the arrays of its loop where it has one."""
-    plan = prepare(scene, method)
-    if plan.dt is None or plan.integrator is None:
-        return plan, None
-    return plan, Assembly(plan, plan.integrator, plan.dt)
+class Prepared:
+    """The plan of a run, and the arrays of its loop: those made first serve the first run, copies the next ones."""
+
+    def __init__(self, scene: Scene, method: Method) -> None:
+        self.plan = prepare(scene, method)
+        self._made, self._given = self._assembly(), False
+        self.can_repeat: bool = self.plan.march is None and (self._made is None or self._made.can_repeat)
+
+    def _assembly(self) -> Assembly | None:
+        plan = self.plan
+        return None if plan.dt is None or plan.integrator is None else Assembly(plan, plan.integrator, plan.dt)
+
+    def assembly(self) -> Assembly | None:
+        """Return arrays that no run has written into; None where a run has no loop."""
+        if not self._given:  # nothing is copied for a scene that is run once
+            self._given, made, self._made = True, self._made, None
+            return made
+        self._made = self._made or self._assembly()
+        return self._made.again() if self._made is not None and self._made.can_repeat else self._made
 
 
-def can_repeat(made: tuple[Plan, Assembly | None]) -> bool:
-    """Return whether a plan and arrays serve another run of the same scene: not those of an adaptive run."""
-    plan, assembly = made
-    return plan.march is None and (assembly is None or assembly.can_repeat)
-
-
-ready = Recent(assembled, can_repeat)
+ready = Recent(Prepared, lambda made: made.can_repeat)
 
 
 def run_adaptive(march: March, progress: Progress | None, began: float, with_warnings: bool) -> AbstractHistory:
@@ -106,7 +113,8 @@ def run(
     """
     began = clock.perf_counter()
     with spent_on("set-up"), Uncollected():
-        plan, assembly = ready(scene, method)
+        prepared = ready(scene, method)
+        plan, assembly = prepared.plan, prepared.assembly()
     planned = clock.perf_counter()
     if plan.march is not None:
         check_rates(scene, scene.records / scene.duration)
@@ -123,7 +131,6 @@ def run(
     if progress is not None:
         progress(0.0)
     with spent_on("set-up"), Uncollected():
-        assembly = assembly.again() if assembly.can_repeat else assembly
         if with_warnings:  # runs for a reference or for the choice measure nothing
             check_rates(scene, 1.0 / (assembly.stride * assembly.dt))
         history = RecordedHistory(assembly, plan.integrator)

@@ -84,14 +84,15 @@ def on_continuous_beam(scene: Scene, contact: Contact, own: Own) -> bool:
 
 def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -> None:
     """Raise `PairingError` where the integrator cannot step a body."""
-    name = kind_of(integrator)
     if integrator.needs_modes and not system.modes:
+        name = kind_of(integrator)
         raise PairingError(
             f"integrator '{name}' needs a model with modes, and '{body}' has none",
             remedy="Use model modal, or integrator newmark (central_difference with mass: lumped).",
             path="solve.integrator",
         )
     if integrator.needs_diagonal_mass and not system.diagonal_mass:
+        name = kind_of(integrator)
         raise PairingError(
             f"integrator '{name}' needs a diagonal mass, and '{body}' has a consistent one",
             remedy="Give finite_element mass: lumped, or use model modal, or integrator newmark.",

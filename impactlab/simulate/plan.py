@@ -20,7 +20,7 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.plugins import kind_of
 from impactlab.scene.method import Method, is_exact, laws_of, modelled
-from impactlab.scene.precision import beyond, in_precision
+from impactlab.scene.precision import beyond, in_precision, quietly
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import PERIODS_IN_A_STEP
 from impactlab.scene.sizes import check_fields, check_records, with_room
@@ -100,6 +100,8 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
 def fitted_step(dt: float, built: dict[str, BuiltBody]) -> float:
     """Return the longest step [s] with the least misfit of self-stepping bodies, of these one that breaks few waves."""
     own = [body.model for body in built.values() if isinstance(body.model, AbstractSelfStepping)]
+    if not own:
+        return dt
     steps = sorted({float(step) for model in own for step in model.fitting(dt)} | {dt}, reverse=True)
     return min(steps, key=lambda step: (sum(model.misfit(step) for model in own), sum(m.broken(step) for m in own)))
 
@@ -193,6 +195,11 @@ def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, bu
 
 def prepare(scene: Scene, method: Method) -> Plan:
     """Return the plan of a run; raise `CaseError` or `PairingError` where it cannot start."""
+    with quietly():
+        return _prepared(scene, method)
+
+
+def _prepared(scene: Scene, method: Method) -> Plan:
     if is_exact(scene, method):
         check_records(scene, scene.records)
         with in_precision("the contacts of the scene", "contacts"):

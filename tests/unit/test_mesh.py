@@ -46,6 +46,23 @@ def test_the_nodes_integrate_polynomials_and_the_slopes_are_theirs(order):
     assert np.trace(element.lumped) == pytest.approx(2.0, rel=1e-13)
 
 
+@pytest.mark.parametrize("elements", [2, 3, 17])
+@pytest.mark.parametrize("left", [FREE, CLAMPED, End("dashpot", 1e3)])
+@pytest.mark.parametrize("right", [FREE, CLAMPED, End("mass", 0.1), End("spring", 1e8)])
+def test_the_highest_frequency_of_a_lumped_mesh_is_exact(left, right, elements):
+    mesh = Mesh(rod(left, right), elements, "lumped", 0.0)
+    assert mesh.operators().highest_frequency == pytest.approx(frequencies(mesh)[-1], rel=1e-13)
+
+
+def test_a_row_that_was_read_is_kept_and_cannot_be_written():
+    mesh = Mesh(rod(), 8, "lumped", 0.0)
+    row = mesh.row(0.05, "displacement")
+    assert mesh.row(0.05, "displacement") is row
+    assert mesh.row(0.05, "strain") is not row
+    with pytest.raises(ValueError, match="read-only"):
+        row[0] = 2.0
+
+
 def test_order_1_is_the_two_node_bar():
     element = reference(1)
     assert element.stiffness == pytest.approx(np.array([[0.5, -0.5], [-0.5, 0.5]]))

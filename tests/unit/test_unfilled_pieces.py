@@ -70,7 +70,7 @@ def test_a_missing_piece_ends_the_run_with_an_error(
 
 
 def test_a_scene_that_needs_no_piece_has_all_places_filled() -> None:
-    _, made = driver.assembled(*plain(0.45))
+    made = driver.Prepared(*plain(0.45)).assembly()
     assert made is not None
     held = made.memory.pieces.tolist()
     assert held == [address_without(piece) for piece in range(PIECES)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import final
 
 import numpy as np
@@ -58,9 +59,11 @@ class Mesh(AbstractMesh):
         self._borders = np.concatenate(([0.0], np.cumsum(self.lengths)))
         self._borders[-1] = rod.length
         self._near = NODE_TOL * float(self.lengths.min())
-        inside = 0.5 * (self.element.nodes[:-1] + 1.0) * self.lengths[:, None] + self._borders[:-1, None]
-        self.nodes = np.append(inside.ravel(), rod.length)
-        self.nodes[::order] = self._borders
+        self.nodes = self._borders
+        if order > 1:
+            inside = 0.5 * (self.element.nodes[:-1] + 1.0) * self.lengths[:, None] + self._borders[:-1, None]
+            self.nodes = np.append(inside.ravel(), rod.length)
+            self.nodes[::order] = self._borders
         facts = [(each.young, each.area, each.density, each.viscosity * each.area) for each in rod.segments]
         self.young, self.area, self.density, self._viscous = np.take(np.array(facts).T, self.of_segment, axis=1)
         self.lumped = mass != "consistent"
@@ -76,13 +79,17 @@ class Mesh(AbstractMesh):
         self.ends: tuple[tuple[int, End], ...] = ((0, rod.left), (len(self.nodes) - 1, rod.right))
         self.body = self.rod = rod
         self._gravity = gravity
+        self._rows: dict[tuple[float, Quantity], Array] = {}  # that were read
+        kinds = {end.kind for _, end in self.ends}
+        rayleigh = rod.damping.mass != 0.0 or rod.damping.stiffness != 0.0
+        self._damped = rayleigh or "dashpot" in kinds or any(each.viscosity != 0.0 for each in rod.segments)
         *matrices, springs, dashpots = self._assembled()
         struck = np.zeros(0, np.int64)
         if mass == "redistributed":
             struck = struck_nodes(rod, [(face.x, self.nodal_row(face.x, "displacement")) for face in faces])
             redistribute(matrices[0], struck + first)
         self._nodal_mass = multiply(matrices[0], np.ones(len(self.nodes)))
-        held = np.delete(np.arange(len(self.nodes)), slice(first, last))
+        held = np.array([*range(first), *range(last, len(self.nodes))], np.int64)
         ground = [
             sums_without(held, sums, matrix)[self.free_nodes]
             for sums, matrix in ((dashpots, matrices[1]), (springs, matrices[2]))
@@ -103,7 +110,7 @@ class Mesh(AbstractMesh):
         self.stiffness: Array = cut[2]
         self.places = tuple(dict.fromkeys(face.x for face in faces)) if struck.size else ()
         inertia = self.momentum_row()
-        loose = 0 if any(end.kind in ("clamped", "spring") for _, end in self.ends) else 1
+        loose = 0 if kinds & {"clamped", "spring"} else 1
         self.rigid = np.full((inertia.size, loose), 1.0 / np.sqrt(inertia.sum()))
         self.pins = (0,) * loose
 
@@ -118,8 +125,12 @@ class Mesh(AbstractMesh):
         )
 
     def row(self, x: float, quantity: Quantity) -> Array:
-        row = self.nodal_row(x, quantity)
-        return row if self._massless is None else self._massless.folded(row)
+        if (row := self._rows.get((x, quantity))) is None:
+            row = self.nodal_row(x, quantity)
+            row = row if self._massless is None else self._massless.folded(row)
+            row.flags.writeable = False  # every caller gets the same array
+            self._rows[x, quantity] = row
+        return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
         """Return the displacement that a massless node adds at x, per unit force on it."""
@@ -184,12 +195,27 @@ class Mesh(AbstractMesh):
         if self.order > 1:
             return self.highest_of_elements()
         if self.lumped:
+            if (exact := self._highest_of_uniform()) is not None:
+                return exact
             scale = 1.0 / np.sqrt(mass[0])
             off = stiffness[1, :-1] * scale[:-1] * scale[1:] if len(scale) > 1 else np.zeros(1)
             top = mass.shape[1]  # the wrapper of `scipy.linalg.eigvalsh_tridiagonal` takes longer than a small mesh
             return float(np.sqrt(dstebz(stiffness[0] * scale**2, off, 2, 0.0, 1.0, top, top, 0.0, "E")[1][0]))
         rows = [np.abs(matrix[1]) + np.concatenate(([0.0], np.abs(matrix[1, :-1]))) for matrix in (mass, stiffness)]
         return float(np.sqrt(np.max((stiffness[0] + rows[1]) / (mass[0] - rows[0]))))
+
+    def _highest_of_uniform(self) -> float | None:
+        """Return the highest frequency of equal bars of lumped mass [rad/s]: w = 2 c/h sin(k pi/(2 n)).
+
+        None where the ends or the nodes are others.
+        """
+        kinds, pieces = [end.kind for _, end in self.ends], len(self.rod.segments)
+        other = pieces > 1 or self._massless is not None or self.rod.softening != 0.0
+        if other or not {*kinds} <= {"free", "dashpot", "clamped"}:
+            return None
+        segment, count = self.rod.segments[0], len(self.lengths)
+        shape = math.cos(0.25 * kinds.count("clamped") * math.pi / count)  # the highest k is n, n - 1/2 or n - 1
+        return 2.0 * math.sqrt(segment.young / segment.density) * count / segment.length * shape
 
     def nodal_row(self, x: float, quantity: Quantity) -> Array:
         """Return the quantity at x [m] as a row over the nodes that are not clamped, massless ones included, (n,)."""
@@ -216,10 +242,13 @@ class Mesh(AbstractMesh):
         element, half = self.element, 0.5 * self.lengths
         mass = assembled(element.lumped if self.lumped else element.consistent, self.density * self.area * half)
         stiffness = assembled(element.stiffness, self.young * self.area / half)
-        damping = assembled(element.stiffness, self._viscous / half)
         springs = self.at_ends("spring")
-        for matrix, values in ((mass, self.at_ends("mass")), (damping, self.at_ends("dashpot")), (stiffness, springs)):
-            matrix[0] += values
+        mass[0] += self.at_ends("mass")
+        stiffness[0] += springs
+        if not self._damped:
+            return mass, np.zeros_like(mass), stiffness, springs, np.zeros(len(self.nodes))
+        damping = assembled(element.stiffness, self._viscous / half)
+        damping[0] += self.at_ends("dashpot")
         drag, retardation = self.rod.damping.mass, self.rod.damping.stiffness
         damping += drag * mass + retardation * stiffness
         dashpots = retardation * springs + (drag * multiply(mass, np.ones(len(self.nodes))) if drag else 0.0)

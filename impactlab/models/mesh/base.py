@@ -146,6 +146,8 @@ class AbstractMesh(AbstractDiscreteModel):
 
 def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
     """Return the forces on the ends of a body as loads on the coordinates of its model, shape (n_dof,) [N]."""
+    if body.left.force == 0.0 == body.right.force:
+        return np.zeros(model.momentum_row().size)
     load = body.left.force * model.row(0.0, "displacement")
     return load if body.right.force == 0.0 else load + body.right.force * model.row(body.length, "displacement")
 

@@ -79,7 +79,8 @@ class Assembly:
         for face, u_at, v_at in zip(self.faces, *entries.tolist(), strict=True):
             face.u_at, face.v_at = (-1, -1) if len(phases) or min(u_at, v_at) < 0 else (u_at, v_at)
         self.loads, loads, load_times, load_forces = load_records(layout, integrator)
-        candidates = find_pairs(self.faces, self.contacts, layout.pushes, read_on(layout, row_start, row_index))
+        read = read_on(layout, row_start, row_index) if n_contacts > 1 else {}
+        candidates = find_pairs(self.faces, self.contacts, layout.pushes, read)
         beads = packed(layout.rows, plan, dt, layout.pushed_bodies())
         self.slots = beads.slots  # of the contacts of rows of beads
         self.clock.bead_columns = layout.first_probe - layout.first_bead_force

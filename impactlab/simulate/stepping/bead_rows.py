@@ -66,6 +66,9 @@ def bead_rows(plan: Plan) -> BeadRows:
     scene, scheme = plan.scene, plan.integrator
     if scheme is None or not scheme.kicks_then_drifts or plan.method.events == "located":
         return BeadRows([], {})
+    elastic = scene.elastic
+    if all(contact.left.body in elastic or contact.right.body in elastic for contact in scene.contacts):
+        return BeadRows([], {})
     forces: dict[int, PowerForce] = {}
     on_right: dict[str, int] = {}  # of a bead: its contact of a row
     on_left: dict[str, int] = {}
@@ -144,7 +147,10 @@ def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRo
     Beads are the first bodies, in the order of their rows. A row has an entry for each bead and for the ghosts at both
     of its ends; before the first row there is one more, so that every slot has one to its left.
     """
-    n_entries = 1 + sum(len(row.beads) + 2 for row in found.rows) if found.rows else 0
+    if not found.rows:
+        nothing, none = np.zeros((V + 1, 0)), np.zeros(0, np.int64)
+        return PackedRows(records(BeadRowRecord, 0)[1], nothing, np.zeros((REST + 1, 0)), none, none)
+    n_entries = 1 + sum(len(row.beads) + 2 for row in found.rows)
     beads, contacts = np.zeros((V + 1, n_entries)), np.zeros((REST + 1, n_entries))
     contacts[GAP] = np.inf
     by_name, rows = records(BeadRowRecord, len(found.rows))

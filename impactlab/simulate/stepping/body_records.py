@@ -24,6 +24,7 @@ from impactlab.simulate.stepping.layout import Layout
 from impactlab.simulate.stepping.packing import dashpots, flat
 from impactlab.types import Array
 
+FEW = 8  # entries of a response, of which plain Python finds the ranges sooner
 MIN_EVEN = 16  # coordinates: a shorter momentum row is soon read
 SAME_TOL = 4.0 * float(np.finfo(float).eps)  # of an entry of the momentum row: others differ by rounding
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
@@ -77,6 +78,8 @@ def phase_records(layout: Layout) -> tuple[Sequence[PhaseRecord], Floats]:
     """Return the bodies with phases, and the maps between their coordinates."""
     phased = {name: body.system.phases for name, body in layout.built.items() if body.system.phases is not None}
     by_name, phases = records(PhaseRecord, len(phased))
+    if not phased:
+        return phases, np.zeros(0)
     maps, starts = flat([np.concatenate((each.closing, each.opening)) for each in phased.values()])
     for phase, (name, each), start in zip(by_name, phased.items(), starts.tolist(), strict=False):
         phase.contact, phase.body, phase.map_start = layout.places[each.contact], layout.body_numbers[name], start
@@ -87,6 +90,8 @@ def load_records(layout: Layout, integrator: AbstractIntegrator) -> Loads:
     """Return the loads of all bodies and their samples; the ports of a body end with its loads."""
     found = [(name, load) for name, body in layout.built.items() for _, load in body.body.loads]
     by_name, loads = records(LoadRecord, len(found))
+    if not found:
+        return Loads(by_name, loads, np.zeros(0), np.zeros(0))
     tables = [load.table(layout.steps * layout.dt, layout.steps) for _, load in found]
     times, starts = flat([table[0] for table in tables])
     names = [name for name, _ in found]
@@ -110,6 +115,10 @@ def write_ranges(
     n_dof = system.load.size
     # In a body with phases, and in a mechanism, the response changes within the run.
     changes = system.phases is not None or layout.steppers[body].columns is not None
+    entries = response.nonzero()[0]
+    if entries.size <= FEW and not changes:
+        _write_few(record, dict(zip(entries.tolist(), response[entries].tolist(), strict=True)), n_dof, at)
+        return
     for part, first in enumerate((0, n_dof, 2 * n_dof)):
         end = response.size if part == 2 else first + n_dof
         if end - first <= 1:  # of a mass: the one entry is the largest
@@ -121,3 +130,15 @@ def write_ranges(
         moved = (size > least).nonzero()[0]
         if moved.size:
             record.low[at + part], record.high[at + part] = first + int(moved[0]), first + int(moved[-1]) + 1
+
+
+def _write_few(record: FaceRecord | LoadRecord | PushRecord, response: dict[int, float], n_dof: int, at: int) -> None:
+    """Write the same ranges of a response with few entries, which are given by their places."""
+    own: list[list[int]] = [[], [], []]
+    for place in response:
+        own[min(place // n_dof, 2)].append(place)
+    for part, places in enumerate(own):
+        if places:
+            least = RESPONSE_TOL * max(abs(response[place]) for place in places)
+            moved = [place for place in places if abs(response[place]) > least]
+            record.low[at + part], record.high[at + part] = moved[0], moved[-1] + 1

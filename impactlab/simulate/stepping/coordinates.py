@@ -89,7 +89,8 @@ def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Floa
     """
 
     def row(body: str, x: float, quantity: Quantity, factor: float = 1.0) -> tuple[int, Array]:
-        values = factor * models[body].row(x, quantity)
+        values = models[body].row(x, quantity)
+        values = values if factor == 1.0 else factor * values
         return layout.shift[body] + (values.size if quantity == "velocity" else 0), values
 
     contacts = layout.contacts

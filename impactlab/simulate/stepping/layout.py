@@ -83,6 +83,13 @@ class Layout:
         lines = {name: body.model for name, body in self.built.items() if isinstance(body.model, DelayLine)}
         chains = {name: body.model for name, body in self.built.items() if isinstance(body.model, DelayChain)}
         asked = list(probed(self.scene))
+        self.in_waves: list[Probed] = []
+        self.far_ends: list[Probed] = []
+        self.sent: list[tuple[str, Array]] = []
+        beads = set(self.rows.beads)
+        if not lines and not chains:
+            self._record(asked, beads)
+            return
         self.in_waves = [
             each
             for each in asked
@@ -92,11 +99,8 @@ class Layout:
             )
             or (each.body in chains and (each.quantity not in MOTION or chains[each.body].node_at(each.x) is None))
         ]
-        beads = set(self.rows.beads)
         waves = set(self.in_waves)
-        self.recorded = [each for each in asked if each not in waves]
-        self.probes = [each for each in self.recorded if each.body not in beads]
-        self._probe_places = {each: place for place, each in enumerate(self.probes)}
+        self._record([each for each in asked if each not in waves], beads)
         self.sent = [(name, row) for name, chain in chains.items() for row in chain.sent()]
         points = [point for contact in self.scene.contacts for point in faces_of_contact(contact)]
         touched = {(point.body, point.x) for point in points}
@@ -110,6 +114,12 @@ class Layout:
                     remedy="Give more records, or a shorter duration.",
                     path="solve.records",
                 )
+
+    def _record(self, recorded: list[Probed], beads: set[str]) -> None:
+        """Keep what is recorded as rows over the state, and of it what is no bead's."""
+        self.recorded = recorded
+        self.probes = [each for each in recorded if each.body not in beads]
+        self._probe_places = {each: place for place, each in enumerate(self.probes)}
 
     def pushed_bodies(self) -> set[str]:
         """Return the bodies that contacts which are solved, pushed rows or loads over time move."""

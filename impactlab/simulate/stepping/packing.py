@@ -14,8 +14,11 @@ from impactlab.types import Array
 
 def flat(arrays: list[Array]) -> tuple[Floats, Ints]:
     """Return arrays in a row and where each starts, with the end, shape (n + 1,)."""
-    starts = np.concatenate(([0], np.cumsum([array.size for array in arrays]))).astype(np.int64)
-    return np.concatenate([array.ravel() for array in arrays] or [np.zeros(0)]), starts
+    starts = [0]
+    for array in arrays:
+        starts.append(starts[-1] + array.size)
+    joined = np.concatenate([array.ravel() for array in arrays]) if arrays else np.zeros(0)
+    return joined, np.array(starts, np.int64)
 
 
 def dashpots(system: Operators) -> list[tuple[int, int, float, bool]]:
@@ -24,7 +27,7 @@ def dashpots(system: Operators) -> list[tuple[int, int, float, bool]]:
     v C v is the sum of c (v_i - v_j)^2 over the pairs, with c = -C_ij, and of the row sums times v_i^2. Of these row
     sums the dashpots at the ends are a part, the rest acts inside the body.
     """
-    if not system.damping.any() and system.ground_dashpots is None and system.end_dashpots is None:
+    if not system.damping.any():
         return []
     ground, ends, found = system.dashpots_inside(), system.dashpots_at_ends(), []
     n_dof = ends.size
@@ -37,21 +40,22 @@ def dashpots(system: Operators) -> list[tuple[int, int, float, bool]]:
 
 def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None = None) -> tuple[Ints, Ints, Floats]:
     """Return rows, each a shift into the state and a dense row, as starts, indices, values; without zeros."""
-    starts, indices, values = [0], [np.zeros(0, np.int64)], [np.zeros(0)]
-    for number, (shift, row) in enumerate(rows):
-        kept = (row if pattern is None else pattern[number]).nonzero()[0]
-        indices.append(kept + shift)
-        values.append(row[kept])
-        starts.append(starts[-1] + kept.size)
-    return np.array(starts, np.int64), np.concatenate(indices), np.concatenate(values)
+    if not rows:
+        return np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0)
+    whole, first = flat([row for _, row in rows])
+    kept = (whole if pattern is None else np.concatenate(pattern)).nonzero()[0]
+    starts = kept.searchsorted(first)
+    shifts = np.array([shift for shift, _ in rows], np.int64) - first[:-1]
+    return starts, kept + shifts.repeat(starts[1:] - starts[:-1]), whole[kept]
 
 
 def alone(starts: Ints, indices: Ints, values: Floats) -> Ints:
     """Return, of sparse rows, which entry of the state each is; -1 where it is more than that entry, or none."""
     entries = np.full(starts.size - 1, -1)
-    single = np.flatnonzero(np.diff(starts) == 1)
-    single = single[values[starts[single]] == 1.0]
-    entries[single] = indices[starts[single]]
+    single = (starts[1:] - starts[:-1] == 1).nonzero()[0]
+    first = starts[single]
+    plain = values[first] == 1.0
+    entries[single[plain]] = indices[first[plain]]
     return entries
 
 

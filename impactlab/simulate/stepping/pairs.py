@@ -33,6 +33,9 @@ def find_pairs(
     read_on : mapping
         Of the bodies that move.
     """
+    if len(contacts) == 1:
+        contacts[0].first_pair, contacts[0].last_pair = 0, 1
+        return np.zeros(1, np.int64)
     found: list[set[int]] = [{number} for number in range(len(contacts))]
     for body, read in read_on.items():
         pushing = {push.contact for push in pushes if push.body == body}
@@ -82,6 +85,8 @@ def arranged(contacts: Sequence[ContactRecord], candidates: Ints) -> Arranged:
     The order of the scene is kept where it is as good as that of Cuthill and McKee, reversed: of a chain it is.
     """
     number = len(contacts)
+    if number <= 1:
+        return Arranged(np.arange(number), 0)
     counts = [record.last_pair - record.first_pair for record in contacts]
     own = np.repeat(np.arange(number), counts)
     given = int(np.abs(own - candidates).max(initial=0))

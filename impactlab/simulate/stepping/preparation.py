@@ -65,8 +65,8 @@ def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
         system = built[name].system
         matrices = system.mass, system.damping, system.stiffness, system.load, system.displacement, system.velocity
         check_finite(f"the matrices of '{name}'", f"bodies.{name}", body, *matrices)
-        frequencies = np.array([system.highest_frequency, system.rule_frequency])
-        check_finite(f"the highest frequency of '{name}'", f"bodies.{name}", body, frequencies)
+        if not math.isfinite(system.highest_frequency + system.rule_frequency):
+            raise beyond(f"the highest frequency of '{name}'", f"bodies.{name}", body)
         if alike is not None:
             rigid[alike] = built[name]
     return built
@@ -126,9 +126,8 @@ def prepare_steppers(
             elif isinstance(model, AbstractSelfStepping):
                 stepper = model.stepper(ports, dt)
             else:
-                at_start = sum(
-                    (float(load.at(np.zeros(1))[0]) * row for row, load in loads), np.zeros(system.load.size)
-                )
+                forces = (float(load.at(np.zeros(1))[0]) * row for row, load in loads)
+                at_start = sum(forces, np.zeros(system.load.size)) if loads else None
                 stepper = integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt, at_start)
         checked = stepper.parameters, stepper.state, stepper.force_response, stepper.impulse_response
         check_finite(subject, path, body, *checked)
