@@ -89,10 +89,10 @@ class Cost:
     """Times and counts of the work of a run."""
 
     setup_s: float = 0.0  # s, before the first step
-    solve_s: float = 0.0  # s, the steps, and reading their records
+    solve_s: float = 0.0  # s, the steps
     steps: int = 0
     rhs_evaluations: int | None = None  # of an adaptive run
-    checks_s: float = 0.0  # s, after the run: checks for warnings
+    checks_s: float = 0.0  # s, after the run: reading the records, as far as checks for warnings need them
     unknowns: int | None = None  # displacements that are stepped, over all bodies; None without steps
     factorisations: int | None = None  # of an adaptive run that is implicit: LU decompositions
 

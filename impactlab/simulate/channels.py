@@ -57,7 +57,9 @@ OF_THE_RUN = ("assembly", "_record")  # fields that refer to the memory of a run
 
 
 class AbstractRecordedHistory(AbstractHistory):
-    """A history of recorded channels. To write one, fill ``recorded``, and supply `snapshots`, `motion`, `memories`."""
+    """A history of recorded channels. To write one, supply ``recorded``, `snapshots`, `motion` and `memories`."""
+
+    recorded: dict[str, Channel]
 
     def __init__(
         self,
@@ -67,15 +69,15 @@ class AbstractRecordedHistory(AbstractHistory):
         dt: float | None = None,
     ) -> None:
         self.scene, self.method, self.duration, self.dt = scene, method, scene.duration, dt
-        self.events, self.contacts, self.warnings, self.cost = (), (), [], Cost()
-        self.recorded: dict[str, Channel] = {}
+        self.warnings, self.cost = [], Cost()
         self.built = built
         self._slopes: dict[str, Array] = {}  # of forces that were read
         self._rows: dict[tuple[str, Quantity], tuple[Array, Rows]] = {}  # of fields that were read
         self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the fields of a copy, pickled or not: snapshots are read, and the memory of the run stays behind."""
+        """Return the fields of a copy, pickled or not: all is read, and the memory of the run stays behind."""
+        _ = self.recorded, self.events, self.contacts, self.energy, self.links
         times = self._snapshots
         numbers = range(len(times))
         motions = {at: self._motion(*at) for at in itertools.product(numbers, self.built, (False, True))}

@@ -37,6 +37,7 @@ else:  # compiled code, needed only where events are located
 __all__ = ["Plan", "Progress", "add_warnings", "prepare", "run"]
 
 CHUNK_SECONDS = 0.1  # s, between two reports of progress
+FIRST_CHUNK = 4_000_000  # steps times entries of the state: a few milliseconds
 
 Progress = Callable[[float], None]
 
@@ -168,7 +169,7 @@ def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None
 
     Return why it ended. No bit depends on the chunks. Raise `StepError` where a piece of the loop is missing.
     """
-    chunk = 256
+    chunk = max(256, FIRST_CHUNK // assembly.memory.state.size)
     advance = advance_of(assembly)
     while True:
         first = assembly.clock.step

@@ -12,10 +12,11 @@ from impactlab.testing.trace import Trace
 
 
 def strongest_pull(history: AbstractHistory) -> float:
-    """Return the most negative contact force [N] or impulse [N s], 0.0 without pull."""
+    """Return the most negative contact force [N] or impulse [N s], 0.0 without pull; links may pull."""
     lowest = 0.0
+    names = [f"force:{name}" for name, law in history.method.laws.items() if not law.two_sided]
     for channel in history.channels():
-        if channel.startswith("force:") and "|" in channel:
+        if channel in names:
             times = history.jumps(channel)
             values = history.evaluate(np.append(0.0, times), channel) if times.size else np.zeros(1)
             lowest = min(lowest, float(np.nanmin(values, initial=0.0)))
@@ -40,10 +41,12 @@ def reported_impulse_error(traced: Trace) -> float:
     late = (1.0 - traced.integrator.velocity_point) * traced.dt
     for number, (name, given) in enumerate(given_impulses(traced).items()):
         spans = [span for span in traced.history.contacts if span.contact == name]
-        if any(span.end is None for span in spans):
+        joined = traced.history.method.laws[name].two_sided
+        if joined or any(span.end is None for span in spans):
             given += late * float(traced.forces[-1, number])
-        reported = sum(span.impulse for span in spans)
-        worst = max(worst, abs(reported - given) / given if given > 0.0 else abs(reported))
+        reported = traced.history.impulse_of(name) if joined else sum(span.impulse for span in spans)
+        moved = float(np.abs(traced.forces[:, number]).sum()) * traced.dt if joined else given
+        worst = max(worst, abs(reported - given) / moved if moved > 0.0 else abs(reported))
     return worst
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple, final
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,11 +19,10 @@ from impactlab.history.base import (
     places_on,
     within_run,
 )
-from impactlab.history.noise_floor import above_noise, reach_of
+from impactlab.history.noise_floor import Found, above_noise, reach_of
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
-from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.scene.frame import carried_by, groups, touched_in
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times, readout
@@ -30,17 +30,8 @@ from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.chain_waves import ChainWaves
 from impactlab.simulate.stepping.delay_waves import DelayWaves
+from impactlab.simulate.stepping.recorded_channels import Ends, read_channels
 from impactlab.types import Array
-
-
-class Instants(NamedTuple):
-    """The instants to which recorded values belong [s]."""
-
-    times: Array  # ends of steps: displacements and gaps
-    velocities: Array
-    forces: Array  # ends of the intervals over which they acted
-    middles: Array  # of these
-    bead_gaps: Array  # m, of contacts of rows of beads, at the ends of steps
 
 
 @final
@@ -56,7 +47,6 @@ class RecordedHistory(AbstractRecordedHistory):
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
         super().__init__(assembly.scene, assembly.method, assembly.layout.built, assembly.dt)
         self.assembly = assembly
-        self._ends: dict[str, tuple[Array, Array]] = {}  # of delay lines: times; displacements of both ends, or waves
         self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
         self._places: dict[str, Array] = {}  # of their fields
         self._times = np.zeros(0)  # of the snapshots
@@ -83,16 +73,55 @@ class RecordedHistory(AbstractRecordedHistory):
         assembly.clock.n_events = 0
 
     def finish(self) -> None:
-        """Build channels, events, contacts and energies from the records."""
+        """End the run: what it recorded is read on first use."""
         self.drain()
         clock = self.assembly.clock
         if clock.step < self.assembly.steps:
             self.duration = min(self.duration, clock.time)
         self.load_impulses = readout.load_impulses(self.assembly, self.assembly.clock.time - self.duration)
-        self._read_channels()
-        self._read_events()
-        self._read_energy()
-        self._read_links()
+
+    @cached_property
+    def _read(self) -> tuple[dict[str, Channel], Ends]:
+        """Channels, and the records of delay lines."""
+        return read_channels(self.assembly, self._integrator)
+
+    @cached_property
+    def recorded(self) -> dict[str, Channel]:  # type: ignore[override]
+        """Channels by name."""
+        channels, ends = self._read
+        for each in self.assembly.layout.in_waves:
+            times = ends[each.body][0]
+            values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
+            channels[each.channel] = Channel(times, values, False)
+        return channels
+
+    @property
+    def _ends(self) -> Ends:
+        return self._read[1]
+
+    @cached_property
+    def _found(self) -> Found:
+        return self._read_events()
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:  # type: ignore[override] # may be assigned, as that of every history
+        """Closings, openings and impulses in order of time."""
+        return self._found[0]
+
+    @cached_property
+    def contacts(self) -> tuple[ContactSpan, ...]:  # type: ignore[override]
+        """Periods of contact in order of their start."""
+        return self._found[1]
+
+    @cached_property
+    def energy(self) -> EnergyBook:  # type: ignore[override]
+        """Energies at the samples of the run."""
+        return self._read_energy()
+
+    @cached_property
+    def links(self) -> tuple[LinkResult, ...]:  # type: ignore[override]
+        """What became of each link, or of all links of one name."""
+        return tuple(self._read_links())
 
     def memories(self) -> list[Sequence[float]]:
         return readout.memories(self.assembly)
@@ -176,96 +205,7 @@ class RecordedHistory(AbstractRecordedHistory):
             )
         return self._delayed[body]
 
-    def _velocity_times(self, body: str, x: float, times: Array, of_scheme: Array) -> Array:
-        """Return the instants of recorded velocities at x [s]: those of a chain of delays are means over a step."""
-        model = self.built[body].model
-        if not (isinstance(model, DelayChain) and model.gives_means(x)):
-            return of_scheme
-        assert self.dt is not None  # noqa: S101 - it steps
-        lengths = np.diff(times, prepend=times[:1])
-        return np.asarray(times - 0.5 * np.minimum(lengths, self.dt))
-
-    def _read_contact(self, number: int, record: Array, at: Instants) -> None:
-        """Read force and gap of a contact, and the motion of its faces on bodies that deform."""
-        assembly, scene, channels = self.assembly, self.scene, self.recorded
-        contact, column = scene.contacts[number], assembly.layout.column_of(number)
-        law = assembly.acting.laws[contact.name]
-        force = record[:, column] if law.answers_force else np.full_like(at.times, np.nan)
-        # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
-        channels[f"force:{contact.name}"] = Channel(at.forces, force, True, None if law.hard else at.middles)
-        if column >= assembly.layout.first_bead_force:
-            gap = at.bead_gaps[column - assembly.layout.first_bead_force]
-            channels[f"gap:{contact.name}"] = Channel(at.times, gap, False)
-            return
-        channels[f"gap:{contact.name}"] = Channel(at.times, record[:, column + 1], False)
-        for side, point in enumerate((contact.left, contact.right)):
-            if scene.bodies[point.body].elastic is not None:
-                first = column + 2 + 2 * side
-                place = f"{point.body}@{point.x:.6g}"
-                channels[f"displacement:{place}"] = Channel(at.times, record[:, first], False)
-                moved = self._velocity_times(point.body, point.x, at.times, at.velocities)
-                channels[f"velocity:{place}"] = Channel(moved, record[:, first + 1], False)
-
-    def _read_channels(self) -> None:
-        assembly, scene, channels = self.assembly, self.scene, self.recorded
-        layout = assembly.layout
-        record = assembly.memory.record[: assembly.clock.n_records]
-        times = record[:, 0].copy()  # side by side: every read of a column takes a line of memory per record
-        lengths = times.copy()
-        lengths[1:] -= times[:-1]
-        of_velocity, of_force, middles = times, times, times - 0.5 * lengths
-        if self._integrator.velocity_point != 1.0:
-            early = np.minimum(lengths, assembly.dt)
-            early[:1] = assembly.dt  # the velocity at t = 0 belongs to the step before
-            of_velocity = times - (1.0 - self._integrator.velocity_point) * early
-        if self._integrator.load_point != 0.5:
-            late = (self._integrator.load_point - 0.5) * np.minimum(lengths, assembly.dt)
-            of_force, middles = np.minimum(times + late, times[-1]), middles + late
-        instants = Instants(times, of_velocity, of_force, middles, readout.bead_gaps(assembly, record))
-        for number in range(len(scene.contacts)):
-            self._read_contact(number, record, instants)
-        self._sum_groups()
-        first = layout.first_probe
-        for probe in layout.recorded:
-            moving, column = probe.quantity == "velocity", layout.probe_column(probe)
-            on = self._velocity_times(probe.body, probe.x, times, of_velocity) if moving else times
-            # A face that a contact presses in beyond its coordinates is known from the contact.
-            channels.setdefault(probe.channel, Channel(on, record[:, column], False))
-        moved = {
-            (each.body, each.x): record[:, first + len(layout.probes) + n] for n, each in enumerate(layout.far_ends)
-        }
-        for name, body in self.built.items():
-            if isinstance(body.model, DelayLine):
-                ends = [
-                    moved[name, x] if (name, x) in moved else channels[f"displacement:{name}@{x:.6g}"].values
-                    for x in (0.0, body.body.length)
-                ]
-                self._ends[name] = times, np.array(ends)
-            elif isinstance(body.model, DelayChain):
-                own = [n for n, (owner, _) in enumerate(layout.sent) if owner == name]
-                self._ends[name] = times, record[:, first + len(layout.probes) + len(layout.far_ends) :][:, own].T
-        for each in layout.in_waves:
-            values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
-            channels[each.channel] = Channel(times, values, False)
-        sample = assembly.memory.sample[: assembly.clock.n_samples]
-        places = {name: number for number, name in enumerate(layout.built)}
-        for name in self.scene.bodies:
-            number = places[name]
-            if not scene.bodies[name].changes:  # that of a mechanism is a vector, which nothing sums up
-                channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 2 + 3 * number], False)
-            channels[f"energy:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 3 * number], False)
-
-    def _sum_groups(self) -> None:
-        """Add the sums of the forces of contacts of one name."""
-        channels, grouped = self.recorded, dict[str, list[Channel]]()
-        for contact in self.scene.contacts:
-            if contact.group:
-                grouped.setdefault(contact.group, []).append(channels[f"force:{contact.name}"])
-        for group, forces in grouped.items():
-            total = sum((each.values for each in forces[1:]), forces[0].values)
-            channels.setdefault(f"force:{group}", forces[0]._replace(values=total))
-
-    def _read_energy(self) -> None:
+    def _read_energy(self) -> EnergyBook:
         assembly, scene = self.assembly, self.scene
         sample = assembly.memory.sample[: assembly.clock.n_samples]
         numbers = {name: number for number, name in enumerate(assembly.layout.built)}
@@ -273,7 +213,7 @@ class RecordedHistory(AbstractRecordedHistory):
         touched = touched_in(self)
         joined = self._joined if len(touched) == len(self._reach.groups) else groups(scene, touched)
         work = sample[:, [column + 1 for column in columns.values()]].sum(axis=1)
-        self.energy = EnergyBook(
+        return EnergyBook(
             time=sample[:, 0],
             bodies={name: sample[:, column] for name, column in columns.items()},
             stored=sample[:, 1],
@@ -282,8 +222,8 @@ class RecordedHistory(AbstractRecordedHistory):
             carried=carried_by(joined, sample[:, 0]),
         )
 
-    def _read_links(self) -> None:
-        assembly, found = self.assembly, []
+    def _read_links(self) -> Iterator[LinkResult]:
+        assembly = self.assembly
         joined = [place for place, record in enumerate(assembly.contacts) if record.joined]
         linked = [self.scene.contacts[assembly.layout.solved[place]] for place in joined]
         names = [contact.group or contact.name for contact in linked]
@@ -300,10 +240,9 @@ class RecordedHistory(AbstractRecordedHistory):
             known = [each for each in sets if each is not None]
             loss = sum(record.lost for record in records)
             most = max(known, default=None)
-            found.append(LinkResult(name, len(own), most, float(largest), float(smallest), loss, tuple(sets)))
-        self.links = tuple(found)
+            yield LinkResult(name, len(own), most, float(largest), float(smallest), loss, tuple(sets))
 
-    def _read_events(self) -> None:
+    def _read_events(self) -> Found:
         assembly, contacts = self.assembly, self.scene.contacts
         events: list[Event] = []
         spans: list[ContactSpan] = []
@@ -332,4 +271,4 @@ class RecordedHistory(AbstractRecordedHistory):
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
         events.sort(key=lambda event: event.time)
         steps = self.duration / assembly.dt
-        self.events, self.contacts = above_noise(self.scene, assembly.method.models, events, spans, steps, self._reach)
+        return above_noise(self.scene, assembly.method.models, events, spans, steps, self._reach)
