@@ -74,10 +74,12 @@ def timed(tree: Path, words: list[str], cache: Path | None) -> dict[str, float]:
     wraps = not (tree / "impactlab" / "wall_time.py").exists()
     entry = ["-c", WRAPPED] if wraps else ["-m", "impactlab"]
     caches = {"NUMBA_CACHE_DIR": str(cache)} if cache else {}
+    # Python keeps its bytecode, as of an installed package.
+    installed = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     began = time.perf_counter()
     done = subprocess.run(
         [sys.executable, *entry, *given],
-        env=os.environ | {"PYTHONPATH": str(tree)} | caches,
+        env=installed | {"PYTHONPATH": str(tree)} | caches,
         cwd=tree,
         capture_output=True,
         text=True,

@@ -53,10 +53,10 @@ def installed_entries() -> tuple[Entry, ...]:
     groups = {group.name for group in GROUPS}
     found: dict[Entry, None] = {}
     for distribution in distributions():
-        for point in distribution.entry_points:
-            if point.group in groups:
-                name = distribution.metadata["Name"] or "unnamed distribution"
-                found[Entry(point.group, point.name, point.value, name)] = None
+        points = [point for point in distribution.entry_points if point.group in groups]
+        if points:
+            name = distribution.metadata["Name"] or "unnamed distribution"  # the whole file is read at each question
+            found |= {Entry(point.group, point.name, point.value, name): None for point in points}
     return tuple(found)
 
 

@@ -29,7 +29,7 @@ from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log
 from impactlab.exact.nodes import fill_rows, solve_nodes
-from impactlab.numerics.addresses import COMPILED, call, entered, load_array_functions, type_of
+from impactlab.numerics.addresses import COMPILED, call, entered, type_of
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
 from impactlab.numerics.windows import window
 from impactlab.wall_time import COMPILING, spent_on
@@ -221,7 +221,6 @@ def prepared(log: Log) -> Log:
         memory = memory._replace(changes=branch_changes.address(memory))
     if COMPILED and not entry.overloads:
         with spent_on(COMPILING):
-            load_array_functions()
             entry.compile((type_of(memory),))
     return log._replace(memory=memory)
 

@@ -11,10 +11,8 @@ import contextlib
 import ctypes
 import dis
 import logging
-import sys
 from collections.abc import Callable, Iterator
 from difflib import get_close_matches
-from functools import cache
 from multiprocessing import parent_process
 from operator import attrgetter
 from types import FunctionType
@@ -34,7 +32,7 @@ from impactlab.numerics.cache import FOREIGN, cache_of, is_kept
 from impactlab.numerics.pointers import by_pointers, form_of, pointed
 from impactlab.numerics.windows import VECTOR
 from impactlab.types import Port, Reply, Side
-from impactlab.wall_time import COMPILING, LOADING, spent_on
+from impactlab.wall_time import COMPILING, spent_on
 
 config: Any = numba.config
 type_of: Any = numba.typeof
@@ -139,25 +137,6 @@ def interpreted(unknowns: int) -> Iterator[None]:
         _interpreting = False
 
 
-@cache
-def load_array_functions() -> None:
-    """Load numba's array functions, as it does before it compiles or reads its cache, but without scipy's BLAS.
-
-    Numba would look for BLAS at once, which takes a third of a second and is needed only by the inner products of
-    np.convolve. Products of matrices look for it when they are compiled.
-    """
-    blas = "scipy.linalg.cython_blas"
-    hidden = blas not in sys.modules
-    if hidden:
-        sys.modules[blas] = None  # type: ignore[assignment] # Python then reports that it cannot be imported
-    try:
-        with spent_on(LOADING):
-            import numba.np.arraymath  # noqa: F401
-    finally:
-        if hidden:
-            del sys.modules[blas]
-
-
 def say_if_compiling(entry: Any) -> None:
     """Log, once in a session, that compiled code is made first, if that of a function is not on disk."""
     if COMPILED and parent_process() is None and not _said and not is_kept(entry):
@@ -166,13 +145,12 @@ def say_if_compiling(entry: Any) -> None:
 
 
 def entered(entry: Any, *arguments: Any) -> Any:
-    """Call a compiled function; before the first call, load numba's array functions the quick way."""
+    """Call a compiled function; its first call is booked as compiling."""
     if _interpreting:
         return in_python(entry)(*arguments)
     if COMPILED and not entry.overloads:
         with spent_on(COMPILING):
             say_if_compiling(entry)
-            load_array_functions()
             return entry(*arguments)
     return entry(*arguments)
 
@@ -190,7 +168,6 @@ def compiled(function: Callable[..., None], signature: Any, allocates: bool = Tr
 
 
 def _compiled_now(function: Callable[..., None], signature: Any, allocates: bool) -> Any:
-    load_array_functions()
     try:
         counts = allocates and signature is not RESPOND and not form_of(signature.args)
         made = _c_function(function, signature, {"fastmath": FAST, "_nrt": counts})

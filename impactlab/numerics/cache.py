@@ -18,6 +18,7 @@ import pickle
 import sys
 import time
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
@@ -30,9 +31,11 @@ from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
 
 from impactlab import __version__
+from impactlab.wall_time import LOADING, spent_on
 
 DAY = 86400.0  # s; an older half-written file is removed
 DIGEST = 32  # bytes of a SHA-256
+OF_NUMBA = (b"NRT_", b"_numba_hashsecret_", b"numba_parallel_for")  # begins of names that numba defines as it compiles
 SHORT = 16  # hexadecimal digits of a digest in a file name
 INSTALLED = {"site-packages", "dist-packages"}  # a folder in the path of an installed package
 FOREIGN = ("numba", "numpy", "math", "cmath", "builtins", "llvmlite", "ctypes")  # known by the version of numba
@@ -98,6 +101,25 @@ def _names(code: CodeType) -> tuple[str, ...]:
     return tuple(sorted({*code.co_names, *inner}))
 
 
+@cache
+def load_array_functions() -> None:
+    """Load numba's array functions, as it does before it compiles, but without scipy's BLAS.
+
+    Numba would look for BLAS at once, which takes a third of a second and is needed only by the inner products of
+    np.convolve. Products of matrices look for it when they are compiled.
+    """
+    blas = "scipy.linalg.cython_blas"
+    hidden = blas not in sys.modules
+    if hidden:
+        sys.modules[blas] = None  # type: ignore[assignment] # Python then reports that it cannot be imported
+    try:
+        with spent_on(LOADING):
+            import numba.np.arraymath  # noqa: F401
+    finally:
+        if hidden:
+            del sys.modules[blas]
+
+
 Cache: Any = FunctionCache
 pickled: Any = dumps
 
@@ -119,16 +141,14 @@ class KernelFile:
         """Return whether the present kernel is on disk, for any signature."""
         return any(path.is_file() for path in self.folder.glob(f"{self.base}.*.{self.fingerprint[:SHORT]}.nbc"))
 
-    def load(self, key: Any) -> Any:
-        """Return the kernel stored under a key of numba's; None if there is none, or it is damaged or another's."""
+    def read(self, key: Any) -> bytes | None:
+        """Return the kernel under a key of numba's, pickled; None if there is none, or it is damaged or another's."""
         path, identity = self._place(key)
         try:
             data = path.read_bytes()
         except OSError:
             return None
-        if data[:DIGEST] != hashlib.sha256(identity + data[DIGEST:]).digest():
-            return None
-        return pickle.loads(data[DIGEST:])  # noqa: S301 - verified above to be this kernel, written here
+        return data[DIGEST:] if data[:DIGEST] == hashlib.sha256(identity + data[DIGEST:]).digest() else None
 
     def save(self, key: Any, value: Any) -> None:
         """Store a compiled kernel in place of its older versions; if that fails it is not stored."""
@@ -195,13 +215,28 @@ class KernelCache(Cache):  # type: ignore[misc] # numba has types in some versio
         super().__init__(function)
         folder = folder_of(function.__module__, Path(function.__code__.co_filename), Path(self._cache_path))
         self._cache_file = KernelFile(folder, self._impl.filename_base, function, options)
+        self._is_alone = options.get("_nrt") is False  # it calls nothing of numba's runtime for objects
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the compiled function of a signature, None if it must be compiled."""
-        try:
-            return super().load_overload(sig, target_context)
-        except FAULTS:
+        """Return the compiled function of a signature, None if it must be compiled.
+
+        Numba would first load all that it may need to compile, which takes a tenth of a second.
+        """
+        with contextlib.suppress(*FAULTS), self._guard_against_spurious_io_errors():
+            if (found := self._load_overload(sig, target_context)) is not None:
+                return found
+        load_array_functions()  # what is compiled next needs them
+        return None
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The same, with an error where the file holds something else."""
+        data = self._cache_file.read(self._index_key(sig, target_context.codegen())) if self._enabled else None
+        if data is None:
             return None
+        if not self._is_alone or any(symbol in data for symbol in OF_NUMBA):
+            load_array_functions()
+            target_context.refresh()
+        return self._impl.rebuild(target_context, pickle.loads(data))  # noqa: S301 - verified, written here
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the compiled function of a signature if there is a place for it."""
@@ -214,6 +249,7 @@ def cache_of(function: Callable[..., Any], options: Mapping[str, Any]) -> Any:
     try:
         return KernelCache(function, options)
     except (RuntimeError, OSError):
+        load_array_functions()
         return NullCache()
 
 
