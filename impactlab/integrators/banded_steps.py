@@ -171,8 +171,7 @@ def theta_retime(parameters: Array, dt: float) -> None:
     parameters[DT] = dt
     _, springs, masses, dashpots, _, factors = split(parameters)
     pivot, lower = window(factors, 0, n), window(factors, n, wide * n)
-    for i in range((wide + 1) * n):
-        factors[i] = 0.0
+    window(factors, 0, (wide + 1) * n)[:] = 0.0
     add_matrix(n, 1.0, heavy, masses, False, pivot, lower)
     add_matrix(n, theta * theta * dt * dt, stiff, springs, True, pivot, lower)
     if damped >= 0:

@@ -13,6 +13,8 @@ from impactlab.numerics.banded import multiply, solve
 from impactlab.scene.bodies import ElasticBody, End, Profile
 from impactlab.types import Array, Quantity
 
+FULL_RANK = 1e-6  # of the largest entry squared: two rows with such a determinant are no multiples of each other
+
 
 class AbstractMesh(AbstractDiscreteModel):
     """A body in nodal coordinates.
@@ -79,8 +81,8 @@ class AbstractMesh(AbstractDiscreteModel):
         """
         from scipy.linalg import eigh
 
-        unlike = {int(number) for number in np.unique(self.of_segment, return_index=True)[1]}
-        squared = 0.0
+        unlike = set((np.flatnonzero(self.of_segment[1:] != self.of_segment[:-1]) + 1).tolist())
+        squared, seen = 0.0, set()
         for number in unlike | {0, len(self.lengths) - 1}:
             stiffness, mass = self.element_matrices(number)
             for node, end in self.ends:
@@ -88,6 +90,10 @@ class AbstractMesh(AbstractDiscreteModel):
                     corner = 0 if node == 0 else len(stiffness) - len(self.motions)
                     for at, spring in enumerate((end.value, end.rotational)[: len(self.motions)], start=corner):
                         stiffness[at, at] += spring
+            same = stiffness.tobytes(), mass.tobytes()
+            if same in seen:
+                continue
+            seen.add(same)
             squared = max(squared, float(eigh(stiffness, mass, eigvals_only=True)[-1]))
         return float(np.sqrt(squared))
 
@@ -169,6 +175,11 @@ def sums_without(held: Ints, sums: Array, matrix: Array) -> Array:
 
 def part(matrix: Array, inside: Ints) -> Array:
     """Return the banded matrix of some coordinates, sorted (n,)."""
+    if inside.size and inside[-1] - inside[0] + 1 == inside.size:
+        cut = matrix[:, inside[0] : inside[-1] + 1].copy()
+        for offset in range(1, len(cut)):
+            cut[offset, max(0, inside.size - offset) :] = 0.0
+        return cut
     cut = np.zeros((len(matrix), inside.size))
     for offset in range(min(len(matrix), inside.size)):
         columns, apart = inside[: inside.size - offset], inside[offset:] - inside[: inside.size - offset]
@@ -185,6 +196,12 @@ def quadratic_forms(matrix: Array, shapes: Array) -> Array:
 
 def null_space(rows: Array) -> Array:
     """Return orthonormal vectors (n, n_null) that the rows (m, n) send to zero."""
+    n = rows.shape[1]
+    if (
+        n == len(rows[:2]) == 2
+        and abs(rows[0, 0] * rows[1, 1] - rows[0, 1] * rows[1, 0]) > FULL_RANK * np.abs(rows).max() ** 2
+    ):
+        return np.zeros((2, 0))  # of a body that is held, without the decomposition
     _, sizes, vectors = np.linalg.svd(rows)
     rank = int(np.count_nonzero(sizes > 1e-9 * sizes.max()))
     return np.asarray(vectors[rank:].T)

@@ -8,6 +8,7 @@ shear (Phi = 0) the element is that of Hermite's cubics. Coordinates are the def
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -100,8 +101,9 @@ def stretched(segment: BeamSegment, h: float, tensions: Array) -> Array:
     return np.asarray(np.einsum("eg,gi,gj->eij", 0.5 * h * GAUSS[1] * tensions, slopes, slopes))
 
 
+@lru_cache(maxsize=256)
 def matrices(segment: BeamSegment, h: float) -> ElementMatrices:
-    """Return the matrices of an element of length h [m], integrated exactly.
+    """Return the matrices of an element of length h [m], integrated exactly; they are kept and cannot be written.
 
     References
     ----------
@@ -119,7 +121,10 @@ def matrices(segment: BeamSegment, h: float) -> ElementMatrices:
     slope = theta + shear_strain(h, phi)
     mass = segment.density * segment.area * (weights * w.T) @ w
     mass += segment.rotary_inertia * (weights * theta.T) @ theta
-    return ElementMatrices(stiffness, mass, (weights * slope.T) @ slope)
+    found = ElementMatrices(stiffness, mass, (weights * slope.T) @ slope)
+    for matrix in found:
+        matrix.flags.writeable = False
+    return found
 
 
 def lumped(segment: BeamSegment, h: float) -> Array:

@@ -84,7 +84,10 @@ class BeamMesh(AbstractMesh):
         self.ends: tuple[tuple[int, End], ...] = ((0, beam.left), (len(self.nodes) - 1, beam.right))
         held = [2 * node for node, end in self.ends if end.kind in ("clamped", "pinned")]
         held += [2 * node + 1 for node, end in self.ends if end.kind == "clamped"]
-        self._kept = np.setdiff1d(np.arange(2 * len(self.nodes)), held)
+        is_kept = np.ones(2 * len(self.nodes), bool)
+        is_kept[held] = False
+        self._kept = is_kept.nonzero()[0]
+        self._rows: dict[tuple[float, Quantity], Array] = {}  # that were read
         self._tensions = self._centrifugal_tensions()
         whole = self._assembled()
         uniform = np.tile([1.0, 0.0], len(self.nodes))
@@ -117,6 +120,13 @@ class BeamMesh(AbstractMesh):
         return each.stiffness + max(0.0, pulled) * each.tension, mass
 
     def row(self, x: float, quantity: Quantity) -> Array:
+        if (row := self._rows.get((x, quantity))) is None:
+            row = self._row(x, quantity)
+            row.flags.writeable = False  # every caller gets the same array
+            self._rows[x, quantity] = row
+        return row
+
+    def _row(self, x: float, quantity: Quantity) -> Array:
         element = int(np.searchsorted(self.nodes, x + NODE_TOL * float(self.lengths.min()), side="right")) - 1
         element = min(max(element, 0), len(self.lengths) - 1)
         h, segment = float(self.lengths[element]), self.beam.segments[self.of_segment[element]]
@@ -217,21 +227,25 @@ class BeamMesh(AbstractMesh):
             if self._tensions is not None:
                 pulled = stretched(segment, h, self._tensions[at])
                 self._elastic[at] += pulled
-            viscous = self._layout.retardation[at[0]] * each.stiffness + self._layout.drag[at[0]] * own
-            blocks = [(mass, own), (damping, viscous), (stiffness, elastic)]
+            retardation, drag = float(self._layout.retardation[at[0]]), float(self._layout.drag[at[0]])
+            blocks = [(mass, own), (stiffness, elastic)]
+            if retardation or drag:
+                blocks.append((damping, retardation * each.stiffness + drag * own))
             if self._tensions is not None:
                 blocks.append((stiffness, np.moveaxis(pulled, 0, -1)))
                 blocks.append((softness, self._softening(segment, h)))
+            first, last = 2 * int(at[0]), 2 * int(at[-1]) + 1  # elements that are alike stand side by side
             for matrix, element in blocks:
                 for i in range(4):
                     for j in range(i + 1):
-                        matrix[i - j, 2 * at + j] += element[i, j]
+                        matrix[i - j, first + j : last + j : 2] += element[i, j]
         for matrix, kind in ((mass, "mass"), (damping, "dashpot"), (stiffness, "spring")):
             matrix[0] += self.at_ends(kind)
         if beam.rotation is not None:
             softness[0] += self.at_ends("mass") * bool(beam.softening)
             stiffness -= beam.rotation.squared * softness
-        damping += beam.damping.mass * mass + beam.damping.stiffness * stiffness
+        if beam.damping.mass or beam.damping.stiffness:
+            damping += beam.damping.mass * mass + beam.damping.stiffness * stiffness
         return mass, damping, stiffness, softness
 
     def _elements(self) -> BeamElements | None:
