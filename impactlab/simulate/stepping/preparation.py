@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from types import TracebackType
 from typing import NamedTuple
 
 import numpy as np
@@ -137,18 +137,31 @@ def prepare_steppers(
     return steppers
 
 
-@contextmanager
-def placed_at(path: str) -> Iterator[None]:
+class placed_at(in_precision):  # noqa: N801 - used as `with placed_at(...)`
     """Give the errors of a law the path of its contact, in front of the field that they name."""
-    try:
-        with in_precision("the contact", ""):
-            yield
-    except (PairingError, CaseError) as error:
-        if not error.path:
-            error.path = path
-        elif not error.path.startswith(("solve", "bodies", "contacts")):
-            error.path = f"{path}.{error.path}"
-        raise
+
+    __slots__ = ("at",)
+
+    def __init__(self, path: str) -> None:
+        super().__init__("the contact", "")
+        self.at = path
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None:
+            super().__exit__(kind, error, trace)
+            return
+        try:
+            super().__exit__(kind, error, trace)
+        except CaseError as lost:  # of digits
+            lost.path = self.at
+            raise
+        if isinstance(error, (PairingError, CaseError)):
+            if not error.path:
+                error.path = self.at
+            elif not error.path.startswith(("solve", "bodies", "contacts")):
+                error.path = f"{self.at}.{error.path}"
 
 
 def check_explicit_spring(law: AbstractContactLaw, facts: Facts, dt: float, path: str) -> None:
