@@ -1,11 +1,15 @@
 """Where the wall time of five typical commands goes: this tree beside an older one, each command a process of its own.
 
     python benchmarks/wall_time.py [--before DIR] [--repeats 7]
+    python benchmarks/wall_time.py --warm
 
 Both trees run interleaved, kernels on disk; shown is the quickest process of each. This tree reports its stages itself
 (`cost.wall_time`). An older one, which does not, is timed from outside: its functions are wrapped, and "start" is what
 they leave. Columns: start (Python, libraries, compiled code read from disk, set-up), case (read and checked), solving,
 checks, reference (and errors against it), writing (summary, figures, files).
+
+``--warm`` times `il.run` of the paper's case in one process instead: of one case again and again, and of cases that no
+run has seen yet, which differ in the mass by parts in a million. Shown are the least times of many.
 """
 
 from __future__ import annotations
@@ -114,13 +118,47 @@ def measured(trees: dict[str, tuple[Path, Path | None]], repeats: int) -> list[l
     return rows
 
 
+WARM = """
+bodies:
+  hammer: {kind: mass, mass: 2.133 kg, velocity: 1 m/s}
+  rod: {kind: rod, length: 0.3 m, diameter: 20 mm, material: steel, ends: {right: clamped}}
+contacts: [{between: [hammer, rod.left], law: {kind: addition_deletion}}]
+solve: {duration: 0.3 ms, model: {kind: MODEL}}
+"""
+STEPPED = "finite_element, elements: 100, mass: lumped}, integrator: {kind: central_difference}, step: {dt: 0.5 us"
+
+
+def warm(repeats: int) -> list[list[str]]:
+    """Return a row for the exact case and one of 600 steps: least milliseconds of whole runs and of their parts."""
+    import yaml
+
+    import impactlab as il
+
+    rows = []
+    for name, model in (("exact", "continuous"), ("600 steps of `central_difference`, 100 elements", STEPPED)):
+        case = il.Case.from_dict(yaml.safe_load(WARM.replace("MODEL", model)))
+        fresh = [case.with_("bodies.hammer.mass", 2.133 * (1.0 + 1e-6 * number)) for number in range(1, repeats)]
+        for label, cases in (("again", [case] * repeats), ("new", fresh)):
+            times = []
+            for each in cases:
+                began = time.perf_counter()
+                cost = il.run(each).cost
+                times.append([time.perf_counter() - began, cost.setup_s, cost.solve_s, cost.checks_s])
+            rows.append([name, label, *(f"{1e3 * min(column):.3f}" for column in zip(*times, strict=True))])
+    return rows
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--before", type=Path, help="root of an older tree")
     parser.add_argument("--before-cache", type=Path, help="folder of its kernels")
     parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--warm", action="store_true", help="runs in one process, not commands")
     given = parser.parse_args()
+    if given.warm:
+        print(table(["`il.run`", "", "whole, ms", "set-up", "solving", "checks"], warm(100 * given.repeats)))
+        return
     trees: dict[str, tuple[Path, Path | None]] = {"after": (ROOT, None)}
     if given.before:
         trees = {"before": (given.before.resolve(), given.before_cache), **trees}
