@@ -2,40 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import INLINE, PART
 from impactlab.numerics.windows import window
-from impactlab.simulate.stepping.arrays import (
-    SAMPLE_ROWS,
-    SAMPLED,
-    BodyRecord,
-    ClockRecord,
-    ContactRecord,
-    Floats,
-    Ints,
-    LoadRecord,
-    StepArrays,
-)
-from impactlab.types import Reply
-
-
-class SampleArrays(NamedTuple):
-    """The arrays of `StepArrays` that a sample needs: few enough to be handed to code that is compiled apart."""
-
-    clock: Sequence[ClockRecord]
-    bodies: Sequence[BodyRecord]
-    contacts: Sequence[ContactRecord]
-    replies: Sequence[Reply]
-    loads: Sequence[LoadRecord]
-    called: Ints
-    parameters: Floats
-    state: Floats
-    momentum: Floats
-    scratch: Floats
-    sample: Floats
+from impactlab.simulate.stepping.arrays import SAMPLE_ROWS, SAMPLED, Floats, StepArrays
 
 
 @PART
@@ -52,7 +22,7 @@ def sum_of_momenta(row: Floats, velocity: Floats, even: float) -> float:
 
 
 @PART
-def sample_bodies(m: SampleArrays, in_beads: float) -> bool:
+def sample_bodies(m: StepArrays, in_beads: float) -> bool:
     """Sample energies and momenta, with an energy stored between beads [J]; return False if one is not finite."""
     clock = m.clock[0]
     row, stored, finite = clock.n_samples, in_beads, True
@@ -87,17 +57,4 @@ def sample_energies(m: StepArrays, dt: float) -> bool:
     if len(m.bead_rows) > 0:
         call(m.pieces[SAMPLE_ROWS], m, dt)
         stored, finite = m.scratch[0], m.scratch[1] != 0.0
-    arrays = SampleArrays(
-        m.clock,
-        m.bodies,
-        m.contacts,
-        m.replies,
-        m.loads,
-        m.called,
-        m.parameters,
-        m.state,
-        m.momentum,
-        m.scratch,
-        m.sample,
-    )
-    return sample_bodies(arrays, stored) and finite
+    return sample_bodies(m, stored) and finite
