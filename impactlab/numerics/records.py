@@ -10,6 +10,9 @@ import numpy as np
 
 from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.layout import Record
+from impactlab.types import Array
+
+FLOATS_PER_LINE = 8  # of memory, 64 bytes
 
 
 def records(kind: type[Record], count: int) -> tuple[Sequence[Record], Sequence[Record]]:
@@ -27,6 +30,13 @@ def structures(kind: type[Record], taken: Any) -> Sequence[Record]:
     of_kind: Any = array_of(kind, taken.size)
     made: Sequence[Record] = of_kind.from_buffer(taken) if taken.size else of_kind()
     return made
+
+
+def on_lines(size: int) -> Array:
+    """Return zeros (size,) that begin with a line of memory: writing eight entries across two lines takes twice."""
+    room = np.zeros(size + FLOATS_PER_LINE)
+    first = -(room.__array_interface__["data"][0] // room.itemsize) % FLOATS_PER_LINE
+    return room[first : first + size]
 
 
 def copied(array: Any) -> Any:

@@ -79,7 +79,7 @@ class PlainLoop:
         self.dashpots: list[tuple[Array, float, str]] = []  # row, N s/m, account
         self.stretched: list[float] = []  # m, change of the dashpots' lengths in the last step
         for name, stepper in plan.steppers.items():
-            first, n_dof = sum(part.stop - part.start for part in self.parts.values()), stepper.jump.shape[1]
+            first, n_dof = self.assembly.layout.shift[name], stepper.jump.shape[1]
             self.parts[name] = slice(first, first + stepper.state.size)
             for i, j, damping, inside in dashpots(plan.built[name].system):
                 units = np.eye(self.state.size)

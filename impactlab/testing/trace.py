@@ -55,11 +55,9 @@ class Trace(NamedTuple):
 
     def kept(self, body: str) -> Array:
         """The further state of a body under the scheme, after each step, shape (n_steps + 1, ...)."""
-        sizes = {name: stepper.state.size for name, stepper in self.plan.steppers.items()}
-        names = list(sizes)
-        start = sum(sizes[name] for name in names[: names.index(body)])
+        start, size = self.history.assembly.layout.shift[body], self.plan.steppers[body].state.size
         known = 2 * self.plan.built[body].system.load.size
-        return self.states[:, start + known : start + sizes[body]]
+        return self.states[:, start + known : start + size]
 
     def momentum(self, body: str) -> Array:
         """The momentum of a body after each step, with the impulse still due from its scheme, shape (n_steps + 1,)."""

@@ -29,7 +29,7 @@ from impactlab.simulate.stepping.body_records import body_records, damper_record
 from impactlab.simulate.stepping.contact_records import contact_records, face_records, read_on, reading_records
 from impactlab.simulate.stepping.coordinates import both_phases
 from impactlab.simulate.stepping.layout import Layout
-from impactlab.simulate.stepping.packing import alone, flat
+from impactlab.simulate.stepping.packing import alone
 from impactlab.simulate.stepping.pairs import arranged, find_pairs
 from impactlab.simulate.stepping.pieces import fill_pieces
 from impactlab.simulate.stepping.unfilled import addresses_without
@@ -59,7 +59,7 @@ class Assembly:
         built, steppers, n_contacts = layout.built, layout.steppers, len(layout.solved)
         laws = laws_of(scene, plan.acting)
         self.laws = [LawAddress(laws[number].respond, laws[number].compiled) for number in layout.solved]
-        state, _ = flat([stepper.state for stepper in steppers.values()])
+        state = layout.state()
         values, row_start, row_index, row_value, other_state = both_phases(layout, integrator, dt)
         phases, maps = phase_records(layout)
         self.ports, self.contacts, self.replies, (ports, contacts, replies) = contact_records(
@@ -144,11 +144,12 @@ class Assembly:
     def again(self) -> Assembly:
         """Return an assembly for another run of the same plan, with arrays of its own; this one must not have run."""
         other = copy.copy(self)
-        arrays: list[Any] = [
-            np.zeros(old.shape, old.dtype) if name in WRITTEN else copied(old)
+        arrays: dict[str, Any] = {
+            name: np.zeros(old.shape, old.dtype) if name in WRITTEN else copied(old)
             for name, old in self.memory._asdict().items()
-        ]
-        memory: Any = StepArrays(*arrays)
+        }
+        arrays["state"] = self.layout.state()
+        memory: Any = StepArrays(**arrays)
         other.memory = memory
         (other.clock,) = structures(ClockRecord, memory.clock)
         for name, kind in NAMED.items():

@@ -69,7 +69,7 @@ def both_phases(layout: Layout, integrator: AbstractIntegrator, dt: float) -> Bo
 
 def coordinates(layout: Layout, models: Models, steppers: Steppers) -> Coordinates:
     """Return the values of one set of coordinates."""
-    momentum = np.zeros(sum(stepper.state.size for stepper in steppers.values()))
+    momentum = np.zeros(layout.n_state)
     for name, model in models.items():
         row = model.momentum_row()
         start = layout.shift[name] + row.size

@@ -8,6 +8,7 @@ from typing import final
 from impactlab.errors import CaseError
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
+from impactlab.numerics.records import FLOATS_PER_LINE, on_lines
 from impactlab.scene.problem import Contact, Point
 from impactlab.scene.sizes import kept_of_rows
 from impactlab.simulate.channels import Probed, probed
@@ -18,6 +19,8 @@ from impactlab.types import Array, Quantity
 
 MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
 MIN_SAMPLES, MOST_SAMPLED = 64, 2**17  # energies taken of scenes of many bodies; numbers in all of them
+MIN_ALIGNED = 32  # entries of the state of a body
+SECOND_ON_LINE = FLOATS_PER_LINE - 1  # where a body starts in a line: chains step eight nodes at a time from the second
 PER_CONTACT = 6  # columns of the record: force, gap, displacement and velocity of both faces
 
 
@@ -56,8 +59,10 @@ class Layout:
         self.steppers = {name: plan.steppers[name] for name in names}
         self.body_numbers = {name: number for number, name in enumerate(names)}
         self.shift: dict[str, int] = {}  # where the state of each body starts in the whole state
-        self.n_state = 0
+        self.n_state = 0  # entries of the whole state, those between bodies included
         for name, stepper in self.steppers.items():
+            if stepper.state.size >= MIN_ALIGNED:
+                self.n_state += (SECOND_ON_LINE - self.n_state) % FLOATS_PER_LINE
             self.shift[name] = self.n_state
             self.n_state += stepper.state.size
         self.stride = math.ceil(plan.steps / self._kept_records())
@@ -125,6 +130,13 @@ class Layout:
         """Return the bodies that contacts which are solved, pushed rows or loads over time move."""
         loaded = {name for name, body in self.built.items() if body.body.loads}
         return loaded | {point.body for point in self.points} | {push.body for push in self.pushes}
+
+    def state(self) -> Array:
+        """Return the whole state at t = 0, shape (n_state,); entries between bodies are zero."""
+        whole = on_lines(self.n_state)
+        for name, stepper in self.steppers.items():
+            whole[self.shift[name] : self.shift[name] + stepper.state.size] = stepper.state
+        return whole
 
     def n_dof(self, body: str) -> int:
         """Return the number of coordinates of a body."""
