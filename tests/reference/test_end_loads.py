@@ -173,7 +173,7 @@ def test_the_plain_loop_takes_the_same_steps(integrator: str) -> None:
     for _ in range(150):
         loop.step()
     u = history.evaluate(np.array([loop.time]), "displacement:rod@0")
-    assert loop.state[0] == pytest.approx(float(u[0]), rel=1e-11)
+    assert loop.state[loop.parts["rod"]][0] == pytest.approx(float(u[0]), rel=1e-11)
 
 
 @pytest.mark.parametrize("theory", ["euler_bernoulli", "timoshenko"])
