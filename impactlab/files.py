@@ -122,7 +122,8 @@ def write_tables(folder: Path, history: AbstractHistory) -> None:
     time = page_times(history.duration)
     wanted = [probe.channel for probe in history.scene.probes]
     wanted += [f"force:{contact.name}" for contact in history.scene.contacts]
-    names = [name for name in dict.fromkeys(wanted) if name in history.channels()]
+    recorded = frozenset(history.channels())
+    names = [name for name in dict.fromkeys(wanted) if name in recorded]
     columns = [time, *(history.evaluate(time, name) for name in names)]
     headings = ["time [s]", *(f"{name} [{UNITS[name.partition(':')[0]]}]" for name in names)]
     _write_csv(folder / "probes.csv", headings, zip(*(column.tolist() for column in columns), strict=True))

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ GAP_ROUNDINGS = 8.0  # of a gap, each eps times a displacement: four sums of dis
 EARLY_SHARE = 1e-3  # of the largest impulse: below it a touch before any wave is dropped where no later one follows
 EARLY = 1e-3  # of the time a wave takes: touches by no more than this too early are dated so by their step
 
+T = TypeVar("T", ContactSpan, Event)
 Found = tuple[tuple[Event, ...], tuple[ContactSpan, ...]]
 Models = Mapping[str, AbstractRodModel]  # by name of the body
 Key = tuple[str, float, float | None]  # contact, start, end of a span
@@ -92,15 +93,24 @@ def above_noise(
         return tuple(sorted(events, key=lambda event: event.time)), tuple(sorted(spans, key=lambda span: span.start))
     kept: list[ContactSpan] = []
     begins: dict[Key, float | None] = {}  # where spans begin; None of one that is noise
-    ordered = sorted(spans, key=lambda each: each.start)
-    for name in dict.fromkeys(span.contact for span in ordered):
-        found, floor = [span for span in ordered if span.contact == name], floors[name]
+    kicks = _of_contacts(event for event in events if event.kind == "impulse")
+    for name, found in _of_contacts(sorted(spans, key=lambda each: each.start)).items():
+        floor = floors[name]
         real = _real(found, floor, scene.duration)
-        begins |= {_key(span): None for span in found}
-        begins |= {_key(span): max(span.start, min(floor.arrival, span.end or floor.arrival)) for span in real}
-        kept += [_without_small_kicks(span, events, floor) for span in _with_impulses(found, real, begins)]
+        begins.update((_key(span), None) for span in found)
+        begins.update((_key(span), max(span.start, min(floor.arrival, span.end or floor.arrival))) for span in real)
+        own = kicks.get(name, ())
+        kept += [_without_small_kicks(span, own, floor) for span in _with_impulses(found, real, begins)]
     left = tuple(event for *_, event in sorted(_events(events, begins, floors), key=lambda found: found[:2]))
     return left, tuple(sorted(kept, key=lambda span: span.start))
+
+
+def _of_contacts(found: Iterable[T]) -> dict[str, list[T]]:
+    """Return spans or events by contact, in one pass: a chain has as many contacts as bodies."""
+    parts: dict[str, list[T]] = {}
+    for each in found:
+        parts.setdefault(each.contact, []).append(each)
+    return parts
 
 
 def _key(span: ContactSpan) -> Key:
@@ -146,11 +156,11 @@ def _with_impulses(
     ]
 
 
-def _without_small_kicks(span: ContactSpan, events: Sequence[Event], floor: Floor) -> ContactSpan:
-    """Return a span of kicks, counted and dated by those that are no noise."""
+def _without_small_kicks(span: ContactSpan, impulses: Sequence[Event], floor: Floor) -> ContactSpan:
+    """Return a span of kicks, counted and dated by those of the impulses of its contact that are no noise."""
     if span.kicks is None:
         return span
-    kicks = [each for each in events if each.contact == span.contact and _is_kick(each, floor)]
+    kicks = [each for each in impulses if _is_kick(each, floor)]
     if not kicks:
         return span
     return span._replace(start=kicks[0].time, end=kicks[-1].time, first_impulse=kicks[0].impulse, kicks=len(kicks))

@@ -56,7 +56,8 @@ class Collision:
 def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
     """Return the collisions of a run, in order of their starts."""
     found = []
-    given = {name: _given(scene, history, name) for name in scene.bodies}
+    channels = frozenset(history.channels())  # once: a chain has thousands
+    given = {name: _given(scene, history, name, channels) for name in scene.bodies}
     between: dict[tuple[str, str], list[str]] = {}
     for contact in scene.contacts:
         between.setdefault((contact.left.body, contact.right.body), []).append(contact.name)
@@ -87,10 +88,11 @@ class Given(NamedTuple):
     starts: Array  # s
     ends: Array  # s, latest end so far; inf while one is closed at the end of the run
     impulses: Array  # N s, sum so far, positive to the right; of no contact first
+    recorded: frozenset[str]  # quantities of the body that the history records: momentum, energy
 
 
-def _given(scene: Scene, history: AbstractHistory, name: str) -> Given:
-    """Return the impulses that a body was given by its contacts."""
+def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> Given:
+    """Return the impulses that a body was given by its contacts; ``channels`` are those of the history."""
     own = [each for _, each in scene.met_by(name)]
     signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in own}
     met = [contact for contact, sign in signs.items() if sign != 0.0]
@@ -100,6 +102,7 @@ def _given(scene: Scene, history: AbstractHistory, name: str) -> Given:
         np.array([span.start for span in spans]),
         np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0]),
         np.array([0.0, *itertools.accumulate(impulses)]),
+        frozenset(each for each in ("momentum", "energy") if f"{each}:{name}" in channels),
     )
 
 
@@ -187,13 +190,13 @@ def mean_velocity(
     body = scene.bodies[name]
     if body.is_held:
         return 0.0
-    mass, given = body.moving_mass, given or _given(scene, history, name)
+    mass, given = body.moving_mass, given or _given(scene, history, name, frozenset(history.channels()))
     begun = int(np.searchsorted(given.starts, time, side="right"))
     if body.is_free and (begun == 0 or given.ends[begun - 1] <= time):
         loads = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
         loads += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
         return body.velocity + (float(given.impulses[begun]) + loads) / mass
-    if f"momentum:{name}" not in history.channels():
+    if "momentum" not in given.recorded:
         return None
     return float(history.evaluate([time], f"momentum:{name}")[0]) / mass
 
@@ -211,7 +214,7 @@ def _energy_change(
     if math.isfinite(body.rigid_mass):
         speeds = [mean_velocity(scene, history, name, t, given) for t in (end, start)]
         return _difference([None if v is None else v**2 for v in speeds], 0.5 * body.moving_mass)
-    if f"energy:{name}" not in history.channels():
+    if "energy" not in given.recorded:
         return None
     first, last = history.evaluate([max(0.0, start), end], f"energy:{name}")
     return float(last - first)

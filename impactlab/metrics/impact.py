@@ -20,10 +20,11 @@ MIN_OPEN = 0.1  # T: an opening counts if the contact then stays open so long
 
 def free_bodies(scene: Scene, *histories: AbstractHistory) -> dict[str, float]:
     """Return the masses [kg] of free bodies whose momentum all histories have."""
+    channels = [frozenset(history.channels()) for history in histories]
     return {
         name: body.moving_mass
         for name, body in scene.bodies.items()
-        if not body.is_held and all(f"momentum:{name}" in history.channels() for history in histories)
+        if not body.is_held and all(f"momentum:{name}" in recorded for recorded in channels)
     }
 
 

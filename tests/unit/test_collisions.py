@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
@@ -138,3 +139,12 @@ def test_the_summary_and_the_screen_tell_collisions(capsys: pytest.CaptureFixtur
     (_, summary), _ = summaries("sphere_on_beam")
     assert summary["collisions"][0]["sub_impacts"] == 1
     assert "collision sphere|beam: 1 sub-impact, 0 s to 0.000156" in summary_text(summary)
+
+
+def test_channels_are_listed_once_however_many_bodies_collide(monkeypatch: pytest.MonkeyPatch) -> None:
+    history = il.run(il.load_case(Path(__file__).parents[2] / "cases" / "granular" / "solitary_wave.yaml"))
+    listed: list[int] = []
+    names = history.channels()
+    monkeypatch.setattr(type(history), "channels", lambda _: listed.append(1) or names)
+    assert len(collisions(history.scene, history)) == 100
+    assert len(listed) == 1

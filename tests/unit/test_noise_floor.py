@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -131,6 +132,30 @@ def test_kicks_by_rounding_are_not_counted() -> None:
     left, spans = above_noise(balls(("a", "b")).scene, {}, events, [span])
     assert [event.impulse for event in left] == [1.0, 2.0]
     assert (spans[0].kicks, spans[0].first_impulse, spans[0].start, spans[0].impulse) == (2, 1.0, 0.1, 3.0)
+
+
+class CountedPasses(list[Event]):
+    """Events that count how often they are gone through."""
+
+    passes = 0
+
+    def __iter__(self) -> Iterator[Event]:
+        self.passes += 1
+        return super().__iter__()
+
+
+def test_passes_over_the_events_do_not_grow_with_the_contacts() -> None:
+    passes = []
+    for count in (10, 300):
+        pairs = [(f"b{n}", f"b{n + 1}") for n in range(count)]
+        names = ["|".join(pair) for pair in pairs]
+        events = CountedPasses(Event(t, name, "impulse", p) for t, p in ((0.1, 1.0), (0.2, 1e-20)) for name in names)
+        spans = [ContactSpan(name, 0.1, 0.2, 1.0, None, 1.0, 2) for name in names]
+        left, kept = above_noise(balls(*pairs).scene, {}, events, spans)
+        assert len(left) == len(kept) == count
+        assert all(span.kicks == 1 for span in kept)
+        passes.append(events.passes)
+    assert passes[0] == passes[1]
 
 
 def test_the_floor_follows_the_steps_of_a_run() -> None:
