@@ -14,29 +14,31 @@ from impactlab.scene.problem import Contact, Point, Scene
 
 def shortest_rise(scene: Scene, method: Method) -> float:
     """Return the shortest rise time [s] of contacts; the duration without contacts."""
-    return min((rise_time(scene, method, contact) for contact in scene.contacts), default=scene.duration)
+    speed = _meeting_speed(scene) if len(scene.contacts) > 1 else None  # once: it looks at all bodies
+    return min((rise_time(scene, method, contact, speed) for contact in scene.contacts), default=scene.duration)
 
 
-def rise_time(scene: Scene, method: Method, contact: Contact) -> float:
+def rise_time(scene: Scene, method: Method, contact: Contact, speed: float | None = None) -> float:
     """Return the time in which the force of a contact rises [s].
 
     It is a quarter of a round trip where its law is unknown.
 
     A compliant contact rises with its own oscillation sqrt(m/k), or against the impedance of the rod, Z/k; of a power
     law k is the tangent at the indentation that brings the bodies to the same speed. A hard one rises at once, and then
-    falls as the mass gives its momentum to the waves, M/Z.
+    falls as the mass gives its momentum to the waves, M/Z. ``speed`` [m/s] is that at which the bodies of the scene
+    meet, if known.
     """
     mass, mobility = _inertia(scene, contact)
     if method.laws[contact.name].hard:
         return min(scene.duration, mass * mobility) if mobility > 0.0 else scene.duration
-    stiffness = tangent_of(scene, method, contact)
+    stiffness = tangent_of(scene, method, contact, speed)
     times = [1.0 / (mobility * stiffness)] if mobility > 0.0 else []
     times = [time for time in (*times, math.sqrt(mass / stiffness)) if math.isfinite(time)]
     return min([scene.duration, *times]) if times else 0.25 * scene.round_trip
 
 
-def tangent_of(scene: Scene, method: Method, contact: Contact) -> float:
-    """Return the stiffness of a contact [N/m], of a power law at the indentation of `rise_time`.
+def tangent_of(scene: Scene, method: Method, contact: Contact, speed: float | None = None) -> float:
+    """Return the stiffness of a contact [N/m], of a power law at the indentation of `rise_time`; ``speed`` as there.
 
     It is inf of a hard contact, and nan where it is unknown.
     """
@@ -47,7 +49,8 @@ def tangent_of(scene: Scene, method: Method, contact: Contact) -> float:
         known = stiffness_of(scene, method, contact)
         return math.nan if known is None else known
     if isinstance(law, Hertz | AbstractHystereticLaw):
-        return _tangent(law.stiffness, law.exponent, _meeting_speed(scene), *_inertia(scene, contact))
+        met = _meeting_speed(scene) if speed is None else speed
+        return _tangent(law.stiffness, law.exponent, met, *_inertia(scene, contact))
     return math.nan
 
 

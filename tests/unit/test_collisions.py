@@ -15,6 +15,7 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.metrics.collisions import agreements, collisions, sentence
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
+from impactlab.refine import contact_times
 from impactlab.refine.descriptions import modelled_as
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
@@ -148,3 +149,15 @@ def test_channels_are_listed_once_however_many_bodies_collide(monkeypatch: pytes
     monkeypatch.setattr(type(history), "channels", lambda _: listed.append(1) or names)
     assert len(collisions(history.scene, history)) == 100
     assert len(listed) == 1
+
+
+def test_the_speed_at_which_bodies_meet_is_found_once_for_all_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = il.load_case(Path(__file__).parents[2] / "cases" / "granular" / "solitary_wave.yaml").simulation()
+    found: list[float] = []
+    speed = contact_times._meeting_speed(case.scene)
+    assert speed == 1.0
+    monkeypatch.setattr(contact_times, "_meeting_speed", lambda _: found.append(speed) or speed)
+    alone = min(contact_times.rise_time(*case, contact) for contact in case.scene.contacts)
+    assert len(found) == 100
+    assert contact_times.shortest_rise(*case) == alone
+    assert len(found) == 101
