@@ -42,7 +42,8 @@ The paper's case: a mass as heavy as the rod, two contacts, 0 to 3 T. And a rod 
 stay below it against the exact answer: displacement of the mass and of the face (relative, L2), the first lasting
 opening (in T), velocity of the mass at the end (in its first one). Per program the quickest setting of its scan, as in
 all such scans with some luck where errors cross zero. Set-up (meshes, modes, factors) is not in the times. Package
-programs write no output while timed; impactlab and the loops by hand record everything they always do.
+programs write no output while timed; impactlab and the loops by hand record everything they always do, and read it
+afterwards.
 
 {tables}
 
