@@ -257,7 +257,7 @@ def summarised(
     """Return the summary of a run and the reference of its errors.
 
     ``budget`` are the seconds of predicted solving that a reference may take. Without it a reference is computed where
-    it is predicted to take no longer than ten times the run (`impactlab.refine.outlook`).
+    it is predicted to take no longer than ten times the run, and ten seconds at most (`impactlab.refine.outlook`).
     """
     physics = physics_of(case)
     with spent_on(REFERENCE):

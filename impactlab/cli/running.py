@@ -46,7 +46,7 @@ def run(
     width: Width = None,
     reference: Annotated[
         bool,
-        typer.Option("--reference", help="Measure errors also where the reference takes over ten times the run."),
+        typer.Option("--reference", help="Measure errors also where the reference takes ten times the run or 10 s."),
     ] = False,
     metric: Metrics = None,
     as_json: Json = False,

@@ -83,15 +83,22 @@ def largest(values: Iterable[float | None]) -> float | None:
 
 
 def displacement_error(
-    history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str, t: Array
+    history: AbstractHistory,
+    reference: AbstractHistory,
+    scene: Scene,
+    name: str,
+    t: Array,
+    touched: frozenset[str] | None = None,
 ) -> float | None:
     """Return the relative L2 error of a displacement over cells t (cells,) [s].
+
+    ``touched`` are the contacts that were closed in the reference, where they are known (`touched_in`).
 
     The scale is the displacement of the reference in the frame of the bodies that interact in it, so the error is the
     same however fast they all fly along together. Where a wall or a held body interacts, or no contact was closed, it
     is the displacement itself.
     """
-    touched = touched_in(reference)
+    touched = touched_in(reference) if touched is None else touched
     moved = drift(scene, name, t, touched) if touched else None
     start = float(reference.evaluate(0.0, name)) if changes(scene) else 0.0  # faces of a mechanism have positions
     return relative_l2(history.evaluate(t, name) - start, reference.evaluate(t, name) - start, moved)
@@ -102,8 +109,9 @@ def mass_displacement(history: AbstractHistory, reference: AbstractHistory, scen
 
     Of free bodies the scale is that in their frame; see `displacement_error`.
     """
-    t = midpoints(scene.duration)
-    return largest(displacement_error(history, reference, scene, name, t) for name in mass_channels(scene))
+    t, touched = midpoints(scene.duration), touched_in(reference)
+    names = mass_channels(scene)
+    return largest(displacement_error(history, reference, scene, name, t, touched) for name in names)
 
 
 def face_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -111,8 +119,9 @@ def face_displacement(history: AbstractHistory, reference: AbstractHistory, scen
 
     Of free bodies the scale is that in their frame; see `displacement_error`.
     """
-    t = midpoints(scene.duration)
-    return largest(displacement_error(history, reference, scene, name, t) for name in face_channels(scene))
+    t, touched = midpoints(scene.duration), touched_in(reference)
+    names = face_channels(scene)
+    return largest(displacement_error(history, reference, scene, name, t, touched) for name in names)
 
 
 def force(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -233,10 +242,10 @@ def graph(
 
 
 def impulse(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the relative error of the total impulse of a contact, the largest over contacts."""
+    """Return the relative error of the total impulse of a contact or a link, the largest over them."""
     errors: list[float | None] = []
     for contact in scene.contacts:
-        given, exact = (sum(span.impulse for span in h.spans(contact.name)) for h in (history, reference))
+        given, exact = history.impulse_of(contact.name), reference.impulse_of(contact.name)
         errors.append(None if exact == 0.0 else abs(given - exact) / abs(exact))
     return largest(errors)
 

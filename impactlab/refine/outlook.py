@@ -33,6 +33,7 @@ from impactlab.scene.problem import RECORDS, Scene
 from impactlab.scene.sizes import default_records
 
 MAX_RATIO = 10.0  # of the predicted seconds of a reference to those of the run, up to which it is computed unasked
+MAX_UNASKED_S = 10.0  # s predicted of a reference, up to which it is computed unasked, however long the run took
 # Seconds, measured on the cases of the suite by the time of the processor.
 SETUP_S = 8e-4  # of a run, for a body and its contacts
 STEP_S = 3e-7
@@ -139,7 +140,7 @@ def unasked(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Ref
     outlook = reference_s(scene, method)
     if outlook.status == "none":
         return None, outlook
-    if (outlook.about_s or 0.0) > MAX_RATIO * run_s(history):
+    if (outlook.about_s or 0.0) > min(MAX_RATIO * run_s(history), MAX_UNASKED_S):
         return None, outlook._replace(status="not_computed")
     found = find(scene, method, FULL_BUDGET_S if outlook.status == "converged" else math.inf, outlook.status == "exact")
     if found is None and outlook.status == "exact":  # it does not come to its end

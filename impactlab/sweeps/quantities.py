@@ -130,16 +130,19 @@ def time_in_contact(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N s", CONTACT)
 def impulse(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Impulse of the contact force over the run."""
-    return _by_contact(scene, history, lambda spans: sum((span.impulse for span in spans), 0.0))
+    """Impulse of the contact force over the run; of a link that of its force, which may pull."""
+    return {contact.name: history.impulse_of(contact.name) for contact in scene.contacts}
 
 
 @quantity("N", CONTACT)
 def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Largest contact force; missing where the law gives impulses alone."""
+    """Largest contact force; missing where the law gives impulses alone, and of a link, whose forces `links` gives."""
     peaks = {name: [span.peak_force for span in history.spans(name)] for name in (each.name for each in scene.contacts)}
     return {
-        name: max((peak for peak in found if peak is not None), default=math.nan if found else 0.0)
+        name: max(
+            (peak for peak in found if peak is not None),
+            default=math.nan if found or history.method.laws[name].two_sided else 0.0,
+        )
         for name, found in peaks.items()
     }
 

@@ -299,3 +299,18 @@ def test_located_events_tell_why_a_cushion_does_not_go_with_them() -> None:
     )
     with pytest.raises(il.PairingError, match="meets the other face at its dent, and steps are cut where the gap is"):
         il.run(located)
+
+
+def test_quantities_of_a_link_are_those_of_its_force() -> None:
+    """A link has no periods of contact: its impulse is the integral of its force, and it has no peak of a touch."""
+    made = case(il.Contact("rod.right", "ground", SMITH))
+    found = il.sweep(made, {"bodies.hammer.velocity": [3.0]}, quantities=["impulse", "peak_force"])
+    history = il.run(made)
+    t = np.linspace(0.0, history.duration, 40001)
+    for name in (contact.name for contact in history.scene.contacts):
+        force = np.asarray(history.evaluate(t, f"force:{name}"))
+        integral = float(np.sum(force[1:] + force[:-1])) * 0.5 * history.duration / 40000
+        given = float(found["impulse"].sel(contact=name).item())
+        assert integral != 0.0
+        assert given == pytest.approx(integral, rel=2e-2)
+        assert math.isnan(float(found["peak_force"].sel(contact=name).item())) == (name == "rod.right|ground")
