@@ -17,7 +17,7 @@ from impactlab.errors import PluginError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.plugins import METRICS, Registry, registry
 from impactlab.scene.facts import changes
-from impactlab.scene.frame import drift, touched_in
+from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -64,8 +64,8 @@ def relative_l2(values: Array, reference: Array, drift: Array | None = None) -> 
     """Return |values - reference| / |reference| on equal cells, arrays of shape (cells,).
 
     None where the reference is zero throughout, NaN where values are NaN. With a ``drift``
-    (`impactlab.scene.frame.drift`, same shape) the scale is |reference - drift|: that of the motion within the frame of
-    the bodies that interact. Where that is zero, a body only drifts, and the scale is |reference|.
+    (`impactlab.scene.frame.common_drift`, same shape) the scale is |reference - drift|: that of the motion within the
+    frame of the bodies that interact. Where that is zero, a body only drifts, and the scale is |reference|.
     """
     size, own = float(np.linalg.norm(reference)), float(np.linalg.norm(values))
     # A reference that is so much smaller than the values is zero except for its rounding.
@@ -99,7 +99,7 @@ def displacement_error(
     is the displacement itself.
     """
     touched = touched_in(reference) if touched is None else touched
-    moved = drift(scene, name, t, touched) if touched else None
+    moved = common_drift(scene, name, t, touched) if touched else None
     start = float(reference.evaluate(0.0, name)) if changes(scene) else 0.0  # faces of a mechanism have positions
     return relative_l2(history.evaluate(t, name) - start, reference.evaluate(t, name) - start, moved)
 

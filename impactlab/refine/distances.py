@@ -12,7 +12,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, face_channels, mass_channels, midpoints
 from impactlab.metrics.peaks import Laws, find_peak, near_jumps, smooth_force
 from impactlab.refine.convergence import Pairs
-from impactlab.scene.frame import drift, touched_in
+from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.method import COUNTED, Counted, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -77,7 +77,7 @@ def _displacements(histories: Sequence[AbstractHistory], scene: Scene) -> Iterat
         size = float(np.linalg.norm(values[-1]))
         if size <= ZERO * largest:  # zero except for rounding
             continue
-        within = float(np.linalg.norm(values[-1] - drift(scene, name, t, touched))) if touched else size
+        within = float(np.linalg.norm(values[-1] - common_drift(scene, name, t, touched))) if touched else size
         yield _pairs(values, within if within > ZERO * largest else size, None)
 
 

@@ -125,14 +125,37 @@ def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = N
     return np.zeros(np.shape(t)) - in_frame(frames(scene, touched), name, t, 0.0)
 
 
+def common_drift(scene: Scene, name: str, t: Array, touched: Collection[str]) -> Array:
+    """Return the `drift` that is no part of the scale of a displacement [m], shape of t.
+
+    It is 0 for a body that nothing meets, loads or strains: all its motion is drift, and what a run has beside it is
+    rounding and the error of a scheme, which is no scale.
+    """
+    group = frames(scene, touched).get(_body_of(name))
+    if group is not None and _only_drifts(scene, group):
+        return np.zeros(np.shape(t))
+    return drift(scene, name, t, touched)
+
+
+def _body_of(name: str) -> str:
+    place = name.partition(":")[2] or name
+    return place.rpartition("@")[0] or place
+
+
+def _only_drifts(scene: Scene, group: Group) -> bool:
+    """Return whether a group is one body that moves as its frame does: nothing meets, loads or strains it."""
+    if len(group.bodies) > 1 or group.loads or group.force != 0.0:
+        return False
+    body = scene.bodies[group.bodies[0]]
+    return body.rotation is None and (body.elastic is None or body.elastic.displacement is None)
+
+
 def in_frame(found: Mapping[str, Group], name: str, t: Array, moved: Array | float) -> Array:
     """Return a displacement [m] less that of the frame of a body's group at times t [s].
 
     ``found`` are the groups by body, ``name`` is that of the body or of a channel.
     """
-    place = name.partition(":")[2] or name
-    body = place.rpartition("@")[0] or place
-    group = found.get(body)
+    group = found.get(_body_of(name))
     if group is None or (group.velocity == 0.0 and group.gravity == 0.0):
         return np.asarray(moved)  # held, of a mechanism by its ground; or at rest
     return np.asarray(moved - group.displacement(t))

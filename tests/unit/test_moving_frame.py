@@ -19,7 +19,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import Body, End, Mass, Rod, Segment, Wall
-from impactlab.scene.frame import carried_energy, drift, drift_velocities, groups
+from impactlab.scene.frame import carried_energy, common_drift, drift, drift_velocities, groups
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import FREE, in_a_row, simulation, touching
@@ -107,3 +107,22 @@ def test_bodies_joined_by_contacts_share_a_frame_and_a_wall_holds_it() -> None:
 def test_bodies_that_only_drift_keep_the_energy_of_their_drift_as_scale() -> None:
     scene = balls().but(bodies={"a": Mass("a", 2.0, 3.0)}, gravity=0.0, integrator=None, step=StepRule(dt=0.1))
     assert math.isclose(run(*scene).energy.scale, 9.0)
+
+
+def test_the_error_of_a_body_that_only_falls_is_relative_to_its_way() -> None:
+    """Of two runs that are a little off alike, their distance from free fall is no scale."""
+    bodies: list[Body] = [Mass("one", 1.0, 0.2), Mass("two", 2.0), Mass("three", 1.0)]
+    contacts = touching(bodies[0], bodies[1]), touching(bodies[1], bodies[2], 1.0)
+    by_name = {body.name: body for body in bodies}
+    law, step = Penalty(stiffness=1e6), StepRule(dt=1e-6)
+    scene, _ = simulation("s", by_name, contacts, 2e-3, None, step, gravity=9.81, law=law)
+    t, met = metrics.midpoints(scene.duration), {contacts[0].name}
+    fall = 0.5 * 9.81 * t**2
+    assert np.array_equal(common_drift(scene, "position:three", t, met), np.zeros_like(t))
+    assert (
+        metrics.relative_l2(fall * (1 + 2e-9), fall * (1 + 1e-9), common_drift(scene, "position:three", t, met))
+        < 1.1e-9
+    )
+    # Bodies that meet drift together, and that is no part of their scale.
+    assert common_drift(scene, "position:one", t, met) == pytest.approx(0.2 / 3.0 * t + fall)
+    assert drift(scene, "position:three", t) == pytest.approx(0.05 * t + fall)
