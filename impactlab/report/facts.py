@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from impactlab.plugins import kind_of
@@ -15,6 +16,7 @@ from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechani
 from impactlab.scene.problem import Contact, Scene
 
 MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
+MIN_ALIKE = 4  # bodies or contacts in a row with the same words, which are said once
 CLOSE = 1.02  # errors within 2 % of each other are said together
 
 
@@ -28,7 +30,8 @@ def si(value: float, unit: str) -> str:
 
 def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, str]]:
     """Return the bodies, contacts and scales of a scene as (name, words); ``links`` are names of contacts or sums."""
-    facts = [(name, _body(body)) for name, body in scene.bodies.items()]
+    facts = list(_once((name, _body(body)) for name, body in scene.bodies.items()))
+    of_contacts: list[tuple[str, str]] = []
     by_name: dict[str, list[Contact]] = {}
     for contact in scene.contacts:
         by_name.setdefault(contact.group or contact.name, []).append(contact)
@@ -40,7 +43,8 @@ def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, st
             words = f"{several} pieces, {first.name.replace('|', ' | ')} to {last.name.replace('|', ' | ')}, {words}"
         elif first.name != name:
             words = f"{first.name.replace('|', ' | ')}, {words}"
-        facts.append((name.replace("|", " | "), words))
+        of_contacts.append((name.replace("|", " | "), words))
+    facts += _once(of_contacts)
     trips = scene.duration / scene.round_trip
     over = f"{si(scene.duration, 's')}" + (f" = {trips:.4g} T" if math.isfinite(trips) else "")
     facts.append(("duration", over))
@@ -49,6 +53,16 @@ def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, st
     if scene.gravity:
         facts.append(("gravity", f"{scene.gravity:.4g} m/s²"))
     return facts
+
+
+def _once(facts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """Give facts of bodies or contacts, those of many in a row that are alike as one: ``bead_1 to bead_50``."""
+    for words, alike in itertools.groupby(facts, lambda fact: fact[1]):
+        names = [name for name, _ in alike]
+        if len(names) < MIN_ALIKE:
+            yield from ((name, words) for name in names)
+        else:
+            yield f"{names[0]} to {names[-1]}", f"each {words}"
 
 
 def _body(body: Body) -> str:

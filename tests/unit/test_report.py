@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from impactlab import load_case
 from impactlab.errors import CaseError
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.sampling import FRAMES
@@ -29,6 +30,7 @@ from impactlab.report.table import comma_separated, markdown, page_rows
 from impactlab.scene import Contact, End, Rod, Wall
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import UNIT, face, mass_on_rod, touching
+from tests.cases.support import CASES
 from tests.unit.synthetic import SyntheticHistory
 
 PAIR = "hammer|rod.left"
@@ -421,3 +423,16 @@ def test_every_way_to_hold_an_end_is_drawn() -> None:
         wall = Wall("wall")
         held = sketch(scene(bodies={"wall": wall, "rod": rod}, contacts=(touching(wall, rod, 0.1),)).scene)
         assert mark in held
+
+
+def test_many_bodies_and_contacts_that_are_alike_are_said_once():
+    """A row of beads is two lines of a page; a bead that differs has a line of its own."""
+    scene = load_case(CASES / "granular" / "solitary_wave.yaml").scene()
+    found = {name: words.replace("\N{NO-BREAK SPACE}", " ") for name, words in scene_facts(scene)}
+    assert found["striker"].endswith("1 m/s")
+    assert found["bead_1 to bead_100"] == "each rigid mass, 0.00411 kg, at rest"
+    assert found["striker | bead_1 to bead_99 | bead_100"] == "each gap 0"
+    other = {**scene.bodies, "bead_50": dataclasses.replace(scene.bodies["bead_50"], mass=1.0)}
+    heavier = dict(scene_facts(dataclasses.replace(scene, bodies=other)))
+    assert heavier["bead_50"] == "rigid mass, 1\N{NO-BREAK SPACE}kg, at rest"
+    assert {"bead_1 to bead_49", "bead_51 to bead_100"} <= set(heavier)
