@@ -56,7 +56,7 @@ class Outlook(NamedTuple):
     def text(self) -> str | None:
         """Why there are no errors, for people; None where there are."""
         if self.status == "not_computed":
-            return f"not computed; --reference computes it, about {self.about_s or 0.0:.1g} s"
+            return f"not computed; --reference computes it, about {float(f'{self.about_s or 0.0:.1g}'):g} s"
         if self.status == "none":
             return f"not measured: no exact answer, and none that converges within {FULL_BUDGET_S:g} s"
         return None

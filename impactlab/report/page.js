@@ -130,6 +130,7 @@ function canvas(element, height) {
 }
 let stage, pen, ink, muted, paper, accent, line;
 const STAGE = data.chains.length ? 340 : bends ? 270 : 170, HALF = 22; // px: height of the scene, half the height of the tallest bar
+const CROWD = 12; // bodies: of more, a name without room is left out
 const axis = () => STAGE * (bends ? 0.5 : 0.46);
 function hatch(x, y, half, side) {
   pen.strokeStyle = ink; pen.lineWidth = 1.6;
@@ -273,7 +274,8 @@ function drawStage() {
     const x = place ? view.px(place.x + body.at, place.icons) : view.px(body.x + body.length * (body.kind === "beam" ? 0.15 : 0.5), body.icons) + (body.length ? 0 : ICON / 2);
     const text = body.velocity ? `${body.name}, ${said(body.velocity, "m/s")}` : body.name;
     const half = pen.measureText(text).width / 2 + 5, mid = Math.max(half, Math.min(view.width - half, x));
-    const row = Math.max(0, rows.findIndex((end) => end < mid - half));
+    const free = rows.findIndex((end) => end < mid - half), row = Math.max(0, free);
+    if (free < 0 && data.bodies.length > CROWD) continue;
     rows[row] = mid + half;
     if (place) pen.fillText(text, mid, axis() - state.stretch * body.gap * view.scale - body.side * ({ wall: 22, mass: 40, rod: 76 }[body.kind] || 40) + 4);
     else if (bends) pen.fillText(text, mid, axis() + (data.bodies.some((each) => each.beside === body.name && each.side < 0) ? -34 : 42));
