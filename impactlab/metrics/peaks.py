@@ -45,15 +45,20 @@ class Peak(NamedTuple):
     force: float  # N
 
 
-def find_peak(history: AbstractHistory, contact: Contact, left_out: Array, hard: bool) -> Peak:
-    """Return the largest force of a contact outside intervals (k, 2) [s]; see `smooth_force`."""
+def find_peak(
+    history: AbstractHistory, contact: Contact, left_out: Array, hard: bool, cells: int = GRID, per_span: int = PER_SPAN
+) -> Peak:
+    """Return the largest force of a contact outside intervals (k, 2) [s]; see `smooth_force`.
+
+    It is sought in the middles of steps, and in so many equal cells of the run and of each period of contact.
+    """
     name = f"force:{contact.name}"
     spans = sorted(history.spans(contact.name), key=lambda each: -each.impulse)
     # First of all the middles of steps: of all places in a step with the largest force, its middle is the peak.
     ends = np.append(np.ravel(left_out), history.duration)
-    grids = [_instants(history, name), midpoints(history.duration, GRID), ends]
+    grids = [_instants(history, name), midpoints(history.duration, cells), ends]
     for span in spans[:MAX_SPANS]:
-        grids.append(span.start + midpoints(span.until(history.duration) - span.start, PER_SPAN))
+        grids.append(span.start + midpoints(span.until(history.duration) - span.start, per_span))
     t = np.concatenate(grids)
     t = t[(t >= 0.0) & (t <= history.duration)]
     for start, end in left_out:

@@ -11,12 +11,14 @@ kink at its force, and its modes converge as 1/n there, elements with a node at 
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from impactlab.bases.beams.modes import has_closed_form
+from impactlab.history.base import AbstractHistory
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
@@ -24,7 +26,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beam_elements import lumped, matrices
-from impactlab.refine import cost
+from impactlab.refine import cost, left_out
 from impactlab.refine.beam_descriptions import (
     MAX_DENSE_ELEMENTS,
     STEPS,
@@ -37,6 +39,7 @@ from impactlab.refine.beam_descriptions import (
 )
 from impactlab.refine.contact_times import tangent_of
 from impactlab.refine.descriptions import Description, modelled_as, recorded
+from impactlab.refine.distances import counted
 from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
@@ -46,15 +49,17 @@ COARSEST = 3 * STEPS  # steps in the shortest time: three in a rise of force
 COARSEST_MODES, FEWEST_MESHED, COARSEST_ELEMENTS = 24, 18, 10  # at that many steps; modes in closed form, of a mesh
 COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
+EIGENVECTORS_S = 1e-10  # s, over the cube of the coordinates of that mesh
 STEPS_PER_ELEMENT = 6  # in the shortest time, of a mesh that shears: its errors in space and time are alike
 STABLE_POINTS = 2.0 * math.pi / (2.0 * 0.95)  # steps in a period: 0.95 of the longest stable one
 MOST_MODES = 1500  # in closed form, some 0.1 ms each to find
 MAX_STEPS = 1_000_000  # in the shortest time
 MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
+STATED_SHARE = 0.45  # the same where it is stated
 MAX_UNSEEN_SHARE = 0.5  # the same where no more modes may be taken, and their error is stated by their flexibility
 DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
 # Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
-ERROR_OF_MODES, ERROR_OF_MESH, ERROR_OF_SHEARED_MESH, ERROR_OF_GRIDS = 0.12, 0.3, 0.08, 0.12
+ERROR_OF_MODES, ERROR_OF_SPRINGS, ERROR_OF_MESH, ERROR_OF_SHEARED_MESH, ERROR_OF_GRIDS = 0.15, 0.04, 0.5, 0.08, 0.12
 ERROR_OF_EXPLICIT, ERROR_OF_EXPLICIT_FRONTS = 1.2, 40.0
 MISSING_MARGIN = 1.5  # on errors by modes left out: measured, 0.1 to 1.2 of the flexibility beside the contact's
 
@@ -101,37 +106,52 @@ def _rises(n: float) -> float:
     return n / STEPS
 
 
-def _modal(asked: Simulation) -> Description:
+def _modal(asked: Simulation, seen: AbstractHistory | None = None) -> Description:
+    """Give modes; ``seen`` is a run with too few of them, whose displacements say how many it takes."""
     scene, beams = asked.scene, beams_of(asked.scene)
-    shortest, missing = shortest_time(asked), _missing(asked)
+    shortest, missing = shortest_time(asked), left_out.beside_contacts(asked)
+    if seen is not None:
+        missing += left_out.beside_displacements(asked, seen)
     transit = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
     lossy, closed = any(is_lossy(beam) for beam in beams), all(has_closed_form(beam) for beam in beams)
     tolerance = asked.method.tolerance.error if asked.method.tolerance else DEFAULT_TOLERANCE
-    enough = STEPS * math.sqrt(3.0 * ERROR_OF_MODES / tolerance)
+    factor = ERROR_OF_SPRINGS if all(law.is_spring for law in laws_of(*asked)) else ERROR_OF_MODES
+    enough = STEPS * math.sqrt(3.0 * factor / tolerance)
     most = MOST_MODES if closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
     known = not any(math.isnan(tangent_of(*asked, contact)) for contact in scene.contacts)
+    # All runs have the same modes, whose error is stated: they are found once, and a run that differs in its step alone
+    # is set up in a tenth of the time. Where this would take too many modes, they grow with the steps.
+    fixed = known and MISSING_MARGIN * left_out.total(missing, most) <= MAX_UNSEEN_SHARE * tolerance
     coarsest = COARSEST_KNOWN if known else COARSEST_MODES
 
     def dt(n: int) -> float:
         return min(shortest / n, transit)
 
+    @functools.cache
     def wanted(n: int) -> int:
-        fine = n / COARSEST
+        fine = (max(enough, COARSEST) if fixed else n) / COARSEST
         few = coarsest * math.pow(fine, 2.0 / 3.0) if closed else FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
+        if fixed:
+            return math.ceil(
+                max([few, *(share.modes_for(STATED_SHARE * tolerance / MISSING_MARGIN) for share in missing)])
+            )
         # As the steps that the tolerance is predicted to need grow finer or coarser, so do the modes.
         needed = [
-            math.pow(share / (MISSING_SHARE * tolerance), 1.0 / power) * math.pow(n / enough, 1.0 / min(power, 1.5))
-            for share, power in missing
+            share.modes_for(MISSING_SHARE * tolerance) * math.pow(n / enough, 1.0 / min(share.power, 1.5))
+            for share in missing
         ]
         return math.ceil(max([few, *needed]))
 
     def modes(n: int) -> int:
         return min(wanted(n), most)
 
-    def left_out(n: int) -> float:
-        return float(sum(share / modes(n) ** power for share, power in missing))
-
-    unseen = MISSING_MARGIN * left_out(MAX_STEPS)
+    def unseen(n: int, history: AbstractHistory | None = None) -> float:
+        if not fixed and wanted(n) <= most:
+            return 0.0
+        found = left_out.total(missing, modes(n))
+        if history is not None and "displacements" in counted(asked)[2]:
+            found = max(found, left_out.total(left_out.beside_displacements(asked, history), modes(n)))
+        return MISSING_MARGIN * found
 
     def simulation(n: int) -> Simulation:
         if lossy:
@@ -147,13 +167,16 @@ def _modal(asked: Simulation) -> Description:
         simulation,
         cost.BEAM_DAMPED_MODES if lossy else cost.BEAM_MODES,
         lambda n: (scene.duration / dt(n), len(beams) * modes(n)),
-        error=lambda n: ERROR_OF_MODES / _rises(n) ** 2 + left_out(n),
+        error=lambda n: factor / _rises(n) ** 2 + (0.0 if fixed else left_out.total(missing, modes(n))),
         safety=3.0,
         min_fineness=COARSEST,
         # Two runs with as many modes do not show the error of the others, which is then stated by their flexibility.
-        max_fineness=MAX_STEPS if known and unseen <= MAX_UNSEEN_SHARE * tolerance else _finest(wanted, most),
-        unseen=lambda n: unseen if wanted(n) > most else 0.0,
+        max_fineness=MAX_STEPS if fixed else _finest(wanted, most),
+        unseen=unseen,
+        alike=fixed,
+        otherwise=functools.partial(_modal, asked) if fixed and seen is None else None,
         detail=lambda n: f"{modes(n)} modes",
+        finding=lambda n: 0.0 if closed else EIGENVECTORS_S * (2.0 * ELEMENTS_PER_MODE * modes(n)) ** 3,
     )
 
 
@@ -164,28 +187,6 @@ def _finest(modes: Callable[[int], int], most: int) -> int:
         middle = (low + high) // 2
         low, high = (middle, high) if modes(middle) <= most else (low, middle)
     return low
-
-
-def _missing(asked: Simulation) -> list[tuple[float, float]]:
-    """Return factors and powers of the errors factor/n^power by the flexibility of the modes beyond n at contacts.
-
-    It stands in series with that of the contact. At the middle of a pinned beam it is L/(pi^2 kGA n) by shear, as long
-    as the modes lie below the cut-off frequency, and 2 L^3/(3 pi^4 EI n^3) by bending. Measured, the errors are 0.1 to
-    1.2 of it.
-    """
-    found = []
-    beams = {beam.name: beam for beam in beams_of(asked.scene)}
-    for contact in asked.scene.contacts:
-        stiffness = tangent_of(*asked, contact)
-        for body in (beams[point.body] for point in (contact.left, contact.right) if point.body in beams):
-            if math.isnan(stiffness):
-                continue
-            soft = min(segment.bending_stiffness for segment in body.segments)
-            found.append((2.0 * body.length**3 * stiffness / (3.0 * math.pi**4 * soft), 3.0))
-            if body.theory == "timoshenko":
-                shear = min(segment.shear_stiffness for segment in body.segments)
-                found.append((body.length * stiffness / (math.pi**2 * shear), 1.0))
-    return [(share, power) for share, power in found if share > 0.0]
 
 
 def _implicit(asked: Simulation, sheared: bool) -> Description:

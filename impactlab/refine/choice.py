@@ -8,13 +8,14 @@ from functools import partial
 
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.numerics.collection import Uncollected
 from impactlab.refine import reach
 from impactlab.refine.choice_record import Candidate, Choice, Ladder
 from impactlab.refine.convergence import Level, Progress, Study
 from impactlab.refine.cost import FIXED_S
 from impactlab.refine.descriptions import EXACT_ERROR, Description
 from impactlab.refine.ladder import CHEAPEST, candidate, candidates, longer, words_of_estimate
-from impactlab.refine.level_errors import DONE, MAX_CHOOSING, MIN_SPEEDUP, allowed, estimate_errors, spent_s
+from impactlab.refine.level_errors import DONE, MAX_CHOOSING, MIN_SPEEDUP, UNSEEN, allowed, estimate_errors, spent_s
 from impactlab.refine.serving import exact_for, for_choice
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
@@ -24,6 +25,8 @@ BUDGET_S = 3.0  # s of predicted solving that may go into one choice
 EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a prediction that is a little lower
 SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred
 FIRST_S = 6.0 * FIXED_S  # s of predicted solving, at most, of the first run of a description
+FIRST_ALIKE_S = 20.0 * FIXED_S  # the same where a third run needs no set-up of its own
+MIN_GAIN = 2.0  # predicted, over a run that keeps the tolerance, of another description that is tried all the same
 MAX_LEARNT = 10.0  # of an estimated over a predicted error, that other descriptions start with
 PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description
 MAX_FAILURES = 3  # levels of a description that may fail, each followed by one of twice the fineness
@@ -35,7 +38,7 @@ def first_guess(scene: Scene, method: Method) -> Simulation:
     if not studies:
         raise _nothing_serves(why, studies)
     study = min(studies, key=_priority)
-    return study.description.simulation(study.next)
+    return study.description.simulation(study.wanted)
 
 
 def run(scene: Scene, method: Method, progress: Progress | None = None) -> AbstractHistory:
@@ -60,8 +63,9 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     studies: list[Study] = []
     best, why = at_once(served[0], asked, failed, progress), served[1]
     if best is None:
-        studies, why = studies_of(asked, served)
-        best = searched(studies, asked, failed, progress)
+        with Uncollected():
+            studies, why = studies_of(asked, served)
+            best = searched(studies, asked, failed, progress)
     if best is None:
         raise failed[0] if failed else _nothing_serves(why, studies)
     study, level = best
@@ -98,18 +102,27 @@ def studies_of(asked: Simulation, served: tuple[Description | None, str] | None 
     """Return a study of every description, and why the exact solver does not serve, unless ``served`` has it."""
     descriptions, why = for_choice(asked, served)
     error = allowed(asked.method)
-    return [Study(each, _start(each, error), wanted=each.start_for(error)) for each in descriptions], why
+    return [_begun(each, error) for each in descriptions], why
 
 
-def _start(description: Description, error: float) -> int:
-    """Return the first fineness of a description: no finer than a run that is cheap, as its prediction may be wrong."""
+def _begun(description: Description, error: float) -> Study:
+    """Return a study of a description for an error, the fineness of its first run and the one wanted."""
+    if not description.unit:
+        return Study(description, 0)
     start = description.start_for(error)
-    if not description.unit or description.seconds(start) <= FIRST_S:
+    wanted = description.coarser(start)[0] if description.alike else start
+    return Study(description, _cheap(description, start), wanted=wanted)
+
+
+def _cheap(description: Description, start: int) -> int:
+    """Return the first fineness of a description: no finer than a run that is cheap, as its prediction may be wrong."""
+    most = FIRST_ALIKE_S if description.alike else FIRST_S
+    if description.seconds(start) <= most:
         return start
     low, high = description.min_fineness, start
     while high - low > max(1, low // 16):
         middle = (low + high) // 2
-        low, high = (middle, high) if description.seconds(description.whole(middle)) <= FIRST_S else (low, middle)
+        low, high = (middle, high) if description.seconds(description.whole(middle)) <= most else (low, middle)
     return description.whole(low)
 
 
@@ -157,6 +170,9 @@ def searched(
             failed.append(error)
             study.closed = f"refused: {error.text}"
             continue
+        if study.closed == UNSEEN and study.description.otherwise is not None:
+            other = study.description.otherwise(study.levels[-1].history)
+            studies += [_begun(other, tolerance)] if other.alike else []
         for level in study.levels:  # a finer run may have lowered the errors of coarser ones
             if best is None or _better((study, level), best, tolerance):
                 best = study, level
@@ -168,7 +184,9 @@ def _priority(study: Study) -> float:
     description = study.description
     if not description.unit:
         return study.seconds / EXACT_ADVANTAGE
-    return description.cost.margin * study.expected_s + description.cost.setup_s / MAX_CHOOSING
+    ahead = [study.next] if study.levels else [study.next, description.coarser(study.next)[0]]
+    setup_s = description.setup_s(*ahead)
+    return description.cost.margin * study.expected_s + setup_s / MAX_CHOOSING
 
 
 def _learn(studies: list[Study], tolerance: float) -> None:
@@ -183,8 +201,8 @@ def _learn(studies: list[Study], tolerance: float) -> None:
     ratio = min(max(min(ratios), 1.0), MAX_LEARNT)
     for study in studies:
         if study.description.unit and not study.levels and not study.failures:
-            study.next = max(study.next, _start(study.description, tolerance / ratio))
-            study.wanted = max(study.wanted, study.description.start_for(tolerance / ratio))
+            again = _begun(study.description, tolerance / ratio)
+            study.next, study.wanted = max(study.next, again.next), max(study.wanted, again.wanted)
 
 
 def _cost_of_trial(study: Study) -> float:
@@ -213,7 +231,9 @@ def _worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study])
 
     All trials together may take `MAX_CHOOSING` times the solving of the chosen run.
     """
-    if _seconds(best) <= MIN_SPEEDUP * study.expected_s:
+    if study is best[0] and study.description.alike:  # set up already: its estimate has seen what a run promises
+        return True
+    if _seconds(best) <= (MIN_SPEEDUP if study is best[0] else MIN_GAIN) * study.expected_s:
         return False
     return spent_s(studies, study) <= MAX_CHOOSING * study.expected_s
 
@@ -231,9 +251,9 @@ def _better(one: tuple[Study, Level], best: tuple[Study, Level], tolerance: floa
 
 
 def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
-    """Run the next level, the first time one that is coarser after it; estimate errors and set the next fineness.
+    """Run the next level, the first time one that is coarser, too; estimate errors and set the next fineness.
 
-    The finer one comes first: its modes serve the coarser one too.
+    The finer one comes first where its modes serve the coarser one.
     """
     description = study.description
     if not description.unit:
@@ -242,11 +262,22 @@ def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
         return
     wanted = [study.next]
     if not study.levels:
-        wanted.append(description.coarser(study.next)[0])
-        study.next = wanted[0] = max(study.next, description.whole(wanted[1] + 1))
+        coarser = description.coarser(study.next)[0]
+        study.next = max(study.next, description.whole(coarser + 1))
+        wanted = [coarser, study.next] if description.alike else [study.next, coarser]
     for fineness in wanted:
         study.run(fineness, progress)
     estimate_errors(study, asked)
+
+
+def show_order(study: Study, asked: Simulation) -> None:
+    """Run a third level below two, so that errors are estimated by the order that a description shows."""
+    if len(study.levels) != 2 or not study.description.unit:
+        return
+    below = study.description.coarser(study.levels[0].fineness)[1]
+    if below < study.levels[0].fineness:
+        study.run(below)
+        estimate_errors(study, asked)
 
 
 def _beside(chosen: Candidate, seconds: float, asked: Simulation) -> list[Candidate]:

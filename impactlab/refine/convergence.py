@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.descriptions import Description
+from impactlab.scene.method import Simulation
 from impactlab.simulate import driver
 
 MIN_ORDER_SHARE = 0.5  # of the declared order: the least that an estimate assumes
 MAX_ORDER = 8.0  # largest order searched for
 MAX_ORDER_RATIO = 1.25  # of the observed to the declared order, either way, up to which the order shows
-TWO_LEVEL_SAFETY = 3.0  # factor, at least, on an estimate from two levels, which show no order; Roache1998
 SHOWN_SAFETY = 1.6  # factor on an estimate where the order shows; Roache1998 takes 1.25, docs/audit.md needs more
 
 Progress = Callable[[float], None]
@@ -48,7 +48,8 @@ class Level:
     history: AbstractHistory
     error: float = math.inf  # estimate times safety; inf where none is known
     reason: str = ""  # against taking it, for people
-    run_s: float = 0.0  # set-up and checks included
+    run_s: float = 0.0  # set-up and checks included, as if it were run alone
+    made: Simulation | None = None  # that was run
 
 
 class Reach(NamedTuple):
@@ -72,6 +73,7 @@ class Study:
     falling: dict[int, float] = field(default_factory=dict)  # estimated errors by fineness, each when it was the finest
     reach: Reach | None = None  # None as long as nothing is known
     failures: int = 0  # levels that ended as failed
+    first: Level | None = None  # whose set-up serves those that differ in their step alone
 
     @property
     def seconds(self) -> float:
@@ -82,15 +84,24 @@ class Study:
     def expected_s(self) -> float:
         """Predicted time of solving a run that keeps the tolerance [s]."""
         needed = self.wanted if self.reach is None else math.ceil(min(self.reach.needed, 1e9))
-        return self.description.seconds(min(max(self.next, needed), self.description.max_fineness))
+        pair = self.description.alike and not self.levels  # the coarser of the first two may do
+        least = self.description.coarser(self.next)[0] if pair else self.next
+        return self.description.seconds(min(max(least, needed), self.description.max_fineness))
 
     def run(self, fineness: int, progress: Progress | None = None) -> Level:
         """Run a level; raises `CaseError`, `PairingError` or `StepError` as a run does."""
         began = clock.perf_counter()
         scene, method = self.description.simulation(fineness)
         begun = None if self.levels else self.description.begun  # a march goes on once
-        level = Level(fineness, driver.run(scene, method, progress, with_warnings=False, begun=begun))
+        made = Simulation(scene, method)
+        like = (made if self.first is None else self.first.made) if self.description.alike else None
+        history = driver.run(scene, method, progress, with_warnings=False, begun=begun, like=like)
+        level = Level(fineness, history, made=made)
         level.run_s = clock.perf_counter() - began + (begun.setup_s + begun.march_s if begun else 0.0)
+        if self.first is None:
+            self.first = level
+        elif self.description.alike:  # alone it would have been set up as the first one
+            level.run_s += max(self.first.history.cost.setup_s - history.cost.setup_s, 0.0)
         self.levels.append(level)
         self.levels.sort(key=lambda each: each.fineness)
         return level

@@ -18,6 +18,7 @@ from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 CELLS = 400  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
+PER_SPAN = 100  # cells of a period of contact in which a peak is sought, beside the middles of its steps
 MIN_IMPULSE = 1e-9  # of the largest impulse: contacts that give less are rounding and have no relative error
 
 
@@ -104,7 +105,7 @@ def _peaks(histories: Sequence[AbstractHistory], scene: Scene, laws: Laws, margi
         if not law.answers_force:
             continue
         left_out = near_jumps(histories[-1], scene, laws, contact)
-        peaks = [find_peak(history, contact, left_out, law.hard) for history in histories]
+        peaks = [find_peak(history, contact, left_out, law.hard, CELLS, PER_SPAN) for history in histories]
         if peaks[-1].force > 0.0:
             t = np.array([peak.time for peak in peaks])
             values = np.array([smooth_force(history, t, contact, law.hard) for history in histories])

@@ -6,7 +6,8 @@ import math
 
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.choice_record import Candidate, Verdict
-from impactlab.refine.convergence import SHOWN_SAFETY, TWO_LEVEL_SAFETY, Level, Study
+from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
+from impactlab.refine.descriptions import TWO_LEVEL_SAFETY
 from impactlab.refine.level_errors import DONE
 from impactlab.simulate.checks import gain_of
 

@@ -8,14 +8,13 @@ from impactlab.history.base import AbstractHistory
 from impactlab.refine.convergence import (
     MIN_ORDER_SHARE,
     SHOWN_SAFETY,
-    TWO_LEVEL_SAFETY,
     Level,
     Reach,
     Study,
     error_of_two,
     finest_error,
 )
-from impactlab.refine.descriptions import Description
+from impactlab.refine.descriptions import RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.distances import counted, difference, distances
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.simulate import driver
@@ -24,9 +23,11 @@ from impactlab.simulate.checks import gain_of
 MIN_SPEEDUP = 1.6  # predicted, of a description that is tried although a run keeps the tolerance
 MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
 MIN_SAVING = 2.5  # times cheaper a run must promise to be, to be tried although the choice has taken long
+MIN_LEFT = 0.1  # of a tolerance, beside an error that is stated
 MAX_TELLING = 0.1  # of an error: coarser runs say nothing of how it falls
 MIN_GROWTH = 1.6  # of the same where no level keeps the tolerance: a finer run also shows the errors of coarser ones
 MAX_GROWTH = 2.6  # of the fineness from level to level: across a longer step no order shows
+MIN_BETWEEN = 0.8  # of the coarser of two runs, that the tolerance needs, for a third one between them
 MARGIN = 1.1  # factor on the fineness that an estimate asks for
 MAX_LEVELS = 12  # of one description
 EXTRA_ORDER = 1.0  # over the declared order, with which errors may fall at first
@@ -38,6 +39,8 @@ MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order sho
 MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: shorter periods that give less need no such resolution
 PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
 NOT_CONVERGING = "does not converge to the tolerance"
+MAX_UNSEEN = 0.6  # of a tolerance, beside which the errors that runs show have no room
+UNSEEN = "the error that its runs have in common is too large"
 DONE = "done"  # of a study that needs no further level
 
 
@@ -48,8 +51,15 @@ def allowed(method: Method) -> float:
 
 def spent_s(studies: list[Study], following: Study) -> float:
     """Return the predicted seconds of all runs so far, and of the set-up of one that follows."""
-    runs = [(each.description, level.fineness) for each in studies for level in each.levels]
-    return following.description.cost.setup_s + sum(each.cost.setup_s + each.seconds(n) for each, n in runs)
+    found = 0.0
+    for each in studies:
+        runs = [level.fineness for level in each.levels]
+        if each is following:
+            runs += [each.next] if runs else [each.next, each.description.coarser(each.next)[0]]
+        found += each.description.setup_s(*runs) + sum(
+            each.description.seconds(level.fineness) for level in each.levels
+        )
+    return found
 
 
 def estimate_errors(study: Study, asked: Simulation) -> None:
@@ -59,7 +69,7 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     errors, by_order = _extrapolated(levels, asked, description)
     least = _distance_to_check(study)
     for level, error in zip(levels, errors, strict=True):
-        level.error, level.reason = max(error, least) + description.unseen(level.fineness), ""
+        level.error, level.reason = max(error, least) + description.unseen(level.fineness, finest.history), ""
         gain = gain_of(level.history)
         if gain / MAX_GAIN_RATIO > max(level.error, tolerance):
             level.error, level.reason = gain / MAX_GAIN_RATIO, f"gains {gain:.2g} of the reference energy"
@@ -68,23 +78,38 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
         elif level.error > tolerance:
             level.reason = f"expected error {level.error:.2g} beyond the tolerance"
     # By the declared order: one that has not shown yet may still do so, and a run too fine costs more.
-    needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / tolerance) ** (1.0 / description.order)
-    if not math.isfinite(needed) or finest.error > errors[-1]:
+    unseen = description.unseen(finest.fineness, finest.history)
+    left = max(tolerance - unseen, MIN_LEFT * tolerance)
+    needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / left) ** (1.0 / description.order)
+    if not math.isfinite(needed) or finest.error > errors[-1] + unseen:
         needed = 2.0 * finest.fineness
     elif by_order <= MAX_TELLING:
-        study.reach = _reach(study, by_order, tolerance)
+        study.reach = _reach(study, by_order, left)
     met = [level.fineness for level in levels if level.error <= tolerance]
     study.next = max(description.min_fineness, math.ceil(min(needed, MAX_GROWTH * finest.fineness)))
-    if not met:
-        study.next = max(study.next, math.ceil(MIN_GROWTH * finest.fineness))
+    promised = study.next  # fineness of the run that the next one may show to be enough
+    coarsest = levels[0].fineness
+    shows = coarsest >= min(description.min_fineness, finest.fineness // 2)
+    if description.alike and len(levels) == 2 and needed <= finest.fineness and (met or shows):
+        # The order is to show, and a third run that is cheaper than the finest one shows it as well.
+        if needed > MIN_BETWEEN * coarsest:
+            study.next = round(finest.fineness / RATIO)
+            promised = coarsest if needed <= coarsest else max(study.next, math.ceil(needed))
+        else:
+            study.next = promised = max(math.ceil(needed), round(coarsest / MAX_GROWTH))
+        study.next = max(study.next, description.min_fineness // 3)
+    elif not met:
+        study.next = promised = max(study.next, math.ceil(MIN_GROWTH * finest.fineness))
     study.next = min(description.whole(study.next), description.max_fineness)
     # A run that is cheaper by little is not worth the time of another level.
-    cheapest = description.seconds(min(met)) if met else math.inf
-    needless = cheapest <= MIN_SPEEDUP * study.seconds
-    if needless or (cheapest <= MIN_SAVING * study.seconds and spent_s([study], study) > MAX_CHOOSING * study.seconds):
+    cheapest, promised_s = description.seconds(min(met)) if met else math.inf, description.seconds(promised)
+    dear = not description.alike and spent_s([study], study) > MAX_CHOOSING * promised_s
+    if cheapest <= (MIN_SAVING if dear else MIN_SPEEDUP) * promised_s:
         study.closed = DONE
     if study.next in [level.fineness for level in levels]:
         study.closed = DONE if met else NOT_CONVERGING
+    if description.otherwise is not None and not met and unseen > MAX_UNSEEN * tolerance:
+        study.closed = UNSEEN
     if len(levels) > MAX_LEVELS or (not met and finest.fineness >= description.max_fineness):
         study.closed = NOT_CONVERGING
 

@@ -15,7 +15,7 @@ from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import entered
 from impactlab.numerics.collection import Uncollected
-from impactlab.scene.method import Method, laws_of
+from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import Recent
 from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
@@ -30,9 +30,9 @@ from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
     from impactlab.simulate.adaptive.march import March
-    from impactlab.simulate.stepping import located
-else:  # compiled code, needed only where events are located
-    located = lazy("impactlab.simulate.stepping.located")
+    from impactlab.simulate.stepping import located, retimed
+else:  # compiled code, needed only where events are located or a run is like another
+    located, retimed = lazy("impactlab.simulate.stepping.located"), lazy("impactlab.simulate.stepping.retimed")
 
 __all__ = ["Plan", "Progress", "add_warnings", "prepare", "run"]
 
@@ -59,11 +59,27 @@ class Prepared:
         if not self._given:  # nothing is copied for a scene that is run once
             self._given, made, self._made = True, self._made, None
             return made
+        made = self.kept()
+        return made.again() if made is not None and made.can_repeat else made
+
+    def kept(self) -> Assembly | None:
+        """Return arrays to copy, which no run may write into; None where a run has no loop."""
         self._made = self._made or self._assembly()
-        return self._made.again() if self._made is not None and self._made.can_repeat else self._made
+        return self._made
 
 
 ready = Recent(Prepared, lambda made: made.can_repeat)
+
+
+def prepared_like(like: Simulation, scene: Scene, method: Method) -> tuple[Plan, Assembly | None]:
+    """Return plan and arrays of a run, with those of another one, rewritten for its step, where they serve."""
+    known = ready(*like)
+    plan, assembly = known.plan, known.kept()
+    if assembly is None or not retimed.serves(plan, assembly, scene, method):
+        own = ready(scene, method)
+        return own.plan, own.assembly()
+    made = retimed.retimed(plan, assembly, scene, method)
+    return made.layout.plan, made
 
 
 def run_adaptive(march: March, progress: Progress | None, began: float, with_warnings: bool) -> AbstractHistory:
@@ -90,6 +106,7 @@ def run(
     progress: Progress | None = None,
     with_warnings: bool = True,
     begun: Begun | None = None,
+    like: Simulation | None = None,
 ) -> AbstractHistory:
     """Run a scene under a method and return its history.
 
@@ -104,6 +121,9 @@ def run(
         Whether the finished run is examined for warnings (`add_warnings`).
     begun : Begun, optional
         A march of the exact solver over the first intervals of the same scene, which goes on.
+    like : Simulation, optional
+        Of one of the last runs: where it differs in its step alone, its bodies and arrays serve this one, too. The run
+        itself keeps its arrays so for the next ones.
 
     Raises
     ------
@@ -114,8 +134,11 @@ def run(
     """
     began = clock.perf_counter()
     with spent_on("set-up"), Uncollected():
-        prepared = ready(scene, method)
-        plan, assembly = prepared.plan, prepared.assembly()
+        if like is None:
+            prepared = ready(scene, method)
+            plan, assembly = prepared.plan, prepared.assembly()
+        else:
+            plan, assembly = prepared_like(like, scene, method)
     planned = clock.perf_counter()
     if plan.march is not None:
         check_rates(scene, scene.records / scene.duration)

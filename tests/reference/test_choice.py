@@ -275,7 +275,7 @@ def test_predictions_fall_with_fineness_and_costs_rise():
             errors, costs = [family.error(n) for n in fine], [family.seconds(n) for n in fine]
             assert errors == sorted(errors, reverse=True)
             assert costs == sorted(costs)
-            n = family.fineness_for(1e-3)
+            n = family.fineness_for(1e-3, family.safety)
             assert family.safety * family.error(n) <= 1e-3
             assert n == family.min_fineness or family.safety * family.error(n - max(2, n // 8)) > 1e-3
 

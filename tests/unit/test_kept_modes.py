@@ -94,4 +94,4 @@ def test_as_many_modes_in_two_runs_state_the_error_of_the_others(name):
     counts = [modal.work(n)[1] for n in levels]
     for fineness, coarse, fine in zip(levels[1:], counts, counts[1:], strict=False):
         assert fine > coarse or 0.0 < modal.unseen(fineness) <= 0.5 * asked.method.tolerance.error
-    assert modal.unseen(levels[0]) == 0.0
+    assert (modal.unseen(levels[0]) > 0.0) == (counts[0] == counts[-1])

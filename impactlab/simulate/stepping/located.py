@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from impactlab.integrators.columns import write_columns
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, INLINE, PART, called
 from impactlab.simulate.stepping import contact_solve, event_times, loop
 from impactlab.simulate.stepping.arrays import CHANGE_PHASES, StepArrays
 from impactlab.simulate.stepping.contact_solve import effect_of
 from impactlab.simulate.stepping.event_times import OPEN, TOUCH_TOL, add_event
-from impactlab.simulate.stepping.influence import fill_influence
 from impactlab.simulate.stepping.loop import DONE, EVENTS_FULL, LAW_FAILED, NOT_FINITE, RECORDS_FULL, write_record
+from impactlab.simulate.stepping.retiming import retime
 from impactlab.simulate.stepping.samples import sample_energies
 
 # Quantity that crosses zero downwards inside a step: the gap, the trial force, or the negative gap (faces that part).
@@ -26,26 +25,6 @@ solve_contacts = called(contact_solve.solve_contacts)
 correct = called(loop.correct)
 write_events = called(event_times.write_events)
 book_step = called(loop.book_step)
-
-
-@PART
-def retime(m: StepArrays, dt: float) -> None:
-    """Prepare all steppers for another step length and fill the influence coefficients again."""
-    if m.clock[0].timed == dt:
-        return
-    m.clock[0].timed = dt
-    for number in range(len(m.bodies)):
-        body = m.bodies[number]
-        size = body.state_end - body.state_start
-        parameters = m.parameters[body.parameter_start : body.parameter_end]
-        jump = m.jump[body.jump_start : body.jump_end]
-        start, length = body.response_start, body.n_ports * size
-        force, impulse = m.responses[start : start + length], m.responses[start + length : start + 2 * length]
-        call(body.retime, parameters, dt)
-        if jump.size > 0 and body.columns == 0:
-            loads = m.jump[body.jump_end : body.loads_end]
-            write_columns(body.free, body.derive, parameters, body.load_at, body.n_dof, loads, jump, force, impulse)
-    fill_influence(m)
 
 
 @PART

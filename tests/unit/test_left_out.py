@@ -1,0 +1,54 @@
+"""Errors by modes that a run leaves out, beside a run with many more of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impactlab.contact.penalty import Penalty
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.metrics.norms import midpoints
+from impactlab.models.modal import Modal
+from impactlab.refine import left_out
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.simulate import driver
+from impactlab.testing.scenes import simulation
+
+SEGMENT = BeamSegment(
+    length=0.5, area=7.7e-4, young=1.1e11, density=4430.0, inertia=6.1e-8, shear_stiffness=2.7e7, rotary_inertia=2.7e-4
+)
+
+
+def pressed(x: float, stiffness: float) -> Simulation:
+    """Return a ball on a stiff clamped beam under a soft contact."""
+    beam = Beam("beam", (SEGMENT,), End("clamped"), End("clamped"), theory="timoshenko")
+    bodies = {"ball": Mass("ball", 0.1, 0.1), "beam": beam}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", x, "beam.at"), 0.0)
+    scene = simulation("beam", bodies, (contact,), 1e-3, None, StepRule(dt=5e-7), law=Penalty(stiffness=stiffness))
+    return scene.but(integrator=ExactModal())
+
+
+@pytest.mark.parametrize("x", [0.41, 0.25, 0.1])
+@pytest.mark.parametrize("modes", [40, 80, 160])
+def test_the_flexibility_left_out_bounds_the_error_of_a_displacement(x, modes):
+    """A soft contact feels nothing of it, and the displacement of the beam does."""
+    asked = pressed(x, 4e6)
+    few, many = (driver.run(*asked.but(models={"beam": Modal(modes=count)})) for count in (modes, 12 * modes))
+    shares = left_out.beside_displacements(asked, few)
+    stated = left_out.total(shares, modes)
+    t = midpoints(few.duration, 400)
+    values = [run.evaluate(t, f"displacement:beam@{x}") for run in (few, many)]
+    error = np.linalg.norm(values[0] - values[1]) / np.linalg.norm(values[1])
+    assert error <= 1.5 * stated
+    assert stated <= 6.0 * error
+    assert left_out.total(left_out.beside_contacts(asked), modes) < error  # less than what happens
+    assert sum(share.power == 1.0 for share in shares) == 1
+    only_sheared = max(shares, key=lambda share: share.at(modes))
+    assert only_sheared.modes_for(only_sheared.at(modes)) == pytest.approx(modes)
+
+
+def test_a_body_that_no_force_meets_leaves_nothing_out():
+    asked = pressed(0.25, 4e6)
+    away = asked.but(bodies={**asked.scene.bodies, "ball": Mass("ball", 0.1, -0.1)}, models={"beam": Modal(modes=20)})
+    assert left_out.beside_displacements(away, driver.run(*away)) == []

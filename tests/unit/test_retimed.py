@@ -1,0 +1,85 @@
+"""Runs that differ in their step alone: one set-up serves both, to the last bit."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from impactlab.contact.modal_messengers import ModalMessengers
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.power_law import Hertz
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.modal import Modal
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Wall
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.simulate import driver
+from impactlab.simulate.stepping import retimed
+from impactlab.testing.scenes import simulation
+
+DT = 2e-6  # s
+SEGMENT = BeamSegment(length=0.3, area=1e-4, young=2.1e11, density=7850.0, inertia=1e-8 / 12.0)
+
+
+def struck(law, stop=None, integrator=None):
+    """Return a ball on the middle of a cantilever; with ``stop``, a wall behind its end."""
+    beam = Beam("beam", (SEGMENT,), End("clamped"), End("free"))
+    bodies = {"ball": Mass("ball", 0.05, 1.0), "beam": beam}
+    contacts = [Contact(Point("ball", 0.0, "ball"), Point("beam", 0.15, "beam.at"), 0.0)]
+    if stop is not None:
+        bodies["wall"] = Wall("wall")
+        contacts.append(Contact(Point("beam", 0.3, "beam.right"), Point("wall", 0.0, "wall"), stop))
+    scene = simulation("beam", bodies, tuple(contacts), 1e-3, None, StepRule(dt=DT), law=law)
+    return scene.but(models={"beam": Modal(modes=12)}, integrator=integrator or ExactModal())
+
+
+def with_step(asked, dt, records=None):
+    scene = asked.scene if records is None else dataclasses.replace(asked.scene, records=records)
+    return Simulation(scene, dataclasses.replace(asked.method, step=StepRule(dt=dt)))
+
+
+def arrays_of(asked):
+    prepared = driver.ready(*asked)
+    return prepared.plan, prepared.kept()
+
+
+@pytest.mark.parametrize("stop", [None, 1e-4])
+@pytest.mark.parametrize("law", [Hertz(1e9), Penalty(stiffness=1e6)])
+@pytest.mark.parametrize("dt", [0.381 * DT, 2.3 * DT])
+def test_a_run_like_another_has_the_bits_of_its_own_set_up(law, stop, dt):
+    known, sought = struck(law, stop), with_step(struck(law, stop), dt, 5000)
+    driver.run(*known, with_warnings=False)
+    sought = Simulation(dataclasses.replace(known.scene, records=5000), with_step(known, dt).method)
+    assert retimed.serves(*arrays_of(known), *sought)
+    like = driver.run(*sought, with_warnings=False, like=known)
+    alone = driver.run(*sought, with_warnings=False)
+    t = np.linspace(0.0, like.duration, 997)
+    assert like.channels() == alone.channels()
+    for name in alone.channels():
+        assert np.array_equal(like.evaluate(t, name), alone.evaluate(t, name)), name
+    assert [event[:3] for event in like.events] == [event[:3] for event in alone.events]
+    assert like.energy.largest_gain == alone.energy.largest_gain
+    assert like.dt == alone.dt != known.method.step.dt
+
+
+def test_what_knows_its_step_is_set_up_anew():
+    """Another scheme, law, model or load has constants that no other step length rewrites."""
+    known = struck(Hertz(1e9))
+    driver.run(*known, with_warnings=False)
+    made = arrays_of(known)
+    finer = with_step(known, 0.4 * DT)
+    assert retimed.serves(*made, *finer)
+    for other in (
+        finer.but(models={"beam": Modal(modes=13)}),
+        finer.but(integrator=Newmark()),
+        finer.but(law=Hertz(2e9)),
+        finer.but(duration=2e-3),
+        finer.but(step=StepRule(points_per_period=20.0)),
+    ):
+        assert not retimed.serves(*made, *other)
+        assert driver.run(*other, with_warnings=False, like=known).method == other.method
+    for other in (struck(Hertz(1e9), integrator=Newmark()), struck(ModalMessengers())):
+        made = arrays_of(other)
+        assert not retimed.serves(*made, *with_step(other, 0.4 * DT))
