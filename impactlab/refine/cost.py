@@ -33,8 +33,8 @@ RIGID = Cost(1.2e-7, setup_s=8e-4)
 ADAPTIVE = Cost(6e-4)
 MECHANISM = Cost(1e-3, 1e-5)  # of adaptive steps; size: coordinates of all bodies
 DELAY_LINE = Cost(1.5e-7, 2.5e-7, setup_s=1.0e-3)  # size: rods
-LUMPED_MESH = Cost(1.7e-7, 0.45e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods
-IMPLICIT_MESH = Cost(2.3e-7, 5e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods
+LUMPED_MESH = Cost(1.7e-7, 0.65e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods
+IMPLICIT_MESH = Cost(2.3e-7, 7e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods
 BEAM_MODES = Cost(1.6e-7, 0.65e-9, setup_s=1.4e-3, margin=1.2)  # size: modes of all beams
 BEAM_DAMPED_MODES = Cost(1.6e-7, 6.5e-9, setup_s=1.4e-3, margin=1.2)  # size: modes of all beams
 BEAM_MESH = Cost(3e-7, 6e-9, setup_s=1.6e-3, margin=1.2)  # size: elements of all bodies
