@@ -188,11 +188,17 @@ class Cluster:
             yield joined(sorted(self._split(job), key=lambda chunk: chunk.first))
 
     def _split(self, job: Job) -> Iterator[Chunk]:
-        """Give the chunks of parts of a job whose worker died or hung; a single point that it happens to is a row."""
+        """Give the chunks of parts of a job whose worker died or hung; a single point that it happens to is a row.
+
+        A point counts as hung where it hangs twice: the first time it may have waited behind the run that hung before.
+        """
         first, last = job
         step = max(1, math.ceil((last - first) / PARTS))
         parts = [(number, min(number + step, last)) for number in range(first, last, step)]
-        for ended in self._ended(parts, POINT_LIMIT_S, 1):
+        for first_try in self._ended(parts, POINT_LIMIT_S, 1):
+            ended = first_try
+            if ended.status == "hung" and step == 1:
+                [ended] = self._ended([ended.job], POINT_LIMIT_S, 1)
             if ended.status == "answered":
                 yield ended.value
             elif step == 1:

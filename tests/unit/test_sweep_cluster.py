@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -150,6 +151,19 @@ def test_a_point_that_hangs_on_a_cluster_is_one_row(monkeypatch):
     monkeypatch.setattr(cluster.Cluster, "size", lambda _: 3)
     found = il.sweep(faulty_case(), {STIFFNESS: [1e9, 2.0, 2e9, 3e9]}, quantities=["contacts"], cluster="local:2")
     assert [chunks.STATUSES[each] for each in found["status"].values] == ["completed", "hung", "completed", "completed"]
+
+
+@pytest.mark.parametrize(("outcomes", "expected"), [(("hung", "answered"), "told"), (("hung", "hung"), "hung")])
+def test_a_point_that_waited_behind_one_that_hung_is_tried_again(outcomes, expected, monkeypatch):
+    made = object.__new__(cluster.Cluster)
+    given = iter(outcomes)
+    ended = lambda _self, jobs, *_: iter([cluster.Ended(jobs[0], next(given), "told")])  # noqa: E731
+    monkeypatch.setattr(cluster.Cluster, "_ended", ended)
+    monkeypatch.setattr(cluster, "missing", lambda _made, status, _text: status)
+    monkeypatch.setattr(cluster, "chunk_of", lambda _first, rows, _wanted: rows[0])
+    made.made = SimpleNamespace(wanted=())
+    assert list(made._split((7, 8))) == [expected]
+    assert list(given) == []
 
 
 @pytest.mark.slow
