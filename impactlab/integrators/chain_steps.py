@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.numerics.compiling import HELPER, UNPACK
-from impactlab.numerics.lanes import LANES, after_last, all_lanes, before_first, lane, lanes_at, put_lanes, sum_of_lanes
+from impactlab.numerics.lanes import LANES, after_last, all_lanes, lane, lanes_at, put_lanes, sum_of_lanes
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
@@ -46,15 +46,9 @@ def pass_uniform(count: int, factor: float, dt: float, before: float, u: Array, 
     """Step nodes that share a factor; ``before`` is the old displacement left of them, returned is that of the last."""
     first, stretch = 0, u[0] - before
     factors, step, stretches = all_lanes(factor), all_lanes(dt), all_lanes(stretch)
-    following = lanes_at(u, 0) if count >= LANES else stretches
     while first + LANES <= count:  # eight nodes at a time, which read their neighbours before these are written
-        old = following
-        if first + 2 * LANES <= count:
-            following = lanes_at(u, first + LANES)
-            right = before_first(old, following)
-        else:
-            right = lanes_at(u, first + 1)
-        on_the_left, stretches = stretches, right - old
+        old = lanes_at(u, first)
+        on_the_left, stretches = stretches, lanes_at(u, first + 1) - old
         rate = factors * (stretches - after_last(on_the_left, stretches)) + lanes_at(v, first)
         put_lanes(v, first, rate)
         put_lanes(u, first, step * rate + old)
