@@ -28,7 +28,7 @@ _typing, _lowering, _model, _models = cast(tuple[Any, ...], (type_callable, lowe
 
 def lanes_at(values: Array, first: int) -> Array:
     """Return eight values from an index on; they must lie inside the array."""
-    return values[first : first + LANES].copy()
+    return np.array(values[first : first + LANES])
 
 
 def put_lanes(values: Array, first: int, lanes: Array) -> None:
@@ -124,6 +124,7 @@ class _LanesType(types.Type):
 
 
 LANES_TYPE = _LanesType()
+OF_RECORD = types.NestedArray(types.float64, (LANES,))  # eight values in a record
 
 
 @_model(_LanesType)
@@ -158,7 +159,7 @@ def _known(function: Callable[..., Any], result: Any, given: Sequence[Any], gene
 
 
 def _pointer(context: Any, builder: Any, array: Any, first: Any) -> Any:
-    source = context.make_array(VECTOR)(context, builder, array)
+    source = context.make_array(VECTOR)(context, builder, array)  # of a record's array the same words
     return builder.bitcast(builder.gep(source.data, [first], inbounds=True), _VALUES.as_pointer())
 
 
@@ -206,8 +207,9 @@ def _sum_of(name: str) -> Callable[..., Any]:
     return lambda _, builder, values: getattr(builder, name)(*values, flags=("contract",))
 
 
-_known(lanes_at, LANES_TYPE, (VECTOR, types.intp), _load)
-_known(put_lanes, types.none, (VECTOR, types.intp, LANES_TYPE), _store)
+for _values in (VECTOR, OF_RECORD):
+    _known(lanes_at, LANES_TYPE, (_values, types.intp), _load)
+    _known(put_lanes, types.none, (_values, types.intp, LANES_TYPE), _store)
 _known(all_lanes, LANES_TYPE, (types.float64,), _spread)
 _known(lanes_of_pairs, LANES_TYPE, (types.float64, types.float64), _pairs)
 _known(swapped, LANES_TYPE, (LANES_TYPE,), _shuffled([1, 0, 3, 2, 5, 4, 7, 6]))

@@ -10,9 +10,10 @@ import math
 
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import INLINE, MERGED, PART
+from impactlab.numerics.lanes import lanes_at, put_lanes
 from impactlab.numerics.linear import first_column, solve_banded
 from impactlab.simulate.stepping.arrays import (
-    NEWTON,
+    SOLVE_SEVERAL,
     U_FORCE,
     U_IMPULSE,
     U_PROJECTION,
@@ -22,7 +23,6 @@ from impactlab.simulate.stepping.arrays import (
     StepArrays,
 )
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
-from impactlab.types import MEMORY
 
 MAX_SWEEPS = 5000  # over the coupled laws of several contacts
 MIN_SWEEPS = 3  # before Newton steps
@@ -52,12 +52,55 @@ def effect_of(m: StepArrays, pair: int, place: int, layer: int, contact: Contact
 
 
 @MERGED
-def evaluate(m: StepArrays, number: int, time: float, dt: float) -> None:
-    """Evaluate a law for the state and the present replies of the other contacts."""
+def reply_to(
+    m: StepArrays,
+    number: int,
+    time: float,
+    dt: float,
+    left_free: tuple[float, float],
+    right_free: tuple[float, float],
+    others: tuple[float, float, float],
+) -> None:
+    """Fill the port of a contact and evaluate its law.
+
+    Given are displacement and velocity of both faces at the end of the step without its own reply, and the effects of
+    the other contacts on the gap rate at once, on the predicted gap, and on the row that it pushes.
+    """
     contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
     left, right = m.faces[2 * number], m.faces[2 * number + 1]
+    (left_u, left_v), (right_u, right_v) = left_free, right_free
+    port.time, port.dt = time, dt
+    port.left.displacement, port.right.displacement = left.u, right.u
+    port.left.velocity, port.right.velocity = left.v, right.v
+    port.left.free_displacement, port.right.free_displacement = left_u, right_u
+    port.left.free_velocity, port.right.free_velocity = left_v, right_v
+    gap = contact.initial_gap + right.u - left.u
+    if contact.touching != 0.0 and gap + port.offset > 0.0:
+        gap = -port.offset
+    port.gap = gap
+    port.gap_rate, port.others_rate = right.v - left.v, others[0]
+    port.free_gap = contact.initial_gap + right_u - left_u
+    port.free_gap_rate = right_v - left_v
+    port.predicted_gap = predicted_gap(port, others[1], contact.projects_first != 0)
+    fill_acting(port, contact.load_point)
+    own_pushed = port.free_pushed
+    if len(m.pushes) > 0:
+        port.free_pushed = own_pushed + others[2]
+        fill_acting_push(port, contact.load_point)
+    reply.force, reply.impulse, reply.projection, reply.push, reply.trial = 0.0, 0.0, 0.0, 0.0, 0.0
+    reply.stored, reply.dissipated, reply.unresolved, reply.offset = 0.0, 0.0, 0.0, 0.0
+    reply.in_contact, reply.failed = 0.0, 0.0
+    put_lanes(reply.memory, 0, lanes_at(port.memory, 0))
+    call(contact.law, port, reply)
+    port.free_pushed = own_pushed
+
+
+@MERGED
+def evaluate(m: StepArrays, number: int, time: float, dt: float) -> None:
+    """Evaluate a law for the state and the present replies of the other contacts."""
+    contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
     left_u, right_u, left_v, right_v = left.free_u, right.free_u, left.free_v, right.free_v
-    others_rate, others_pushed, predicted = 0.0, 0.0, 0.0
+    rate, predicted, pushed = 0.0, 0.0, 0.0
     for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
         other = m.coupled[pair]
         if other == number:
@@ -69,33 +112,10 @@ def evaluate(m: StepArrays, number: int, time: float, dt: float) -> None:
             left_v += effect_of(m, pair, 0, 1, theirs)
             right_v += effect_of(m, pair, 1, 1, theirs)
             jump = m.influence[pair, 1, V_JUMP] - m.influence[pair, 0, V_JUMP]
-            others_rate += jump * theirs.impulse
+            rate += jump * theirs.impulse
             predicted += jump * theirs.projection
-            others_pushed += effect_of(m, pair, 2, 0, theirs)
-    own_pushed = port.free_pushed
-    port.time, port.dt = time, dt
-    port.left.displacement, port.right.displacement = left.u, right.u
-    port.left.velocity, port.right.velocity = left.v, right.v
-    port.left.free_displacement, port.right.free_displacement = left_u, right_u
-    port.left.free_velocity, port.right.free_velocity = left_v, right_v
-    port.gap = contact.initial_gap + right.u - left.u
-    if contact.touching != 0.0 and port.gap + port.offset > 0.0:
-        port.gap = -port.offset
-    port.gap_rate, port.others_rate = right.v - left.v, others_rate
-    port.free_gap = contact.initial_gap + right_u - left_u
-    port.free_gap_rate = right_v - left_v
-    port.predicted_gap = predicted_gap(port, predicted, contact.projects_first != 0)
-    fill_acting(port, contact.load_point)
-    if len(m.pushes) > 0:
-        port.free_pushed = own_pushed + others_pushed
-        fill_acting_push(port, contact.load_point)
-    reply.force, reply.impulse, reply.projection, reply.push, reply.trial = 0.0, 0.0, 0.0, 0.0, 0.0
-    reply.stored, reply.dissipated, reply.unresolved, reply.offset = 0.0, 0.0, 0.0, 0.0
-    reply.in_contact, reply.failed = 0.0, 0.0
-    for k in range(MEMORY):
-        reply.memory[k] = port.memory[k]
-    call(contact.law, port, reply)
-    port.free_pushed = own_pushed
+            pushed += effect_of(m, pair, 2, 0, theirs)
+    reply_to(m, number, time, dt, (left_u, left_v), (right_u, right_v), (rate, predicted, pushed))
 
 
 @INLINE
@@ -219,9 +239,9 @@ def size_of(m: StepArrays, number: int, dt: float) -> float:
     return float(size)
 
 
-@INLINE
-def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
-    """Evaluate the laws until their coupled replies agree; return False if a law failed or they do not agree."""
+@PART
+def solve_several(m: StepArrays, time: float, dt: float) -> None:
+    """Evaluate the laws until their coupled replies agree; in `scratch` whether they do, and no law failed."""
     n_contacts = len(m.contacts)
     for number in range(n_contacts):
         contact = m.contacts[number]
@@ -255,8 +275,24 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
             if turns == 1:
                 take_up(m)
             if turns <= MAX_NEWTON_TURNS:
-                call(m.pieces[NEWTON], m, time, dt, largest)
+                newton(m, time, dt, largest)
                 backwards = turns % 2 == 1  # from both ends in turn: what one end begins reaches the other in a sweep
             if turns <= MAX_NEWTON_TURNS + 1:
                 since = sweep  # all laws are evaluated in it
-    return answered and change <= AGREEMENT_TOL * largest
+    m.scratch[0] = 1.0 if answered and change <= AGREEMENT_TOL * largest else 0.0
+
+
+@INLINE
+def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
+    """Evaluate the law of the only contact, or those of several; return False if one failed or they do not agree."""
+    if len(m.contacts) > 1:
+        call(m.pieces[SOLVE_SEVERAL], m, time, dt)
+        return m.scratch[0] != 0.0
+    if len(m.contacts) == 0:
+        return True
+    contact, reply, left, right = m.contacts[0], m.replies[0], m.faces[0], m.faces[1]
+    contact.before = contact.force
+    reply_to(m, 0, time, dt, (left.free_u, left.free_v), (right.free_u, right.free_v), (0.0, 0.0, 0.0))
+    contact.force, contact.impulse = reply.force, reply.impulse
+    contact.projection, contact.push = reply.projection, reply.push
+    return reply.failed == 0.0

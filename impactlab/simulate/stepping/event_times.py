@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.lanes import lanes_at, put_lanes
 from impactlab.simulate.stepping.arrays import CHANGE_PHASES, ContactRecord, StepArrays
-from impactlab.types import MEMORY, Port, Reply
+from impactlab.types import Port, Reply
 
 CLOSE, OPEN, IMPULSE = 0, 1, 2  # kinds of events
 TOUCH_TOL = 1e-9  # of the impulse so far: a smaller impulse of a single step is the rounding of an opening
@@ -77,8 +78,7 @@ def write_events(m: StepArrays, time: float, dt: float) -> None:
         contact.sum_force += contact.force * dt
         contact.total += contact.force * dt + contact.impulse
         port.in_contact, port.offset = reply.in_contact, reply.offset
-        for k in range(MEMORY):
-            port.memory[k] = reply.memory[k]
+        put_lanes(port.memory, 0, lanes_at(reply.memory, 0))
         m.clock[0].lost_contact += reply.dissipated
         m.clock[0].lost_unresolved += reply.unresolved
         if contact.joined != 0:

@@ -15,7 +15,6 @@ from impactlab.simulate.stepping.arrays import (
     BOOK_RARE,
     CHANGE_PHASES,
     MARCH_ROWS,
-    NEWTON,
     PUSH_ROWS,
     READ_AGAIN,
     READ_PUSHED,
@@ -25,6 +24,7 @@ from impactlab.simulate.stepping.arrays import (
     REWRITE_COLUMNS,
     SAMPLE_ROWS,
     SHOW_ROWS,
+    SOLVE_SEVERAL,
     STEP_ROWS,
     ClockRecord,
     StepArrays,
@@ -153,7 +153,7 @@ def sample_rows(m: StepArrays, dt: float) -> None:
 
 
 KINDS: dict[int, tuple[Callable[..., None], tuple[Any, ...]]] = {
-    NEWTON: (plain(contact_solve.newton), (NUMBER, NUMBER, NUMBER)),
+    SOLVE_SEVERAL: (plain(contact_solve.solve_several), (NUMBER, NUMBER)),
     CHANGE_PHASES: (plain(phases.change_phases), ()),
     REWRITE_COLUMNS: (rewrite_columns, ()),
     READ_AGAIN: (read_again, ()),
@@ -186,7 +186,7 @@ def fill_pieces(m: StepArrays, clock: ClockRecord) -> None:
     """Write the addresses of all pieces that a scene needs; flags of its clock are set."""
     moves_rows = len(m.bead_rows) > 0
     needed = {
-        NEWTON: len(m.contacts) > 1,
+        SOLVE_SEVERAL: len(m.contacts) > 1,
         CHANGE_PHASES: len(m.phases) > 0,
         **dict.fromkeys((REWRITE_COLUMNS, READ_AGAIN), clock.changes != 0),
         **dict.fromkeys((STEP_ROWS, MARCH_ROWS, READ_ROWS, SHOW_ROWS, RECORD_ROWS, SAMPLE_ROWS), moves_rows),
