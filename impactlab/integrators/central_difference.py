@@ -21,6 +21,7 @@ from impactlab.types import Array
 
 N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, RARE, LOADED, LOAD = range(9)
 """Places in the parameters, which go on with the arrays of `split`; RARE is 1 if damped, grounded or soft."""
+MASS_OF_ONE = LOAD + 6  # of a single coordinate: after its load, gain, chain of two, share kept and ground
 
 
 @UNPACK
@@ -82,10 +83,6 @@ def free(parameters: Array, state: Array) -> None:
     """
     n, bandwidth, dt = int(parameters[N]), int(parameters[BANDWIDTH]), parameters[DT]
     rare, loaded = parameters[RARE], parameters[LOADED]
-    if n == 1 and rare == 0.0:  # a rigid body, in a third of the time: gain times load
-        state[1] += parameters[LOAD + 1] * parameters[LOAD]
-        state[0] += dt * state[1]
-        return
     u, v = window(state, 0, n), window(state, n, n)
     if rare != 0.0 or loaded != 0.0:
         add_rare(parameters, u, v)
@@ -96,6 +93,18 @@ def free(parameters: Array, state: Array) -> None:
     along_bands(n, bandwidth, rest, gain, u, v)
     for i in range(n):
         u[i] += dt * v[i]
+
+
+def free_rigid(parameters: Array, state: Array) -> None:
+    """Step one coordinate without springs or dampers, as of a rigid body: v += gain times load, then u += dt v."""
+    state[1] += parameters[LOAD + 1] * parameters[LOAD]
+    state[0] += parameters[DT] * state[1]
+
+
+def measure_rigid(parameters: Array, state: Array, out: Array) -> None:
+    """Write the energy of such a coordinate, m v^2/2 [J], and the work of its load [J]."""
+    out[0] = 0.5 * parameters[MASS_OF_ONE] * state[1] * state[1]
+    out[1] = parameters[LOAD] * (state[0] - 0.5 * parameters[DT] * state[1])
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
@@ -189,9 +198,10 @@ class CentralDifference(AbstractIntegrator):
         rare = damped or grounded or soft != 0.0
         header = np.array([n_dof, bandwidth, dt, damped, grounded, soft, rare, loaded], float)
         rest = runs_of(gain, chain, mass) if bandwidth == 1 and n_dof > 1 else system.stiffness[1:].ravel()
+        rigid = n_dof == 1 and not rare
         return Step(
-            free=free,
-            measure=measure,
+            free=free_rigid if rigid else free,
+            measure=measure_rigid if rigid else measure,
             parameters=np.concatenate((header, system.load, gain, chain, keep, ground, mass, rest)),
             load=slice(LOADED, LOAD + n_dof),
             state=state,

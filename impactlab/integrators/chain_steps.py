@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.numerics.compiling import HELPER, UNPACK
+from impactlab.numerics.compiling import UNPACK
 from impactlab.numerics.lanes import LANES, after_last, all_lanes, lane, lanes_at, put_lanes, sum_of_lanes
 from impactlab.numerics.windows import window
 from impactlab.types import Array
@@ -41,7 +41,7 @@ def runs_of(gain: Array, chain: Array, mass: Array) -> Array:
     return np.array(runs, float).ravel()
 
 
-@HELPER
+@UNPACK
 def pass_uniform(count: int, factor: float, dt: float, before: float, u: Array, v: Array) -> float:
     """Step nodes that share a factor; ``before`` is the old displacement left of them, returned is that of the last."""
     first, stretch = 0, u[0] - before
@@ -54,16 +54,17 @@ def pass_uniform(count: int, factor: float, dt: float, before: float, u: Array, 
         put_lanes(u, first, step * rate + old)
         first, before = first + LANES, lane(old, LANES - 1)
     here, stretch = u[first], lane(stretches, LANES - 1)
-    for i in range(first, count):
-        after = u[i + 1]
+    x, rates = window(u, first, count - first + 1), window(v, first, count - first)
+    for i in range(count - first):
+        after = x[i + 1]
         on_left, stretch = stretch, after - here
-        v[i] += factor * (stretch - on_left)
-        u[i] = here + dt * v[i]
+        rates[i] += factor * (stretch - on_left)
+        x[i] = here + dt * rates[i]
         before, here = here, after
     return before
 
 
-@HELPER
+@UNPACK
 def pass_each(count: int, gain: Array, chain: Array, dt: float, before: float, u: Array, v: Array) -> float:
     """Step nodes that differ, as `pass_uniform` those that do not."""
     here = u[0]
@@ -95,7 +96,7 @@ def step_chain(runs: Array, gain: Array, chain: Array, dt: float, u: Array, v: A
     u[last] += dt * v[last]
 
 
-@HELPER
+@UNPACK
 def energy_uniform(mass: float, spring: float, dt: float, u: Array, v: Array) -> float:
     """Return twice the energy of equal nodes, and of the springs to the right of them, [J]."""
     count, first = v.size - 1, 0
@@ -113,7 +114,7 @@ def energy_uniform(mass: float, spring: float, dt: float, u: Array, v: Array) ->
     return float(mass * moving + spring * stretched)
 
 
-@HELPER
+@UNPACK
 def energy_each(mass: Array, springs: Array, dt: float, u: Array, v: Array) -> float:
     """Return the same of nodes that differ."""
     energy = 0.0
