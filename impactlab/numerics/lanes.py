@@ -16,6 +16,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import lower_builtin, models, register_model, type_callable
 
+from impactlab.numerics.layout import Numbers
 from impactlab.numerics.windows import VECTOR
 from impactlab.types import Array
 
@@ -26,12 +27,12 @@ _ZERO = ir.Constant(_VALUES, [0.0] * LANES)
 _typing, _lowering, _model, _models = cast(tuple[Any, ...], (type_callable, lower_builtin, register_model, models))
 
 
-def lanes_at(values: Array, first: int) -> Array:
+def lanes_at(values: Array | Numbers, first: int) -> Array:
     """Return eight values from an index on; they must lie inside the array."""
     return np.array(values[first : first + LANES])
 
 
-def put_lanes(values: Array, first: int, lanes: Array) -> None:
+def put_lanes(values: Array | Numbers, first: int, lanes: Array) -> None:
     """Write eight values from an index on; the range must lie inside the array."""
     values[first : first + LANES] = lanes
 

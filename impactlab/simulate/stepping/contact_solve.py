@@ -287,7 +287,7 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
     """Evaluate the law of the only contact, or those of several; return False if one failed or they do not agree."""
     if len(m.contacts) > 1:
         call(m.pieces[SOLVE_SEVERAL], m, time, dt)
-        return m.scratch[0] != 0.0
+        return bool(m.scratch[0] != 0.0)
     if len(m.contacts) == 0:
         return True
     contact, reply, left, right = m.contacts[0], m.replies[0], m.faces[0], m.faces[1]
@@ -295,4 +295,4 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
     reply_to(m, 0, time, dt, (left.free_u, left.free_v), (right.free_u, right.free_v), (0.0, 0.0, 0.0))
     contact.force, contact.impulse = reply.force, reply.impulse
     contact.projection, contact.push = reply.projection, reply.push
-    return reply.failed == 0.0
+    return bool(reply.failed == 0.0)
