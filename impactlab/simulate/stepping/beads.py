@@ -160,9 +160,8 @@ def feel_hertz(row: Row, watched: float) -> tuple[int, int]:
     """Write the forces of a block; return whether one closed or opened, and whether one is above ``watched``."""
     changed, large = 0, 0
     for i in range(row.gap.size):
-        overlap, force = row.u[i] - row.u[i + 1] - row.gap[i], 0.0
-        if overlap > 0.0:
-            force = row.stiffness[i] * overlap * math.sqrt(overlap)
+        overlap = max(row.u[i] - row.u[i + 1] - row.gap[i], 0.0)
+        force = row.stiffness[i] * overlap * math.sqrt(overlap)
         changed |= (force > 0.0) ^ (row.peak[i] > 0.0)
         large |= force > watched
         row.force[i + 1] = force
@@ -191,7 +190,8 @@ def move(row: Row, gained: float, dt: float) -> None:
         row.u[i] += dt * row.v[i]
     for i in range(row.peak.size):
         row.recent[i] += row.force[i + 1]
-        row.peak[i] = max(row.peak[i], row.force[i + 1])
+        # The zero keeps the compiler from storing only the peaks that rise, which takes longer than storing all.
+        row.peak[i] = max(row.peak[i], row.force[i + 1]) + 0.0
 
 
 @INLINE
