@@ -20,7 +20,6 @@ _NEEDED = {
     "model_attributes_type": _BLOCK,
     "string_type": "a text",
 }
-MAX_FAULTS = 200  # put into words; a thousand repeated blocks have the same
 FIX_VALUE = "Fix the value; `impactlab schema` lists every key with its unit."
 
 
@@ -40,7 +39,7 @@ def case_error(
     allowed : names, or a pydantic model
         The keys that may stand in ``data``.
     """
-    faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")[:MAX_FAULTS]
+    faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")
     return combined([_one(fault, data, prefix, allowed) for fault in faults])
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from impactlab.errors import ImpactlabError
 
 _ENTRY = re.compile(r"\b(contacts|probes)\.(\d+)")
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +18,7 @@ class Origin:
     block: str  # its path, as in contacts.1
     index: int  # i, from 1; 0 of a block that is written out in the file
     count: int  # n
+    chain: tuple[int, ...] = ()  # of a contact made from a chain: the items of ``chain`` that give its two bodies
 
 
 @dataclass
@@ -40,7 +42,10 @@ class Origins:
         return None
 
     def led_back(self, error: ImpactlabError) -> None:
-        """Lead an error and those that it holds back to the blocks in the file, each once for all blocks made."""
+        """Lead an error and those that it holds back to the blocks in the file.
+
+        Faults of blocks made from one that differ in their numbers alone become the first of them, with their count.
+        """
         if not self:
             return
         first: dict[tuple[str, str], ImpactlabError] = {}
@@ -56,7 +61,7 @@ class Origins:
         error.others = tuple(each for each in first.values() if each is not error)
 
     def _moved(self, error: ImpactlabError) -> tuple[str, str]:
-        """Give an error the path of its block in the file; return path and text without the index."""
+        """Give an error the path of its block in the file; return path and text, without numbers where these vary."""
         if error.led_back:
             return error.path, error.text
         error.led_back = True
@@ -65,8 +70,11 @@ class Origins:
         plain = error.text
         if origin is not None:
             inside = error.path.split(".")[2:]
+            if origin.chain and inside[:1] == ["between"]:
+                inside = ["chain", *(str(origin.chain[int(side)]) for side in inside[1:])]
             error.path = ".".join((origin.block, *inside))
             error.text += f" (at i = {origin.index})" if origin.index and origin.count > 1 else ""
+            plain = _NUMBER.sub("#", plain) if origin.index else plain
         error.args = (error.text,)
         return error.path, plain
 

@@ -9,7 +9,7 @@ from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.links import LinkBlock
 from impactlab.casefile.schema import BodyBlock, CaseBlock, MassBlock
 from impactlab.casefile.units import to_si
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.words import closest, listed_bodies, rows_of, shown
 from impactlab.errors import CaseError
 from impactlab.scene.problem import Point
 
@@ -91,9 +91,15 @@ def name_in(text: str) -> str:
 def find_body(case: CaseBlock, name: str, path: str) -> BodyBlock:
     """Return the body of that name, or raise with the closest one."""
     if name not in case.bodies:
+        rows = rows_of(case.bodies)
+        stem, _, number = name.rpartition("_")
+        if (block := stem if number.isdecimal() else name) in rows:
+            hint = f" Block {block!r} makes {block}_1 to {block}_{rows[block]}."
+        else:
+            hint = closest(name, rows) or closest(name, case.bodies)
         raise CaseError(
-            f"there is no body {shown(name)}.{closest(name, case.bodies)}",
-            remedy=f"Bodies of this case: {listed(case.bodies)}.",
+            f"there is no body {shown(name)}.{hint}",
+            remedy=f"Bodies of this case: {listed_bodies(case.bodies)}.",
             path=path,
         )
     return case.bodies[name]

@@ -22,6 +22,7 @@ MAX_REPEAT = 100_000  # bodies, contacts or probes of a case
 MAX_GENERATED = 2_000_000  # values written out: some 100 bytes each
 INDEX = "i from 1 to n"
 _TEXTS = frozenset({"kind", "name", "body", "between", "chain", "quantity", "material"})  # keys that hold no formula
+_NAMES = frozenset({"name", "body", "between", "chain"})  # of these, keys that hold names of bodies and contacts
 _OF_INDEX = re.compile(r"(?<![A-Za-z0-9_.])[in](?![A-Za-z0-9_])")
 _BRACES = re.compile(r"\{([^{}]*)\}")
 
@@ -97,7 +98,7 @@ def _bodies(bodies: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Origin], 
             made, blocks = [name], [block]
         else:
             count = counts[name]
-            made = _many(_texts(name if "{" in name else f"{name}_{{i}}", count, path), count)
+            made = _many(_texts(name if "{" in name else f"{name}_{{i}}", count, path, in_name=True), count)
             blocks = _copies({key: value for key, value in block.items() if key != "repeat"}, count, path)
             names[name] = made
         for index, (each, inside) in enumerate(zip(made, blocks, strict=True), 1):
@@ -119,12 +120,12 @@ def _blocks(
     key: str, blocks: list[Any], names: Mapping[str, list[str]], bodies: Any
 ) -> tuple[list[Any], list[Origin | None]]:
     """Return all blocks of a list, and the origin of each."""
-    plans: list[tuple[int, list[list[str]] | None]] = []
+    plans: list[tuple[int, _Row | None]] = []
     for number, block in enumerate(blocks):
         path = f"{key}.{number}"
         if isinstance(block, dict) and "chain" in block and key == "contacts":
-            pairs = _pairs(block, path, names, bodies)
-            plans.append((len(pairs), pairs))
+            row = _row(block, path, names, bodies)
+            plans.append((len(row.pairs), row))
         elif isinstance(block, dict) and "repeat" in block:
             plans.append((count_of(block["repeat"], f"{path}.repeat"), None))
         else:
@@ -142,14 +143,22 @@ def _blocks(
         template = {name: value for name, value in block.items() if name not in ("repeat", "chain")}
         copies = _copies(template, count, path)
         if row is not None:
-            copies = [{"between": pair, **each} for pair, each in zip(row, copies, strict=True)]
+            copies = [{"between": pair, **each} for pair, each in zip(row.pairs, copies, strict=True)]
         found += copies
-        origins += [Origin(path, index, count) for index in range(1, count + 1)]
+        items = [()] * count if row is None else itertools.pairwise(row.items)
+        origins += [Origin(path, index, count, each) for index, each in enumerate(items, 1)]
     return found, origins
 
 
-def _pairs(block: dict[str, Any], path: str, names: Mapping[str, list[str]], bodies: Any) -> list[list[str]]:
-    """Return the pairs of neighbours in a chain; a rod meets them by its left and its right end."""
+class _Row(NamedTuple):
+    """The bodies of a chain from left to right."""
+
+    pairs: list[list[str]]  # neighbours
+    items: list[int]  # of each body, the number of the item of ``chain`` that gives it
+
+
+def _row(block: dict[str, Any], path: str, names: Mapping[str, list[str]], bodies: Any) -> _Row:
+    """Return the bodies of a chain; a rod meets its neighbours by its left and its right end."""
     for key in ("between", "repeat"):
         if key in block:
             raise CaseError(
@@ -159,8 +168,10 @@ def _pairs(block: dict[str, Any], path: str, names: Mapping[str, list[str]], bod
             )
     chain = block["chain"]
     if not isinstance(chain, list) or not all(isinstance(name, str) for name in chain):
+        wrong = next((name for name in chain if not isinstance(name, str)), None) if isinstance(chain, list) else chain
         raise CaseError(
-            f"{shown(chain)} is no chain. Allowed: a list of bodies from left to right",
+            f"{shown(wrong)} is not {'the name of a body' if isinstance(chain, list) else 'a list'}. "
+            "Allowed: a list of bodies from left to right",
             remedy="Write chain: [striker, bead, wall]; the name of a repeated block stands for all its bodies.",
             path=f"{path}.chain",
         )
@@ -172,10 +183,11 @@ def _pairs(block: dict[str, Any], path: str, names: Mapping[str, list[str]], bod
             path=f"{path}.chain",
         )
     rods = _rods(bodies) if isinstance(bodies, dict) else set()
-    return [
+    pairs = [
         [f"{one}.right" if one in rods else one, f"{other}.left" if other in rods else other]
         for one, other in itertools.pairwise(row)
     ]
+    return _Row(pairs, [number for number, item in enumerate(chain) for _ in names.get(item, [item])])
 
 
 def _rods(bodies: Mapping[str, Any]) -> set[str]:
@@ -215,7 +227,7 @@ def _many(value: Any, count: int) -> list[Any]:
 def _filled(value: Any, key: str, count: int, path: str) -> Any:
     """Return a value as it is, or as `Varying` where it depends on the index."""
     if isinstance(value, str):
-        return _texts(value, count, path) if "{" in value else _numbers(value, key, count, path)
+        return _texts(value, count, path, in_name=key in _NAMES) if "{" in value else _numbers(value, key, count, path)
     if isinstance(value, dict):
         if set(value) == {"each"}:
             return _each(value["each"], count, path)
@@ -249,15 +261,29 @@ def _numbers(text: str, key: str, count: int, path: str) -> Any:
     return Varying(_evaluated(text, count, path).tolist())
 
 
-def _texts(text: str, count: int, path: str) -> Any:
-    """Return a text with each formula in braces in place of its value."""
+def _texts(text: str, count: int, path: str, in_name: bool = False) -> Any:
+    """Return a text with the value of each formula in braces in its place; one inside a name must be whole."""
     pieces: list[Any] = []
     end = 0
     for found in _BRACES.finditer(text):
-        pieces += [[text[end : found.start()]] * count, map(_digits, _evaluated(found[1], count, path).tolist())]
+        values = _evaluated(found[1], count, path)
+        if in_name and "(" not in text[: found.start()]:  # not the place of rod.at(x)
+            _check_whole(values, found[1], path)
+        pieces += [[text[end : found.start()]] * count, map(_digits, values.tolist())]
         end = found.end()
     pieces.append([text[end:]] * count)
     return Varying(map("".join, zip(*pieces, strict=True))) if len(pieces) > 1 else text
+
+
+def _check_whole(values: Any, formula: str, path: str) -> None:
+    """Raise `CaseError` where a number of a name is not whole, as the point in it would end the name."""
+    if (broken := np.flatnonzero(values != np.floor(values))).size:
+        raise CaseError(
+            f"{shown(formula)} gives {values[broken[0]]:.6g} at i = {broken[0] + 1}. "
+            "Allowed in a name: whole numbers",
+            remedy=f"Write a formula with whole values, {INDEX}.",
+            path=path,
+        )
 
 
 def _digits(value: float) -> str:

@@ -36,6 +36,24 @@ def closest(name: str, names: Iterable[str]) -> str:
     return f" Did you mean {close[0]!r}?" if close else ""
 
 
+def rows_of(names: Iterable[str]) -> dict[str, int]:
+    """Return the rows NAME_1, NAME_2, ... NAME_n among names, as NAME to n."""
+    every = set(names)
+    rows = {name[:-2]: 2 for name in every if name.endswith("_1") and f"{name[:-2]}_2" in every}
+    for name in rows:
+        while f"{name}_{rows[name] + 1}" in every:
+            rows[name] += 1
+    return rows
+
+
+def listed_bodies(names: Iterable[str]) -> str:
+    """Return sorted names with commas, of a row its first and its last."""
+    every = set(names)
+    rows = rows_of(every)
+    single = every.difference(*({f"{name}_{i}" for i in range(1, count + 1)} for name, count in rows.items()))
+    return listed(single.union(f"{name}_1 to {name}_{count}" for name, count in rows.items()))
+
+
 def listed(names: Iterable[str]) -> str:
     """Return sorted names with commas, of many the first few and their number, or ``none``."""
     every = sorted(names)

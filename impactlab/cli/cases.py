@@ -87,9 +87,11 @@ def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
 
 
 def _brief(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document without the refusals, which are printed on standard error."""
+    """Return the document without the refusals, which are printed on standard error, and with a few of many contacts."""
     methods = {
         name: {key: plan[key] for key in ("status", "dt", "steps") if key in plan}
         for name, plan in document["methods"].items()
     }
-    return {**{key: value for key, value in document["resolved"].items() if key != "methods"}, "methods": methods}
+    resolved = {key: value for key, value in document["resolved"].items() if key != "methods"}
+    derived = resolved["derived"] | {"contacts": console.few_of(resolved["derived"]["contacts"])}
+    return {**resolved, "derived": derived, "methods": methods}

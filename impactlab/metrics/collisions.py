@@ -24,6 +24,7 @@ from impactlab.types import Array
 MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
 MAX_SAMPLES = 64  # of a gap in each opening
 MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
+MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ class Given(NamedTuple):
     starts: Array  # s
     ends: Array  # s, latest end so far; inf while one is closed at the end of the run
     impulses: Array  # N s, sum so far, positive to the right; of no contact first
-    recorded: frozenset[str]  # quantities of the body that the history records: momentum, energy
+    recorded: frozenset[str]  # quantities of the body that the history records: momentum, energy, velocity of a mass
 
 
 def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> Given:
@@ -102,7 +103,7 @@ def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozense
         np.array([span.start for span in spans]),
         np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0]),
         np.array([0.0, *itertools.accumulate(impulses)]),
-        frozenset(each for each in ("momentum", "energy") if f"{each}:{name}" in channels),
+        frozenset(each for each in ("momentum", "energy", "velocity") if f"{each}:{name}" in channels),
     )
 
 
@@ -185,7 +186,7 @@ def mean_velocity(
     """Return the momentum of a body over its mass [m/s], None where unknown.
 
     It is the sum of the impulses of contacts and loads until then, which is exact; inside a contact it is that of the
-    record, which is kept at fewer instants.
+    record, which is kept at fewer instants, and unknown where it changes much between two of them.
     """
     body = scene.bodies[name]
     if body.is_held:
@@ -196,9 +197,22 @@ def mean_velocity(
         loads = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
         loads += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
         return body.velocity + (float(given.impulses[begun]) + loads) / mass
+    if "velocity" in given.recorded and body.elastic is None:  # of a rigid mass: at more instants than its momentum
+        return _known(scene, history, f"velocity:{name}", time)
     if "momentum" not in given.recorded:
         return None
     return float(history.evaluate([time], f"momentum:{name}")[0]) / mass
+
+
+def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) -> float | None:
+    """Return a velocity of the record [m/s]; None where it changes much between the instants around a time."""
+    if time >= history.duration:  # the last instant is recorded
+        return float(history.evaluate([history.duration], channel)[0])
+    apart = 1.0 / history.record_rate if history.record_rate > 0.0 else 0.0
+    around = np.clip([time - apart, time, time + apart], 0.0, history.duration)
+    before, now, after = history.evaluate(around, channel)
+    changed = np.ptp([before, now, after])
+    return None if changed > MAX_CHANGE * max(scene.fastest, abs(before), abs(after)) else float(now)
 
 
 def _energy_change(

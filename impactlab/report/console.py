@@ -232,6 +232,14 @@ def _at_end(bodies: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return [*map(line, names[:FIRST_LINES]), rest, *map(line, names[-LAST_LINES:])]
 
 
+def few_of(names: Sequence[str]) -> list[str]:
+    """Return names as they are, of many the first and last ones with the number of those between."""
+    if len(names) <= MAX_LINES:
+        return list(names)
+    rest = f"... {len(names) - FIRST_LINES - LAST_LINES} more (all of them: --json)"
+    return [*names[:FIRST_LINES], rest, *names[-LAST_LINES:]]
+
+
 def _options(options: Mapping[str, Any]) -> str:
     return ", ".join(f"{key} {_plain(value)}" for key, value in options.items()) or "default options"
 

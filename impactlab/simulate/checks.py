@@ -66,7 +66,10 @@ def add_warnings(history: AbstractHistory) -> None:
     for contact in meeting:
         if contact.name not in touched:
             smallest = float(history.recorded[f"gap:{contact.name}"].values.min())
-            text = f"{contact.name}: the faces never met; the smallest gap was {smallest:.6g} m"
+            if smallest < min(0.0, contact.gap):
+                text = f"{contact.name}: the faces overlapped by {-smallest:.2g} m at most, too little for a contact"
+            else:
+                text = f"{contact.name}: the faces never met; the smallest gap was {smallest:.6g} m"
             found.append(Warned("no_contact", text))
     gain = gain_of(history)
     if gain > GAIN_WARN:

@@ -11,6 +11,7 @@ import pytest
 import impactlab as il
 from impactlab.casefile.formula import IndexFormula
 from impactlab.casefile.repeat import MAX_REPEAT, expand
+from impactlab.casefile.words import listed_bodies
 from impactlab.errors import CaseError
 
 LAW = {"kind": "hertz", "stiffness": 1e9}
@@ -188,6 +189,17 @@ def test_one_fault_of_many_blocks_is_one() -> None:
     assert refused.value.others == ()
 
 
+def test_faults_that_differ_in_their_numbers_are_one_with_their_count() -> None:
+    """A mass of 1e-3*(5 - i) is wrong in 995 of 1000 beads: one message, not 200."""
+    with pytest.raises(CaseError, match=r"at i = 5\) \(and in 995 more made from this block\)") as refused:
+        made(bodies={**BEADS, "bead": {"kind": "mass", "repeat": 1000, "mass": "1e-3*(5 - i)"}})
+    assert refused.value.others == ()
+
+
+def test_the_bodies_of_a_message_are_listed_by_their_rows() -> None:
+    assert listed_bodies([*(f"bead_{i}" for i in range(1, 1001)), "wall", "a_1"]) == "a_1, bead_1 to bead_1000, wall"
+
+
 @pytest.mark.parametrize(
     ("bodies", "text"),
     [
@@ -212,12 +224,16 @@ def test_names_that_collide_are_refused(bodies: dict[str, Any], text: str) -> No
     ("contact", "path", "text"),
     [
         ({"chain": ["striker"]}, "contacts.0.chain", "a chain of 1 body has no contact"),
-        ({"chain": "striker"}, "contacts.0.chain", "'striker' is no chain"),
+        ({"chain": "striker"}, "contacts.0.chain", "'striker' is not a list"),
+        ({"chain": ["striker", 3]}, "contacts.0.chain", "3 is not the name of a body"),
         ({"chain": ["striker", "bead"], "repeat": 3}, "contacts.0.repeat", "given together with chain"),
         ({"chain": ["striker", "bead"], "between": ["a", "b"]}, "contacts.0.between", "given together with chain"),
-        ({"chain": ["striker", "beads"]}, "contacts.0.between.1", "there is no body 'beads'"),
+        ({"chain": ["striker", "beads"]}, "contacts.0.chain.1", "there is no body 'beads'. Did you mean 'bead'?"),
+        ({"chain": ["striker", "bead", "wal"]}, "contacts.0.chain.2", "there is no body 'wal'"),
+        ({"between": ["striker", "bead"]}, "contacts.0.between.1", "'bead'. Block 'bead' makes bead_1 to bead_4."),
+        ({"repeat": 3, "between": ["bead_{i/2}", "wall"]}, "contacts.0.between.0", "'i/2' gives 0.5 at i = 1"),
         ({"repeat": 5, "between": ["bead_{i}", "bead_{i+1}"]}, "contacts.0.between.1", "there is no body 'bead_5'"),
-        ({"chain": ["striker", "bead", "bead_2"]}, "contacts.0.between", "would lie on the left of"),
+        ({"chain": ["striker", "bead", "bead_2"]}, "contacts.0.chain", "would lie on the left of"),
         ({"chain": ["striker", "bead"], "gap": "-1e-6*i"}, "contacts.0.gap", "the faces overlap before the run"),
     ],
 )
