@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -30,6 +31,10 @@ from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import odd_speeds
 from impactlab.wall_time import spent_on
+
+LOG = logging.getLogger("impactlab")
+MANY_BODIES = 5000  # of a case: from here on its checks take longer than a second
+_said: list[bool] = []
 
 
 @dataclass(frozen=True, init=False)
@@ -329,11 +334,23 @@ def _length(bodies: Any) -> int:
     return len(bodies) if isinstance(bodies, dict) else 0
 
 
+def say_if_many(bodies: int) -> None:
+    """Log, once in a session, that a case of many bodies is checked, as that takes seconds."""
+    if bodies < MANY_BODIES or _said:
+        return
+    from multiprocessing import parent_process
+
+    if parent_process() is None:
+        _said.append(True)
+        LOG.warning("checking %d bodies and their contacts: some seconds for each 10000 ...", bodies)
+
+
 def _make(name: str, file: str, document: Document, registry: plugins.Registry) -> Case:
     origins = Origins()
     try:
         check_texts(document.data)
         data, origins = expand(document.data)
+        say_if_many(_length(data.get("bodies")))
         with collector_paused(_length(data.get("bodies"))):
             checked, built = _checked_and_built(name, file, data, registry)
     except ImpactlabError as error:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -124,8 +124,8 @@ def _blocks(
     for number, block in enumerate(blocks):
         path = f"{key}.{number}"
         if isinstance(block, dict) and "chain" in block and key == "contacts":
-            row = _row(block, path, names, bodies)
-            plans.append((len(row.pairs), row))
+            chained = _row(block, path, names, bodies)
+            plans.append((len(chained.pairs), chained))
         elif isinstance(block, dict) and "repeat" in block:
             plans.append((count_of(block["repeat"], f"{path}.repeat"), None))
         else:
@@ -145,7 +145,7 @@ def _blocks(
         if row is not None:
             copies = [{"between": pair, **each} for pair, each in zip(row.pairs, copies, strict=True)]
         found += copies
-        items = [()] * count if row is None else itertools.pairwise(row.items)
+        items: Iterable[tuple[int, ...]] = [()] * count if row is None else itertools.pairwise(row.items)
         origins += [Origin(path, index, count, each) for index, each in enumerate(items, 1)]
     return found, origins
 
@@ -279,8 +279,7 @@ def _check_whole(values: Any, formula: str, path: str) -> None:
     """Raise `CaseError` where a number of a name is not whole, as the point in it would end the name."""
     if (broken := np.flatnonzero(values != np.floor(values))).size:
         raise CaseError(
-            f"{shown(formula)} gives {values[broken[0]]:.6g} at i = {broken[0] + 1}. "
-            "Allowed in a name: whole numbers",
+            f"{shown(formula)} gives {values[broken[0]]:.6g} at i = {broken[0] + 1}. Allowed in a name: whole numbers",
             remedy=f"Write a formula with whole values, {INDEX}.",
             path=path,
         )

@@ -87,7 +87,7 @@ def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
 
 
 def _brief(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document without the refusals, which are printed on standard error, and with a few of many contacts."""
+    """Return the document without the refusals, which go to standard error, and with a few of many contacts."""
     methods = {
         name: {key: plan[key] for key in ("status", "dt", "steps") if key in plan}
         for name, plan in document["methods"].items()

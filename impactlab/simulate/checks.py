@@ -19,7 +19,7 @@ from impactlab.scene.frame import frames, in_frame, touched_in
 from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS
-from impactlab.scene.problem import Scene
+from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate import beam_warnings
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.pairing import energy_bound
@@ -61,16 +61,8 @@ def add_warnings(history: AbstractHistory) -> None:
             if count := int(memory[noted.slot]):
                 found.append(Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}"))
     found += [*sensitive_sequences(history), *guided_weights(scene)]
-    touched = {event.contact for event in history.events}
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
-    for contact in meeting:
-        if contact.name not in touched:
-            smallest = float(history.recorded[f"gap:{contact.name}"].values.min())
-            if smallest < min(0.0, contact.gap):
-                text = f"{contact.name}: the faces overlapped by {-smallest:.2g} m at most, too little for a contact"
-            else:
-                text = f"{contact.name}: the faces never met; the smallest gap was {smallest:.6g} m"
-            found.append(Warned("no_contact", text))
+    found += never_met(history, meeting)
     gain = gain_of(history)
     if gain > GAIN_WARN:
         found.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the reference energy"))
@@ -84,6 +76,20 @@ def add_warnings(history: AbstractHistory) -> None:
             if (text_or_none := graze(history, contact.name, scene.round_trip, history.dt or 0.0)) is not None:
                 found.append(Warned("near_grazing", text_or_none))
     history.warnings.extend(found)
+
+
+def never_met(history: AbstractRecordedHistory, contacts: Sequence[Contact]) -> Iterator[Warned]:
+    """Give a warning for each contact without an event."""
+    touched = {event.contact for event in history.events}
+    for contact in contacts:
+        if contact.name in touched:
+            continue
+        smallest = float(history.recorded[f"gap:{contact.name}"].values.min())
+        if smallest < min(0.0, contact.gap):
+            text = f"{contact.name}: the faces overlapped by {-smallest:.2g} m at most, too little for a contact"
+        else:
+            text = f"{contact.name}: the faces never met; the smallest gap was {smallest:.6g} m"
+        yield Warned("no_contact", text)
 
 
 def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:

@@ -7,9 +7,11 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 from typer.testing import CliRunner
 
 import impactlab as il
+from impactlab.casefile import case as case_module
 from impactlab.cli import app
 from impactlab.numerics.collector import MANY, collector_paused
 from impactlab.report.drawn_part import MAX_DRAWN, drawn_part
@@ -59,6 +61,18 @@ def test_faces_that_overlap_by_rounding_are_not_said_to_have_never_met() -> None
     assert "m at most" in texts[0]
     assert not any("smallest gap was -" in text for text in texts)
     assert "the faces never met; the smallest gap was 0 m" in texts[-1]
+
+
+def test_a_large_case_is_not_checked_in_silence(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Ten thousand beads took four seconds before the first word; a hundred thousand half a minute."""
+    monkeypatch.setattr(case_module, "MANY_BODIES", N)
+    monkeypatch.setattr(case_module, "_said", [])
+    chain(), chain()
+    assert [each.getMessage() for each in caplog.records] == [
+        f"checking {N + 1} bodies and their contacts: some seconds for each 10000 ..."
+    ]
 
 
 def test_check_prints_a_few_of_many_contacts(tmp_path: Path) -> None:
