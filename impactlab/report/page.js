@@ -314,7 +314,7 @@ function drawDiagram() {
     for (let k = 0; k < data.frames; k++) { const t = (k / (data.frames - 1)) * data.duration; pen.lineTo(faceOf(body, 0, t) + (right ? ICON : 0), timeY(t)); }
     pen.stroke();
   }
-  const faces = data.contacts.map((contact) => { const long = [contact.left, contact.right].filter(([name]) => byName[name].length), side = long.find(([name]) => byName[name].kind === "beam") || long[0] || contact.left; return placeX(byName[side[0]], side[1]); });
+  const faces = data.contacts.map((contact) => { const long = [contact.left, contact.right].filter(([name]) => byName[name].length), side = long.find(([name]) => byName[name].kind === "beam") || long[0]; return side ? placeX(byName[side[0]], side[1]) : placeX(byName[contact.left[0]], 0) + ICON; }); // of two masses the right side of the left one
   pen.strokeStyle = accent; pen.lineWidth = 3;
   for (const [contact, start, end] of film.spans) { pen.beginPath(); pen.moveTo(faces[contact], timeY(start)); pen.lineTo(faces[contact], Math.min(timeY(end), timeY(start) - 1)); pen.stroke(); }
   for (const [contact, time, kind] of film.events) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,40 @@ def test_a_click_in_the_diagram_sets_the_time(pages, browser):
     assert int(browser.find_element(By.ID, "time").get_attribute("value")) == pytest.approx(
         1920 * time / duration, abs=1
     )
+
+
+BEADS = """
+schema_version: 1
+bodies:
+  striker: {kind: mass, mass: 4 g, velocity: 1 m/s}
+  bead: {repeat: 3, kind: mass, mass: 4 g}
+  bar: {kind: rod, length: 0.5 m, diameter: 10 mm, material: steel}
+contacts:
+  - {chain: [striker, bead, bar], law: {kind: hertz, stiffness: 7.0e9}}
+solve: {duration: 30 us, model: {kind: finite_element, elements: 50, mass: lumped},
+        integrator: {kind: central_difference}, step: {courant: 0.5}}
+"""
+
+
+def test_contacts_of_masses_are_drawn_where_these_meet(browser, tmp_path):
+    """A contact of two beads stood one bead too far to the left, on that of a bead with the body before it."""
+    (tmp_path / "beads.yaml").write_text(BEADS, encoding="utf-8")
+    written = CliRunner().invoke(app, ["run", str(tmp_path / "beads.yaml"), "--out", str(tmp_path / "out")])
+    assert written.exit_code == 0, written.stderr
+    show(browser, tmp_path / "out" / "index.html")
+    columns = browser.execute_script(
+        "const sheet = document.getElementById('diagram'), pen = sheet.getContext('2d');"
+        "const [r, g, b] = [1, 3, 5].map((k) => parseInt(getComputedStyle(document.documentElement)"
+        ".getPropertyValue('--accent').trim().slice(k, k + 2), 16));"
+        "const { width, height, data } = pen.getImageData(0, 0, sheet.width, sheet.height), found = [];"
+        "for (let x = 0; x < width; x++) { let count = 0; for (let y = 0; y < height; y++) {"
+        " const i = 4 * (y * width + x);"
+        " if (data[i] === r && data[i + 1] === g && data[i + 2] === b) count += 1; }"
+        " if (count > 20 && x - (found.at(-1) ?? -9) > 4) found.push(x); } return found;"
+    )
+    apart = [b - a for a, b in itertools.pairwise(columns)]
+    assert len(columns) == 4
+    assert max(apart) - min(apart) <= 2
 
 
 def test_the_keyboard_alone_plays_moves_and_switches(pages, browser):
