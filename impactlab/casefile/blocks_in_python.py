@@ -310,7 +310,7 @@ class Chain(BodyKeys):
         gap: Value | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(chain=list(bodies), law=law, gap=gap, **others)
+        super().__init__(chain=bodies if isinstance(bodies, str) else list(bodies), law=law, gap=gap, **others)
 
 
 class Link(BodyKeys):

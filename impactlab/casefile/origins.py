@@ -74,6 +74,8 @@ class Origins:
                 inside = ["chain", *(str(origin.chain[int(side)]) for side in inside[1:])]
             error.path = ".".join((origin.block, *inside))
             error.text += f" (at i = {origin.index})" if origin.index and origin.count > 1 else ""
+            if origin.index and error.text.startswith("a list of") and "a number" in error.text:
+                error.remedy = "Give one value to each by {each: [...]}."
             plain = _NUMBER.sub("#", plain) if origin.index else plain
         error.args = (error.text,)
         return error.path, plain

@@ -15,6 +15,7 @@ import numpy as np
 
 from impactlab.casefile.formula import IndexFormula
 from impactlab.casefile.origins import Origin, Origins
+from impactlab.casefile.samples import Samples
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
 
@@ -245,7 +246,7 @@ def _filled(value: Any, key: str, count: int, path: str) -> Any:
 
 
 def _each(values: Any, count: int, path: str) -> Any:
-    if not isinstance(values, list) or len(values) != count:
+    if not isinstance(values, (list, Samples)) or len(values) != count:
         raise CaseError(
             f"{shown(values)} is given for {count} blocks. Allowed: {{each: [...]}} with one value for each",
             remedy=f"Give {count} values.",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 
 from impactlab.errors import ImpactlabError
 
@@ -53,5 +54,7 @@ def sphere_stiffness(
 
 def _positive(**given: float) -> None:
     for name, value in given.items():
+        if not isinstance(value, numbers.Real):
+            raise ImpactlabError(f"{name} {value!r} is not a number", remedy="Give a number in SI, such as 5e-3.")
         if not value > 0.0:
             raise ImpactlabError(f"{name} {value:g} is out of range. Allowed: above 0", remedy="Give a size in SI.")

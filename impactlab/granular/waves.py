@@ -23,9 +23,32 @@ class LeadingWave:
     forces: Array  # (contacts,) N
 
     def speed(self, first: int = 0, last: int = -1) -> float:
-        """Return the speed from one contact to another, by their numbers [contacts/s]."""
-        numbers = range(len(self.contacts))
-        return (numbers[last] - numbers[first]) / float(self.times[last] - self.times[first])
+        """Return the speed from one contact to another [contacts/s].
+
+        Parameters
+        ----------
+        first, last : int
+            Their numbers, from 0, or negative from the end.
+
+        Raises
+        ------
+        ImpactlabError
+            If there is no contact of that number, or the two are one.
+        """
+        count = len(self.contacts)
+        for number in (first, last):
+            if not isinstance(number, (int, np.integer)) or not -count <= number < count:
+                raise ImpactlabError(
+                    f"there is no contact of number {number}. Allowed: whole numbers from {-count} to {count - 1}",
+                    remedy="Give numbers of contacts in the row.",
+                )
+        passed = last % count - first % count
+        if passed == 0:
+            raise ImpactlabError(
+                f"the speed is that from one contact to another, and both are number {first}",
+                remedy="Give two contacts of the row.",
+            )
+        return passed / float(self.times[last] - self.times[first])
 
     def factors(self, stiffness: float, mass: float, over: int = 10) -> Array:
         """Return C = speed sqrt(m)/(k^(1/3) F^(1/6)) over stretches of contacts in a row, (contacts - over,).

@@ -53,6 +53,7 @@ def probed(scene: Scene) -> Iterator[Probed]:
 
 ADD_IT = "Add the time to 'snapshots', or ask for equal ones: snapshots: {count: 200}."
 MAX_LISTED = 12  # times in a message
+MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
 OF_THE_RUN = ("assembly", "_record")  # fields that refer to the memory of a run
 
 
@@ -109,8 +110,10 @@ class AbstractRecordedHistory(AbstractHistory):
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         if channel not in self.recorded:
+            names = sorted(self.recorded)
+            many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
             raise ImpactlabError(
-                f"channel '{channel}' was not recorded; recorded: {', '.join(sorted(self.recorded))}",
+                f"channel '{channel}' was not recorded; recorded: {', '.join(names[:MAX_NAMED])}{many}",
                 remedy="A quantity at another place needs a probe in the case.",
                 path="probes",
             )

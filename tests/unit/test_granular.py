@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import impactlab as il
 from impactlab.errors import ImpactlabError
 from impactlab.granular import (
     LONG_WAVE_FACTOR,
+    LeadingWave,
     leading_wave,
     solitary_wave,
     sphere_mass,
@@ -122,3 +124,25 @@ def test_random_chains_keep_energy_and_momentum_and_mirror(
     struck = [speed, *([0.0] * (n - 1))]
     mirrored = run(masses[::-1], [-each for each in struck[::-1]])
     assert -mirrored[::-1] == pytest.approx(run(masses, struck), abs=1e-9 * masses[0] * speed)
+
+
+def test_sizes_of_spheres_that_are_no_numbers_are_refused() -> None:
+    with pytest.raises(ImpactlabError, match="radius '5 mm' is not a number"):
+        sphere_mass(radius="5 mm", density=7850)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "text"),
+    [
+        (0, 3, "no contact of number 3. Allowed: whole numbers from -3 to 2"),
+        (-4, 1, "no contact of number -4"),
+        (0.5, 2, "no contact of number 0.5"),
+        (1, -2, "both are number 1"),
+    ],
+)
+def test_the_speed_between_contacts_that_are_not_there_is_refused(first: int, last: int, text: str) -> None:
+    """They ended in IndexError, TypeError and ZeroDivisionError."""
+    wave = LeadingWave(("a|b", "b|c", "c|d"), np.array([1.0, 2.0, 4.0]), np.ones(3))
+    assert wave.speed() == wave.speed(0, -1) == wave.speed(-1, 0) == pytest.approx(2 / 3)
+    with pytest.raises(ImpactlabError, match=re.escape(text)):
+        wave.speed(first, last)

@@ -6,13 +6,14 @@ import itertools
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import impactlab as il
 from impactlab.casefile.formula import IndexFormula
 from impactlab.casefile.repeat import MAX_REPEAT, expand
 from impactlab.casefile.words import listed_bodies
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, ImpactlabError
 
 LAW = {"kind": "hertz", "stiffness": 1e9}
 SOLVE = {"duration": 1e-4, "integrator": {"kind": "central_difference"}, "step": {"dt": 1e-6}}
@@ -145,6 +146,35 @@ def test_the_index_counts_from_one() -> None:
     assert IndexFormula("i")(3).tolist() == [1.0, 2.0, 3.0]
     assert IndexFormula("i % 2")(4).tolist() == [1.0, 0.0, 1.0, 0.0]
     assert IndexFormula("2**(n - i)")(3).tolist() == [4.0, 2.0, 1.0]
+
+
+def test_an_array_gives_one_value_to_each_body(tmp_path: Path) -> None:
+    """The message was: a list of 4 is given for 4 blocks."""
+    masses = np.linspace(1e-3, 2e-3, 4)
+    case = made(bodies={**BEADS, "bead": il.Mass({"each": masses}, repeat=4)})
+    assert [case.scene().bodies[f"bead_{i}"].rigid_mass for i in (1, 2, 3, 4)] == masses.tolist()
+    again = tmp_path / "again.yaml"
+    again.write_text(case.to_yaml(), encoding="utf-8")
+    assert il.load_case(again).resolved() == case.resolved()
+
+
+def test_a_list_for_repeated_bodies_is_pointed_to_each() -> None:
+    with pytest.raises(CaseError, match="a list of 4 is not allowed here") as refused:
+        made(bodies={**BEADS, "bead": il.Mass([1e-3] * 4, repeat=4)})  # type: ignore[arg-type]
+    assert refused.value.remedy == "Give one value to each by {each: [...]}."
+
+
+def test_a_chain_of_one_name_is_not_one_of_its_letters() -> None:
+    with pytest.raises(CaseError, match="'bead' is not a list") as refused:
+        made(contacts=[il.Chain("bead", LAW)])
+    assert refused.value.path == "contacts.0.chain"
+
+
+def test_a_missing_channel_of_many_bodies_is_refused_with_a_few_names() -> None:
+    history = il.run(made(bodies={**BEADS, "bead": {**BEADS["bead"], "repeat": 20}}))
+    with pytest.raises(ImpactlabError, match=r"'force:a' was not recorded.* in all: `history.channels\(\)`") as refused:
+        history.evaluate(0.0, "force:a")
+    assert len(refused.value.text) < 2500
 
 
 def test_values_that_do_not_vary_are_shared() -> None:
