@@ -48,9 +48,9 @@ core of {machine}. Other programs ran beside.
 ## Hertzian beads
 
 Leapfrog, {steps} steps or more. "struck": all beads touch, the first one moves; few contacts are closed. "pressed":
-all contacts between two walls are closed. Hand-written are a loop with one pass over the beads and one with two passes
+all contacts between two walls are closed. Two loops are written by hand, one with one pass over the beads and one with two passes
 that the compiler turns into vector instructions; the faster one counts. They write no records, events or energies, and
-step all beads; the package passes over blocks of beads that the wave has not reached, which "pressed" does not have.
+step all beads; the package skips blocks of beads that the wave has not reached, of which "pressed" has none.
 The package's time is that of the whole loop with its default records, events and energies; reading them into channels
 after the run is the column beside. The aim: at most twice the hand-written loop with 1000 beads, and no growth with
 their number.
@@ -61,8 +61,8 @@ their number.
 
 Beads with random masses and speeds fall on a wall under gravity, `velocity_complementarity` without restitution,
 {hard_steps} steps by leapfrog: touching groups grow from the wall. The solve visits neighbours and takes Newton steps
-on a tridiagonal system. Until now it was dense, in memory as the square and in time as the cube of the contacts:
-1440 us for each of 100 contacts and step, measured before the change.
+on a tridiagonal system. Before, the system was dense, in memory as the square and in time as the cube of the contacts:
+1440 us for each of 100 contacts and step.
 
 {hard}
 """
@@ -72,7 +72,7 @@ on a tridiagonal system. Until now it was dense, in memory as the square and in 
 def one_pass(
     u: np.ndarray, v: np.ndarray, gain: np.ndarray, k: np.ndarray, gap: np.ndarray, dt: float, steps: int
 ) -> None:
-    """March beads in one pass: that of a bead follows when the forces on both sides are known."""
+    """March beads in one pass: a bead is moved once the forces on both sides are known."""
     last = u.size - 1
     for _ in range(steps):
         before, here = 0.0, u[0]

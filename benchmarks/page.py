@@ -1,4 +1,4 @@
-"""Pages in headless Chromium: size, time until they answer, frames per second of the animation by their own counter.
+"""Pages in headless Chromium: size, time until they respond, frames per second of the animation by their own counter.
 
 The comparison of the paper's case, and one exact run of a train of four bars (the split Hopkinson bar to start from).
 
@@ -59,7 +59,7 @@ def main() -> None:
             time.sleep(given.seconds)
             rate = driver.execute_script("return impactlab.fps()")
             print(
-                f"{name}: {page.stat().st_size / 1000:.0f} kB, answers after {statistics.median(ready):.0f} ms "
+                f"{name}: {page.stat().st_size / 1000:.0f} kB, responds after {statistics.median(ready):.0f} ms "
                 f"(slowest {max(ready):.0f}), all plots drawn after {statistics.median(drawn):.0f} ms, "
                 f"{rate:.0f} frames per second"
             )

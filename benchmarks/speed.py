@@ -1,4 +1,4 @@
-"""docs/speed.md: what the step loop, laws, integrators and short runs cost, measured here and now.
+"""docs/speed.md: cost of the step loop, of laws, integrators and short runs, measured here and now.
 
 python benchmarks/speed.py --out docs/speed.md [--repeats 20]
 """
@@ -38,7 +38,7 @@ and record the same (`benchmarks/step_loop.py`). The aim: at most twice their ti
 with 1600. The best loop by hand has the displacements alone, two arrays that change places, one factor for all
 elements, and takes no energies; the aim beside it: 2, 1.5 and 1.25 times with 100, 400 and 1600 elements. "Before" is
 the version before one pass over the nodes, on the same processor. Newmark's loop by hand
-substitutes row by row; a better one, eight rows at a time as ours does, is not written.
+substitutes row by row, not eight rows at a time as the package does.
 
 {loop}
 
@@ -97,7 +97,7 @@ BEFORE = {  # us per step of the tree at commit 0a39002, on an Intel Xeon of 2.4
 
 
 def loop_table(repeats: int) -> str:
-    """Return the loops beside the hand-written ones as a Markdown table, and what a step costs on any mesh."""
+    """Return the loops beside the hand-written ones as a Markdown table, and the cost of a step on any mesh."""
     cells, lines_through = [], []
     for name, integrator in step_loop.SCHEMES.items():
         rows = [step_loop.measure(elements, repeats, integrator) for elements in schemes.ELEMENTS]

@@ -198,13 +198,13 @@ class Restitution(NamedTuple):
 
 
 class Until(NamedTuple):
-    """What ends a branch: a quantity that passes a value, and the branch that follows.
+    """End of a branch: a quantity that passes a value, and the branch that follows.
 
     ``of`` is the approach of the faces a (the gap with its sign turned) [m], its rate v [m/s], the static force
     f0 + k a of the branch [N], or the force f0 + k a + d v, that of the branch also where it does not act. Of the
     static force a line may be given: the value is then ``value + slope a``.
 
-    What the law remembers may move a value: with ``remembered`` 1 the set [m] is added to that of an approach, and the
+    The memory of the law may move a value: with ``remembered`` 1 the set [m] is added to that of an approach, and the
     largest static force at an end of a branch so far [N] to that of a static force; with -1 it is taken from it.
 
     The static force of the next branch begins at the value that was passed, or where it is if another quantity ended

@@ -100,7 +100,7 @@ PAPER_EVENTS = (0.0, 1.53383382080915, 2.12462323494217, 2.16284275559957)
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gives: displacements over time, contact, and the velocity of the mass at the end."""
+    """Results of a run: displacements over time, contact, and the velocity of the mass at the end."""
 
     times: Array  # (n,) s
     mass: Array  # (n,) m
@@ -167,10 +167,10 @@ def opening_of(outcome: Outcome, round_trip: float) -> float:
 
 
 def errors_of(outcome: Outcome, case: Case) -> dict[str, float]:
-    """Return how far a run is from the exact answer in the four `NORMS`, as `impactlab.metrics` has them.
+    """Return the errors of a run against the exact solution in the four `NORMS`, as `impactlab.metrics` has them.
 
     Displacements in the relative L2 norm over the whole run, between samples by straight lines; the opening in T; the
-    exit velocity, that of the mass at the end of the run, in its first one. Infinity for what is not finite.
+    exit velocity, that of the mass at the end of the run, in its first one. Infinity where a value is not finite.
     """
     answer = exact(case)
     values = [np.interp(answer.times, outcome.times, each) for each in (outcome.mass, outcome.face)]

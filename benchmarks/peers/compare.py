@@ -1,4 +1,4 @@
-"""docs/peers.md: impactlab beside other programs, measured here and now, or again from what was measured.
+"""docs/peers.md: impactlab beside other programs, measured here and now, or again from measured values.
 
     python -m benchmarks.peers.compare --out docs/peers.md [--repeats 15]
     python -m benchmarks.peers.compare --out docs/peers.md --from docs/peers.json

@@ -6,11 +6,11 @@ How it is set, and why:
   nothing printed; fixed steps with ``useRecommendedStepSize=False``, else contact refines them.
 - ``model``: ``items``: point masses and coordinate springs, its everyday way; ``matrix``: the same chain as one
   `ObjectGenericODE2` with sparse matrices, which spares thousands of items; ``reduced``: a few Craig-Bampton
-  coordinates in one `ObjectGenericODE2`, component mode synthesis. The last two are what an expert does.
+  coordinates in one `ObjectGenericODE2`, component mode synthesis. An expert would take one of the last two.
 - Contact: the limit stop of `CoordinateSpringDamperExt`, in C++, a spring and dashpot against penetration
   (`ObjectContactCoordinate` gives the same under fixed steps, in the same time). No user functions.
 - Explicit: `VelocityVerlet` (one evaluation a step), `ExplicitMidpoint`, `RK44`; the mass matrix is factored once, for
-  items inverted per body (`ObjectGenericODE2` cannot: version 1.13.6 says so, or in its fast build answers wrongly); no
+  items inverted per body (`ObjectGenericODE2` cannot: version 1.13.6 refuses it, or in its fast build gives wrong results); no
   accelerations at the end of steps, no Lie group integration. Implicit: generalised-alpha with
   modified Newton that updates its Jacobian only where contact changes (``modifiedNewtonContractivity``). The sparse
   solver for chains; for reduced rods, whose mass matrix is an arrow, the sparse and the dense one.
@@ -81,7 +81,7 @@ def _setting(
 
 
 def scales(case: Case, setting: Setting) -> tuple[float, float, float]:
-    """Return the step [s], and stiffness [N/m] and damping [N s/m] of the contact, that a setting asks for.
+    """Return the step [s], and stiffness [N/m] and damping [N s/m] of the contact, for a setting.
 
     ``courant`` is the step in h/c, of a reduced rod in two over its largest frequency (the stability limit without
     contact); ``contact_damping`` is in impedances of the face.
@@ -149,7 +149,7 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
 
 
 def _nothing() -> tuple[Array, Array]:
-    """Return what sensors would have kept of the start alone."""
+    """Return the values of sensors at the start alone."""
     return np.zeros((1, 2)), np.zeros((1, 2))
 
 

@@ -1,7 +1,7 @@
 """impactlab itself: the exact description and three that step; like the others, at the best setting of a scan.
 
-Timed is what `impactlab.run` reports as ``solve_s``: steps or marching, records and dated events, without set-up (case,
-modes, factors, memory) and without the checks of a finished run. The exact answer has nothing to choose.
+The time is ``solve_s`` of `impactlab.run`: steps or marching, records and dated events, without set-up (case,
+modes, factors, memory) and without the checks of a finished run. The exact solution has no settings.
 ``automatic`` (`impactlab.refine.choice`) chooses during set-up; the time to choose stands beside it.
 """
 

@@ -1,6 +1,6 @@
-"""What docs/peers.md shows: the best settings of the scans timed again, side by side, and three ratios.
+"""Measurements of docs/peers.md: the best settings of the scans timed again, side by side, and three ratios.
 
-All runs of a table are interleaved: each repeat builds and solves every one of them once, so that what the machine does
+All runs of a table are interleaved: each repeat builds and solves every one of them once, so that other work of the machine
 meanwhile falls on all alike. Times are of the processor, in this thread; the least counts, and how far the middle
 lies above it is kept.
 """
@@ -91,7 +91,7 @@ def interleaved(builds: list[Callable[[], Run]], repeats: int) -> list[Times]:
 
 
 def builder(peer: str, case: Case, setting: Setting) -> Callable[[], Run]:
-    """Return what builds a run; packages write nothing while timed."""
+    """Return the function that builds a run; packages write nothing while timed."""
     module = load(peer)
     return lambda: module.build(case, setting, record=False)
 
@@ -202,7 +202,7 @@ def by_hand(repeats: int) -> list[dict[str, Any]]:
 
 
 def fixed_cost(repeats: int) -> float:
-    """Return what a run of hardly any steps takes [s]: what every run pays once."""
+    """Return the time of a run of hardly any steps [s], which every run pays once."""
     setting = {"model": "central_difference", "coordinates": 2, "courant": 1.0}
     short = Case(PAPER.name, PAPER.segments, PAPER.striker, round_trips=0.25)
     return interleaved([lambda: impactlab_peer.build(short, setting, record=False)], repeats)[0]["solve_s"]

@@ -1,6 +1,6 @@
-"""The rod as springs and point masses, or as a few Craig-Bampton coordinates: what the programs are handed.
+"""The rod as springs and point masses, or as a few Craig-Bampton coordinates, as handed to the programs.
 
-Both are set-up and outside the times. All programs get the same arrays, so that what differs is the program.
+Both are set-up and outside the times. All programs get the same arrays, so that only the program differs.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ How it is set, and why:
 
 - ``model``: ``chain``: one slide joint per node of a lumped mesh, each on a body of its own so that the mass matrix is
   diagonal, springs as fixed tendons; ``modes``: one slide joint per mode of a Craig-Bampton rod, its spring in the
-  joint, so that only the contact couples coordinates. The latter spares n tendons and is what an expert would do.
+  joint, so that only the contact couples coordinates. The latter spares n tendons; an expert would take it.
 - Contact: the limit of a fixed tendon whose length is the gap, ``solreflimit`` in its direct form: with an impedance
   near one the constraint's acceleration is -b v - k r. ``b dt = 1`` brings the approach to rest within one step,
   ``k dt dt`` takes the penetration back; both are scanned in these units.

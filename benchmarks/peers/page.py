@@ -1,4 +1,4 @@
-"""Writes docs/peers.md and its figure from what `measure.py` found and the scans hold; nothing is measured here."""
+"""Writes docs/peers.md and its figure from the results of `measure.py` and of the scans; nothing is measured here."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ PAGE = """# Beside other programs
 
 How long other programs take to reach an error that impactlab reaches: the same impact, machine and core, in one run.
 Exudyn, MuJoCo and OpenSees are general programs for multibody systems and structures, and do what impactlab cannot;
-impactlab knows nothing but rods and their impacts. So this page says what a special program gains on its one subject,
-and nothing about theirs. [Mechanisms beside another program](peers-mechanisms.md) has two arms that strike a stop.
+impactlab is made for rods, beams and their impacts alone. This page shows the gain of a special program on its one
+subject, and nothing about theirs. [Mechanisms beside another program](peers-mechanisms.md) has two arms that strike a stop.
 
-Made by `python -m benchmarks.peers.compare --out docs/peers.md` with the `[peers]` extra; again from what was measured
-with `--from docs/peers.json`. {machine};
+Made by `python -m benchmarks.peers.compare --out docs/peers.md` with the `[peers]` extra; again from the measured
+values with `--from docs/peers.json`. {machine};
 {versions}.
 {repeats} interleaved repeats, time of the processor in one thread: the least, and in brackets how far the middle one
 lies above it. A run below 0.1 s follows an untimed one of the same program each time, so that none pays for caches that
 another emptied. {noise}
 
-## What was asked for
+## Aims
 
 {verdicts}
 
@@ -39,7 +39,7 @@ met against its quickest way.
 
 The paper's case: a mass as heavy as the rod, two contacts, 0 to 3 T. And a rod of steel and brass under a mass of
 0.8 kg on meshes of equal length, so that no step h/c is exact anywhere. A setting reaches an error when all of these
-stay below it against the exact answer: displacement of the mass and of the face (relative, L2), the first lasting
+stay below it against the exact solution: displacement of the mass and of the face (relative, L2), the first lasting
 opening (in T), velocity of the mass at the end (in its first one). Per program the quickest setting of its scan, as in
 all such scans with some luck where errors cross zero. Set-up (meshes, modes, factors) is not in the times. Package
 programs write no output while timed; impactlab and the loops by hand record everything they always do, and read it
@@ -49,8 +49,8 @@ afterwards.
 
 ![Error against time](figures/peers.png)
 
-The largest of the four errors against time, all settings of the scans: lines join the best. The exact answer
-shows the straight lines between 6000 samples by which all are compared.
+The largest of the four errors against time, all settings of the scans: lines join the best. The error of the
+exact solution is that of the straight lines between 6000 samples by which all are compared.
 
 ## Same scheme, same mesh
 
@@ -61,9 +61,9 @@ chain over as one object with sparse matrices, "items" as point masses and sprin
 
 ## Against loops written by hand
 
-Loops compiled by numba that know their scheme, their law and this one impact, with per-element coefficients and the
-same records (`benchmarks/step_loop.py`). Loop against loop; what a run pays
-once, whatever its steps, stands apart: {fixed:.2f} ms.
+Loops compiled by numba for one scheme, one law and this one impact, with per-element coefficients and the
+same records (`benchmarks/step_loop.py`). Loop against loop; the cost of a run that
+does not depend on its steps stands apart: {fixed:.2f} ms.
 
 {hand}
 
@@ -140,7 +140,7 @@ def verdict(met: bool) -> str:
 
 
 def verdicts(results: dict[str, Any]) -> str:
-    """Return the aims, what was found, and whether they are met."""
+    """Return the aims, the measured values, and whether they are met."""
     exact = results["exact_model"]
     error = exact["event_error"]
     aim = "exact model: all events of the paper's case to 1e-12 T"
@@ -165,7 +165,7 @@ def verdicts(results: dict[str, Any]) -> str:
 
 
 def way(row: dict[str, Any]) -> str:
-    """Return what tells an Exudyn setting from its neighbours."""
+    """Return the label that distinguishes an Exudyn setting from its neighbours."""
     setting = row["setting"]
     if "spectral_radius" in setting:
         return f"spectral radius {setting['spectral_radius']:g}"
@@ -197,7 +197,7 @@ def hand(rows: list[dict[str, Any]]) -> str:
 
 
 def how() -> str:
-    """Return what the modules of the programs say of themselves."""
+    """Return the docstrings of the modules of the programs."""
     return "\n\n".join(f"### {load(name).NAME}\n\n{(load(name).__doc__ or '').strip()}" for name in PEERS)
 
 

@@ -16,7 +16,7 @@ Found = TypeVar("Found")
 
 
 class Run(NamedTuple, Generic[Found]):
-    """A run made ready: only ``solve`` is timed, once; ``outcome`` afterwards tells what came out."""
+    """A prepared run: only ``solve`` is timed, once; ``outcome`` returns its results afterwards."""
 
     solve: Callable[[], None]
     outcome: Callable[[], Found]
@@ -44,7 +44,7 @@ class Peer(Protocol):
 
 
 def timed(run: Run[Any]) -> tuple[float, float]:
-    """Return what one solve takes [s], without the collector: processor time of this thread, and by the clock."""
+    """Return the time of one solve [s], without the collector: processor time of this thread, and by the clock."""
     gc.disable()
     try:
         wall, began = time.perf_counter(), time.thread_time()

@@ -15,8 +15,8 @@ from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, opti
 class AugmentedLagrangian(AbstractContactLaw):
     """Augmented Lagrangian: a penalty whose force starts from the last multiplier and is augmented a few times a step.
 
-    One augmentation: F = max(0, multiplier - stiffness * gap at the end), then the multiplier is F. What is left of the
-    overlap falls by 1/(1 + stiffness * compliance) each time; with many of them this is addition-deletion. Touch and
+    One augmentation: F = max(0, multiplier - stiffness * gap at the end), then the multiplier is F. The overlap
+    falls by 1/(1 + stiffness * compliance) each time; with many of them this is addition-deletion. Touch and
     the impulse of closing are those of the constraint.
 
     References

@@ -46,7 +46,7 @@ class AbstractContactLaw(ABC):
     noted: ClassVar[tuple[Noted, ...]] = ()  # counts in its memory that a run reports as warnings
     why_failed: ClassVar[str] = "a contact law gave no answer"  # text of the StepError after a failed reply
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where none is known
-    exact_remedy: ClassVar[str] = ""  # what makes it linear between changes of branch, without a full stop
+    exact_remedy: ClassVar[str] = ""  # the option that makes it linear between changes of branch, without a full stop
     gain_remedy: ClassVar[str] = ""  # remedy of a run that gained too much; "" where a smaller step or softness helps
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
@@ -93,7 +93,7 @@ class AbstractContactLaw(ABC):
     def branches(self) -> Branches | None:
         """Return the table of a law that is linear between changes of branch, which runs exactly on waves; else None.
 
-        A law that answers here has no `spring`.
+        A law with a value here has no `spring`.
         """
         return None
 

@@ -14,7 +14,7 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 class DispersiveIdentification(AbstractContactLaw):
     """Identification of dispersive waves: the waves that arrive are the free motion of the faces over the step.
 
-    All waves that reach a face within the step, of whatever speed, are in the velocity V that it would have at the end
+    All waves that reach a face within the step, of any speed, are in the velocity V that it would have at the end
     of the step without contact. Y is the velocity of the face per unit force of the step, over modes the sum of
     phi_i^2 sin(w_i dt)/w_i. One balance gives F = (V_left - V_right)/(Y_left + Y_right), never negative; masses and
     walls enter by their own V and Y. ``residual`` adds the static compliance r of the modes left out: then Y grows by

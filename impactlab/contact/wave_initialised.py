@@ -22,7 +22,7 @@ class WaveInitialised(AbstractContactLaw):
 
     References
     ----------
-    Shao and others, as EscalonaMayoDominguez1999 tell it (Introduction, p. 767: "initial velocities of the nodes in
+    Shao and others, as cited by EscalonaMayoDominguez1999 (Introduction, p. 767: "initial velocities of the nodes in
     contact and initial contact pressure ... obtained from wave propagation concepts"); the relations are those of
     TimoshenkoGoodier1951. Deviation: the impulse acts on both bodies, so that momentum is kept.
     """

@@ -39,7 +39,7 @@ typeof: Any = numba.typeof
 
 @EXACT_PART
 def threshold(m: MarchArrays, c: int, until: Array) -> float:
-    """Return the value that the quantity of an end passes, with what the law remembers."""
+    """Return the value that the quantity of an end passes, moved by the memory of the law."""
     contact = m.contacts[c]
     kept = contact.set if until[OF] == APPROACH else contact.largest
     return float(until[VALUE] + until[REMEMBERED] * kept)
@@ -47,7 +47,7 @@ def threshold(m: MarchArrays, c: int, until: Array) -> float:
 
 @EXACT_PART
 def beyond(m: MarchArrays, j: int, c: int, until: Array, n: int) -> float:
-    """Write how far the quantity of an end is short of its value, to the trial row; return what counts as zero."""
+    """Write how far the quantity of an end is short of its value, to the trial row; return the tolerance of zero."""
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     base, nodes = junction.first_node, junction.nodes
     a, b = contact.left - base, contact.right - base

@@ -117,7 +117,7 @@ class ContinuousHistory(AbstractHistory):
 
     @cached_property
     def links(self) -> tuple[LinkResult, ...]:  # type: ignore[override]
-        """What became of each link, or of all links of one name."""
+        """Results of each link, or of all links of one name."""
         if not self.joined:
             return ()
         return tuple(link_results(self.scene, self.method, self.signals, self._contact, 0.0, self.duration))

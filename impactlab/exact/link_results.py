@@ -1,4 +1,4 @@
-"""What became of the links of a solved network: sets, extreme forces, loss; sums of forces of one name."""
+"""Results of the links of a solved network: sets, extreme forces, loss; sums of forces of one name."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _refined(forces: Sequence[Signal], t: Array, values: Array, sign: float) -> 
 def link_results(
     scene: Scene, method: Method, signals: Signals, numbers: dict[str, int], begin: float, until: float
 ) -> Iterator[LinkResult]:
-    """Give what became of each link, or of all of one name, between two times [s].
+    """Yield the results of each link, or of all of one name, between two times [s].
 
     ``numbers`` are those of the contacts in the network, by name. Sets are those at the later time.
     """

@@ -1,4 +1,4 @@
-"""Schemes in time. Whoever writes one imports from here."""
+"""Time integrators: base class, records and kernels for those who write one."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def alpha_step(
 def mid_step(step: Step, dt: float, jump: Array) -> Array:
     """Return the columns of forces that act beside the accelerations: impulses dt in the middle of the step.
 
-    What such an impulse moves lies, traced back to the start of the step, half a step behind.
+    The displacement by such an impulse lies, traced back to the start of the step, half a step behind.
     """
     n_dof = jump.shape[1]
     begun = np.zeros((len(jump), step.state.size))

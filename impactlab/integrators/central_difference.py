@@ -46,7 +46,7 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, 
 
 @UNPACK
 def add_rare(parameters: Array, u: Array, v: Array) -> None:
-    """Change the velocities by what few bodies have: dampers, springs to the ground, loads, centrifugal forces."""
+    """Change the velocities by forces of few bodies: dampers, springs to the ground, loads, centrifugal forces."""
     n, soft = int(parameters[N]), parameters[SOFT]
     load, gain, _, keep, ground, mass, _ = split(parameters)
     if parameters[DAMPED] != 0.0:

@@ -24,7 +24,7 @@ class AbstractEquations(ABC):
     """Equations of motion of one body or several: accelerations that follow from a state, and powers beside them.
 
     The state is the position p and its rates v, (n,) each. Rows of faces and probes are over the displacements, which
-    follow from the position. To write one, supply what has no default here.
+    follow from the position. To write one, supply the methods without a default here.
     """
 
     parts: Mapping[str, slice]  # of each body, in the displacements

@@ -19,7 +19,7 @@ class FiniteElement(AbstractRodModel):
     """Bar elements of any order, or beam elements, every nodal coordinate kept: 2-node bars, or spectral elements.
 
     Order 2 and above are spectral elements, their nodes those of Gauss-Lobatto-Legendre quadrature. A consistent mass
-    is integrated exactly, whatever the order (deviation from the sources, which know the lumped one only); a lumped one
+    is integrated exactly, whatever the order (deviation from the sources, which have the lumped one only); a lumped one
     by the quadrature at the nodes, so that it is diagonal. With ``mass: redistributed`` (order 1, lumped) the nodes of
     contacts carry no mass: theirs goes to the neighbours, and they follow statically (deviation from the sources, which
     keep the centre of mass and the moment of inertia too: only the mass is kept). The mesh length that ``courant``

@@ -60,7 +60,7 @@ class ModalBody(AbstractDiscreteModel):
         highest = float(basis.frequencies.max(initial=0.0))
         rule = highest
         if self._paper_rule and len(rod.segments) == 1:
-            # The paper's rule (Eq. 24) counts the continuous rod's period whatever the mesh.
+            # The paper's rule (Eq. 24) counts the continuous rod's period with any mesh.
             rule = float((2 * elastic + 1) * np.pi * rod.segments[0].wave_speed / (2.0 * rod.length))
         if self._phases is not None:
             closed = self._phases.closed.operators()

@@ -99,7 +99,7 @@ else:
 
 
 def in_python(function: Any) -> Any:
-    """Return a compiled function as plain Python, with all that it calls; what is not compiled here as it is."""
+    """Return a compiled function as plain Python, with all that it calls; other functions as they are."""
     if function is call:
         return call_in_python
     inner = getattr(function, "py_func", function)

@@ -90,7 +90,7 @@ def _function(function: FunctionType, seen: dict[int, Any]) -> str:
     cells = [cell.cell_contents for cell in function.__closure__ or ()]
     taken = ", ".join(f"{name}: {_text(value, seen, names)}" for name, value in sorted(used.items()))
     code = function.__code__
-    if function.__doc__ and code.co_consts[:1] == (function.__doc__,):  # words do not change what is compiled
+    if function.__doc__ and code.co_consts[:1] == (function.__doc__,):  # a docstring does not change the compiled code
         code = code.replace(co_consts=(None, *code.co_consts[1:]))
     return f"{_text(code, seen)} {_text(function.__defaults__, seen)} {_text(cells, seen)} {taken}"
 
@@ -225,7 +225,7 @@ class KernelCache(Cache):  # type: ignore[misc] # numba has types in some versio
         with contextlib.suppress(*FAULTS), self._guard_against_spurious_io_errors():
             if (found := self._load_overload(sig, target_context)) is not None:
                 return found
-        load_array_functions()  # what is compiled next needs them
+        load_array_functions()  # needed by the code compiled next
         return None
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:

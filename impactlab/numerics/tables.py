@@ -2,7 +2,7 @@
 
 Numba passes a tuple of arrays as seven words or more for each of them: with some fifty arrays every call moves hundreds
 of words, and most of the time of a compilation goes into them. Of a table compiled code reads the words that it needs.
-They do not change while it runs, and LLVM knows that (`invariant.load`), so that they are read once before a loop.
+They do not change while it runs, and are declared so to LLVM (`invariant.load`): they are read once before a loop.
 
 The tuple itself is unchanged: from Python compiled functions take it as it is, and plain Python reads its fields.
 """

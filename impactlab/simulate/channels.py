@@ -103,7 +103,7 @@ class AbstractRecordedHistory(AbstractHistory):
 
     @abstractmethod
     def memories(self) -> Sequence[Sequence[float]]:
-        """Return what the law of each contact remembers at the end of the run."""
+        """Return the memory of the law of each contact at the end of the run."""
 
     def channels(self) -> tuple[str, ...]:
         return tuple(self.recorded)

@@ -34,9 +34,9 @@ from impactlab.types import Level
 LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 SMALLER_STEP = "Give a smaller step, or another law."
-MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, whatever its parts declare
+MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, even if its parts declare more
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
-OVERLAP_WARN = 0.1  # of the travel of the faces, under a law that says that they do not overlap
+OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
 SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
@@ -187,7 +187,7 @@ def fastest(history: AbstractRecordedHistory, model: MechanismModel) -> Turned:
 def check_gain(history: AbstractHistory, bound: float, remedy: str, failure: Failure) -> None:
     """Raise `StepError` where energy grew beyond its bound, or its balance is not finite.
 
-    A run that more than doubles the energy of its bodies is not a motion of theirs, whatever its parts declare.
+    A run that more than doubles the energy of its bodies is not a motion of theirs, even if its parts declare more.
     """
     if not np.all(np.isfinite(history.energy.balance)):
         text = "the balance of energy is not a finite number: a law replied an energy that is not a number"

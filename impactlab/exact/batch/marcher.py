@@ -88,7 +88,7 @@ class Marcher:
                 self.grow()
 
     def grow(self) -> None:
-        """Take twice the memory; what a march has written is lost."""
+        """Double the memory; the results of a march are lost."""
         log = self.log
         self.log = with_room(log, 2 * log.pieces.shape[1], 2 * len(log.pool), 2 * len(log.events))
         self.room = room_for(self.log.memory, self.pattern, self.numbers)

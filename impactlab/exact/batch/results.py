@@ -90,7 +90,7 @@ def derivatives(a: Array, n: int, y: float) -> tuple[float, float]:
 
 @EXACT_PART
 def finish_span(m: MarchArrays, span: Array, peaks: bool) -> None:
-    """Write impulse and, if asked for, peak force of a period of contact."""
+    """Write impulse and, on request, peak force of a period of contact."""
     c = int(span[CONTACT])
     j = m.nodes[m.contacts[c].left].junction
     junction = m.junctions[j]

@@ -113,7 +113,7 @@ class Single:
     def reader(self, channel: str, lengths: bool) -> Integral | None:
         """Return the integral of a channel of the scene that was marched last; None where there is none.
 
-        ``lengths`` tells whether lengths of rods may differ from those of the first scene.
+        ``lengths``: whether lengths of rods may differ from those of the first scene.
         """
         base = self.base
         quantity, _, rest = channel.partition(":")

@@ -124,7 +124,7 @@ def floor_of(m: MarchArrays, d: TangentArrays, q: int) -> float:
 def drive(m: MarchArrays, d: TangentArrays, q: int, j: int, longest: int) -> None:
     """Write the tangents of the loads of the groups over those of the loads, less drag' times velocity.
 
-    What is written to m.load then is (load - drag * velocity)' at constant velocity'.
+    The value written to m.load then is (load - drag * velocity)' at constant velocity'.
     """
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node

@@ -204,7 +204,7 @@ def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
         filled = make_tangents(m, d, j, t0, t1)
         if found and state.contact >= 0:
             of_crossing(m, d, j, n, half, until)
-        elif found:  # only what is sought next changes there
+        elif found:  # only the next event sought changes there
             for q in range(len(until)):
                 until[q] = d.clock[j, q]
         room = len(m.pieces) // len(m.junctions)

@@ -1,4 +1,4 @@
-"""The history of an exact run moved along its tangents: what a run beside it would be, to first order."""
+"""The history of an exact run moved along its tangents: a neighbouring run, to first order."""
 
 from __future__ import annotations
 

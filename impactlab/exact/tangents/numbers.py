@@ -31,7 +31,7 @@ def numbers(log: Log) -> list[Array]:
 
 
 def same_layout(one: Log, other: Log) -> bool:
-    """Return whether two networks have the same nodes, ends, contacts and first pieces, whatever their numbers."""
+    """Return whether two networks have the same nodes, ends, contacts and first pieces, with any numbers."""
     for table in ("junctions", "nodes", "ends", "contacts"):
         a, b = getattr(one, table), getattr(other, table)
         whole = [name for name in a.dtype.names if a.dtype[name].kind == "i"]
@@ -88,7 +88,7 @@ def _difference(
         if not same_layout(log, made):
             raise ImpactlabError("the network changes beside the given value", remedy="Use differences of runs.")
         for sum_, found, start in zip(total, numbers(made), base, strict=True):
-            # Differences from the base keep the digits of what does not change; masses of walls are infinite.
+            # Differences from the base keep the digits of unchanged numbers; masses of walls are infinite.
             change = np.where(np.isfinite(start), found - np.where(np.isfinite(start), start, 0.0), 0.0)
             sum_ += weight / width * change
     return total

@@ -33,7 +33,7 @@ def lever(slopes: Array, n: int, out: Array) -> None:
 
 @EXACT_PART
 def eliminate(rate: float, order: int, pivots: Array) -> None:
-    """Write what `relaxed` needs for y' = -rate y + b on [-1, 1] with any load: y_k = p_k y_{k-1} + r_k.
+    """Write the coefficients of `relaxed` for y' = -rate y + b on [-1, 1] with any load: y_k = p_k y_{k-1} + r_k.
 
     Rows: p_k; the factor of the load in r_k; that of r_{k+1}; products of the p up to k. The method is that of
     `kernel.relax`.

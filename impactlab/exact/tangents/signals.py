@@ -73,7 +73,7 @@ class MovingSignal:
         after = np.minimum(near + 1, len(self.stop) - 1)
         ones = np.ones(len(t))
         jump = np.abs(clenshaw(self.table, after, -ones) - clenshaw(self.table, near, ones))
-        unknown = near == len(self.stop) - 1  # what comes after the end of the run is not known
+        unknown = near == len(self.stop) - 1  # after the end of the run nothing is known
         return np.asarray(passes & (unknown | (jump > 1e-12 * np.max(np.abs(self.table)))))
 
     def integral(self, first: float, last: float) -> float:

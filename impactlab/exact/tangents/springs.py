@@ -32,7 +32,7 @@ def group_rate(m: MarchArrays, d: TangentArrays, q: int, j: int, g: int) -> floa
 
 @ALLOCATING_PART
 def add_stiffer(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> None:
-    """Add what stiffer springs and dashpots do to the loads of the groups: of end springs, and of closed contacts."""
+    """Add the effect of stiffer springs and dashpots, at ends and closed contacts, on the loads of the groups."""
     junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
     for i in range(base, junction.last_node):
@@ -63,7 +63,7 @@ def add_stiffer(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> N
 def add_heavier(
     m: MarchArrays, d: TangentArrays, q: int, j: int, damp: Array, stiff: Array, plain: Array, b: Array
 ) -> None:
-    """Add what heavier masses do to the loads of their groups: -(m'/m) times their inertia."""
+    """Add the effect of heavier masses on the loads of their groups: -(m'/m) times their inertia."""
     junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
     for g in range(base, junction.last_node):

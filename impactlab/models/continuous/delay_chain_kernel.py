@@ -36,7 +36,7 @@ def free(parameters: Array, state: Array) -> None:
             piece = FIRST + NODE * nodes + PIECE * node
             delay, start, place = int(parameters[piece]), int(parameters[piece + 1]), int(parameters[piece + 2])
             index = start + 2 * place
-            # What both ends sent in the step before, contact included.
+            # The waves that both ends sent in the step before, contact included.
             parameters[index] = state[v + 1]
             parameters[index + 1] = state[v + 2]
             place = place + 1 if place + 1 < delay else 0

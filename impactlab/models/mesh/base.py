@@ -138,7 +138,7 @@ class AbstractMesh(AbstractDiscreteModel):
             return solve(self.stiffness, force)
         inertia = np.column_stack([multiply(self.mass, column) for column in self.rigid.T])
         balanced = force - inertia @ (self.rigid.T @ force)
-        # Under balanced forces the springs to the ground at the pins carry nothing, whatever their stiffness.
+        # Under balanced forces the springs to the ground at the pins carry nothing, at any stiffness.
         grounded = self.stiffness.copy()
         grounded[0, list(self.pins)] *= 2.0
         displacement = solve(grounded, balanced)

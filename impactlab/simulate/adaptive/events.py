@@ -107,7 +107,7 @@ def first_change(system: System, interpolant: Any, begin: float, end: float) -> 
         if below >= 0.0:
             changes.append(Change(low, number))
         elif nears(low) < 0.0 < nears(high):  # one instant alone is read with other rounding than all at once
-            # A force may jump where it begins; then the bracket, not the value, says where it is.
+            # A force may jump where it begins; then the bracket, not the value, gives its time.
             time, _ = brentq(
                 nears, low, high, xtol=max(ROOT_TOL * (end - begin), 1e-300), maxiter=200, full_output=True, disp=False
             )

@@ -140,7 +140,7 @@ class PushRecord(ctypes.Structure):
 
 @record
 class LoadRecord(ctypes.Structure):
-    """A force over time on an end of a body: its samples, and what it has given so far."""
+    """A force over time on an end of a body: its samples, its impulse and work so far."""
 
     body: int
     place: int  # which of its body's ports

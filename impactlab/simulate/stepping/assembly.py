@@ -44,7 +44,7 @@ NAMED: Mapping[str, type[Any]] = {
 }  # fmt: skip
 """Records that are also read and written by name."""
 WRITTEN = ("events", "record", "sample", "snapshot_state")
-"""Arrays that are room for what a run writes."""
+"""Arrays that a run writes to."""
 
 
 @final

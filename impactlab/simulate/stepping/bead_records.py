@@ -1,4 +1,4 @@
-"""What is read of rows of beads: energies, records, and their motion in the state of the whole scene."""
+"""Readout of rows of beads: energies, records, and their motion in the state of the whole scene."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ from impactlab.simulate.stepping.arrays import (
 
 CLOSE, OPEN = 0, 1  # kinds of events, as in `event_times`
 SHORT = 30  # slots of a row that takes less time in one pass than in vector registers
-BLOCK = 128  # slots: what belongs to them stays in the fastest memory from the first pass to the second
+BLOCK = 128  # slots: their data stay in the fastest memory from the first pass to the second
 HERTZ = 1.5  # the exponent whose power is a root
 
 
@@ -119,7 +119,7 @@ def date_bead(m: BeadArrays, row: BeadRowRecord, slot: int, step: int, dt: float
     place, values = row.first + slot, m.bead_contacts
     gap = values[GAP, place] + m.beads[U, place + 1] - m.beads[U, place]
     rate = m.beads[V, place + 1] - m.beads[V, place]
-    # One step before it was on the other side of zero, whatever rounding says of faces that began in touch.
+    # One step before it was on the other side of zero, whichever sign rounding gives to faces that began in touch.
     before = max(0.0, gap - dt * rate) if gap < 0.0 else min(0.0, gap - dt * rate)
     event, time = m.events[m.clock[0].n_events], step * dt
     event.time, event.contact = time, len(m.contacts) + row.contact + slot - 1 + row.left_wall

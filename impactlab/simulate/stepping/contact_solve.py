@@ -164,7 +164,7 @@ def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
 
     Replies are piecewise linear, so one step within the right pieces is exact, and the set of acting contacts is found
     as by an active set method. A law is evaluated for changes of its neighbours alone, those that act on it: of a
-    chain the system is tridiagonal by contacts. What is zero and stays zero changes nothing.
+    chain the system is tridiagonal by contacts. Entries that are zero and stay zero change nothing.
     """
     size, band = 2 * len(m.contacts), 2 * m.clock[0].reach + 1
     width = min(3 * band + 1, size)
@@ -215,7 +215,7 @@ def take_up(m: StepArrays) -> None:
 
 @INLINE
 def change_of(m: StepArrays, number: int, dt: float) -> float:
-    """Return by how much a law's reply differs from what acts [N s]."""
+    """Return the difference of a law's reply from the impulse that acts [N s]."""
     contact, reply = m.contacts[number], m.replies[number]
     change = max(abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
     # A projection counts as the impulse with the same displacement over the step, also without a force.
@@ -268,7 +268,7 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
         if change <= 1e-15 * largest or not answered or sweep == MAX_SWEEPS:
             break
         if turns > 0 and change <= ROUNDING_TOL * largest and change >= 0.5 * before:
-            break  # what is left is rounding, which Newton steps repeat
+            break  # the remainder is rounding, which Newton steps repeat
         backwards = False
         if turns > 0 or sweep >= MAX_SLOW_SWEEPS or (sweep >= MIN_SWEEPS and change > SLOW * before):
             turns += 1
@@ -276,7 +276,7 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
                 take_up(m)
             if turns <= MAX_NEWTON_TURNS:
                 newton(m, time, dt, largest)
-                backwards = turns % 2 == 1  # from both ends in turn: what one end begins reaches the other in a sweep
+                backwards = turns % 2 == 1  # from both ends in turn: a change at one end reaches the other in a sweep
             if turns <= MAX_NEWTON_TURNS + 1:
                 since = sweep  # all laws are evaluated in it
     m.scratch[0] = 1.0 if answered and change <= AGREEMENT_TOL * largest else 0.0

@@ -73,7 +73,7 @@ class RecordedHistory(AbstractRecordedHistory):
         assembly.clock.n_events = 0
 
     def finish(self) -> None:
-        """End the run: what it recorded is read on first use."""
+        """End the run; its records are read on first use."""
         self.drain()
         clock = self.assembly.clock
         if clock.step < self.assembly.steps:
@@ -120,7 +120,7 @@ class RecordedHistory(AbstractRecordedHistory):
 
     @cached_property
     def links(self) -> tuple[LinkResult, ...]:  # type: ignore[override]
-        """What became of each link, or of all links of one name."""
+        """Results of each link, or of all links of one name."""
         return tuple(self._read_links())
 
     def memories(self) -> list[Sequence[float]]:

@@ -1,4 +1,4 @@
-"""Layout of a stepped run: the order of bodies and contacts in the loop, and the columns of what it records."""
+"""Layout of a stepped run: the order of bodies and contacts in the loop, and the columns of its records."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Layout:
         return kept_of_rows(self.scene, self.steps, columns) if columns else self.scene.records
 
     def _read_probes(self) -> None:
-        """Tell probes that are rows over the state from those that the waves of a delay line give after the run.
+        """Separate probes that are rows over the state from those that the waves of a delay line give after the run.
 
         For these the displacements of the ends that no contact records are recorded, too; of a chain of delays the
         waves that its nodes send.
@@ -121,7 +121,7 @@ class Layout:
                 )
 
     def _record(self, recorded: list[Probed], beads: set[str]) -> None:
-        """Keep what is recorded as rows over the state, and of it what is no bead's."""
+        """Keep the probes recorded as rows over the state, and those of them that are not on beads."""
         self.recorded = recorded
         self.probes = [each for each in recorded if each.body not in beads]
         self._probe_places = {each: place for place, each in enumerate(self.probes)}

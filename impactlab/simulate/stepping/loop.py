@@ -318,7 +318,7 @@ def start(m: StepArrays, dt: float) -> None:
             load_point, contact.load_point = contact.load_point, 0.0
             evaluate(m, number, 0.0, 1.0)
             contact.load_point = load_point
-            if contact.joined != 0:  # what yields at t = 0 has yielded before
+            if contact.joined != 0:  # a contact that yields at t = 0 has yielded before
                 for k in range(MEMORY):
                     m.ports[number].memory[k] = m.replies[number].memory[k]
     fill_influence(m)

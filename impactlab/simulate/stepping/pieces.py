@@ -39,7 +39,7 @@ WHOLE, NUMBER = types.int64, types.float64
 
 
 def read_rare(m: StepArrays) -> None:
-    """Read at the start of a step what few scenes have: readings of laws, pushed rows, loads, dashpots."""
+    """Read, at the start of a step, quantities that few scenes have: readings of laws, pushed rows, loads, dashpots."""
     first_reading = 2 * len(m.faces)
     for number in range(len(m.readings)):
         value = row_times_state(m, first_reading + number)

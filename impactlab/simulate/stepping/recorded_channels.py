@@ -112,7 +112,7 @@ def sums_of_groups(scene: Scene, channels: Mapping[str, Channel]) -> Iterator[tu
 
 
 def ends_of(assembly: Assembly, record: Array, times: Array, channels: Mapping[str, Channel]) -> Ends:
-    """Return what delay lines recorded, by body."""
+    """Return the records of delay lines, by body."""
     layout, found = assembly.layout, Ends()
     first = layout.first_probe + len(layout.probes)
     far = {(each.body, each.x): record[:, first + number] for number, each in enumerate(layout.far_ends)}

@@ -29,7 +29,7 @@ from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.layout import steps_per_sample
 from impactlab.simulate.stepping.retiming import retime
 
-FREE_OF_STEP = (Penalty, Hertz, AbstractHystereticLaw)  # laws whose constants know nothing of the step
+FREE_OF_STEP = (Penalty, Hertz, AbstractHystereticLaw)  # laws whose constants do not depend on the step
 OF_SCENE = tuple(field.name for field in fields(Scene) if field.name != "records")
 
 

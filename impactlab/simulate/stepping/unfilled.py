@@ -1,6 +1,6 @@
-"""What stands in the place of a piece of the step loop that a scene was not given: a function that ends the run.
+"""Placeholder for a piece of the step loop that was not compiled for a scene: a function that ends the run.
 
-A call of address 0 would end the process without a word. This one is a fault of the program, and is told as such.
+A call of address 0 would end the process without a word. This one is a fault of the program, and the error states it.
 """
 
 from __future__ import annotations
