@@ -48,9 +48,9 @@ core of {machine}. Other programs ran beside.
 ## Hertzian beads
 
 Leapfrog, {steps} steps or more. "struck": all beads touch, the first one moves; few contacts are closed. "pressed":
-all contacts between two walls are closed. Two loops are written by hand, one with one pass over the beads and one with two passes
-that the compiler turns into vector instructions; the faster one counts. They write no records, events or energies, and
-step all beads; the package skips blocks of beads that the wave has not reached, of which "pressed" has none.
+all contacts between two walls are closed. Two loops are written by hand: one with one pass over the beads, one with two
+passes that the compiler turns into vector instructions; the faster one counts. They write no records, events or
+energies, and step all beads; the package skips blocks of beads that the wave has not reached; "pressed" has none.
 The package's time is that of the whole loop with its default records, events and energies; reading them into channels
 after the run is the column beside. The aim: at most twice the hand-written loop with 1000 beads, and no growth with
 their number.

@@ -10,7 +10,7 @@ How it is set, and why:
 - Contact: the limit stop of `CoordinateSpringDamperExt`, in C++, a spring and dashpot against penetration
   (`ObjectContactCoordinate` gives the same under fixed steps, in the same time). No user functions.
 - Explicit: `VelocityVerlet` (one evaluation a step), `ExplicitMidpoint`, `RK44`; the mass matrix is factored once, for
-  items inverted per body (`ObjectGenericODE2` cannot: version 1.13.6 refuses it, or in its fast build gives wrong results); no
+  items inverted per body (`ObjectGenericODE2` cannot: version 1.13.6 refuses it, or is wrong in its fast build); no
   accelerations at the end of steps, no Lie group integration. Implicit: generalised-alpha with
   modified Newton that updates its Jacobian only where contact changes (``modifiedNewtonContractivity``). The sparse
   solver for chains; for reduced rods, whose mass matrix is an arrow, the sparse and the dense one.

@@ -1,7 +1,7 @@
 """Measurements of docs/peers.md: the best settings of the scans timed again, side by side, and three ratios.
 
-All runs of a table are interleaved: each repeat builds and solves every one of them once, so that other work of the machine
-meanwhile falls on all alike. Times are of the processor, in this thread; the least counts, and how far the middle
+All runs of a table are interleaved: each repeat builds and solves every one of them once, so that other work of the
+machine falls on all alike. Times are of the processor, in this thread; the least counts, and how far the middle
 lies above it is kept.
 """
 

@@ -17,8 +17,9 @@ PAGE = """# Beside other programs
 
 How long other programs take to reach an error that impactlab reaches: the same impact, machine and core, in one run.
 Exudyn, MuJoCo and OpenSees are general programs for multibody systems and structures, and do what impactlab cannot;
-impactlab is made for rods, beams and their impacts alone. This page shows the gain of a special program on its one
-subject, and nothing about theirs. [Mechanisms beside another program](peers-mechanisms.md) has two arms that strike a stop.
+impactlab is made for impacts of rods, beams and mechanisms. This page shows the gain of a special program on its one
+subject, and nothing about theirs.
+[Mechanisms beside another program](peers-mechanisms.md) has two arms that strike a stop.
 
 Made by `python -m benchmarks.peers.compare --out docs/peers.md` with the `[peers]` extra; again from the measured
 values with `--from docs/peers.json`. {machine};

@@ -58,7 +58,7 @@ class TangentArrays(NamedTuple):
     used: Integers  # (2,): of the pool; coefficients of the rows that have ever been written
     pool: Array  # of a piece: parameter by parameter, row by row
     dated: Array  # (events, P): of the time of an event
-    bend: Array  # (events, 3): derivatives in time, first and second, of the quantity that crossed zero, and 1 (`CROSSED`); or the
+    bend: Array  # (events, 3): first two time derivatives of the quantity that crossed zero, and 1 (`CROSSED`); or the
     # force after the front that parts the faces, 0 and 2 (`BY_FRONT`); or zeros, of faces that touch at once
     pull: Array  # (events, P): of that force
     steeper: Array  # (events, P): of the rate at which it crosses zero, at the event
