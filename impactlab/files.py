@@ -81,7 +81,7 @@ def open_netcdf(path: str | Path) -> SampledHistory:
     ExtraError
         Without xarray or h5netcdf: ``pip install 'impactlab[data]'``.
     ImpactlabError
-        If the file does not hold a run of a case; `CaseError` where its case cannot be built, as for want of a plugin.
+        If the file does not hold a run of a case; `CaseError` where its case cannot be built, as without a plugin.
     """
     return read_netcdf(path).history
 

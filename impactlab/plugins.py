@@ -104,7 +104,7 @@ class Registry:
         Raises
         ------
         PluginError
-            If no part, or more than one, has this name, or if it cannot be used; the text says which and why.
+            If no part, or more than one, has this name, or if it cannot be used; the text names it and the reason.
         """
         entries = [entry for entry in self.entries if entry.group == group.name and entry.name == name]
         if not entries:

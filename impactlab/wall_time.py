@@ -28,7 +28,7 @@ STAGES: dict[str, str] = {
     "other": "between them",
 }
 """All stages, with the work that each is."""
-WHOLE = (CHOOSING, REFERENCE)  # stages whose runs are not told apart
+WHOLE = (CHOOSING, REFERENCE)  # stages whose runs are not separated
 INSIDE = (LOADING, COMPILING)  # stages that stay apart in these, too
 
 
@@ -115,7 +115,7 @@ class timed:  # noqa: N801 - likewise
 
 
 def age_of_process() -> float:
-    """Return the seconds since this process began, to a hundredth; 0 where the system does not say.
+    """Return the seconds since this process began, to a hundredth; 0 where the system does not give it.
 
     0 also for a process in which a command before this one has run: what began then is not its start.
     """

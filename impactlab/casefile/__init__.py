@@ -1,4 +1,4 @@
-"""The case file room: reads, checks and builds cases. The only room that knows pydantic and YAML."""
+"""The case file: reads, checks and builds cases. pydantic and YAML are used here alone."""
 
 from impactlab.casefile.blocks_in_python import Beam, Chain, Contact, Joint, Link, Mass, Mechanism, Rod, Shaft, Wall
 from impactlab.casefile.case import Case, load_case

@@ -119,7 +119,7 @@ class Case:
 
     @property
     def source(self) -> str:
-        """Where the case comes from, as the file says it."""
+        """Source of the case, as stated in the file."""
         return self.checked.source
 
     @property

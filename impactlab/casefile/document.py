@@ -62,7 +62,7 @@ def read_document(path: Path, kind: Kind = CASE) -> Document:
     Raises
     ------
     CaseError
-        If the file is missing, too large, too deep, or of another format than its ending says.
+        If the file is missing, too large, too deep, or of another format than its ending.
     """
     readers = {".yaml": parse_yaml, ".yml": parse_yaml, ".toml": parse_toml, ".json": parse_json}
     reader = readers.get(path.suffix.lower())

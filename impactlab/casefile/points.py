@@ -72,7 +72,7 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
 
 
 def _of_part(name: str, face: str | None, place: str | None, path: str) -> Face:
-    """Return a face of a mechanism that a class describes, which says later whether it has one of that name."""
+    """Return a face of a mechanism that a class describes; whether it has a face of that name is checked later."""
     if face is None or place is not None:
         raise CaseError(
             f"{name!r} is a mechanism, so its face must be named: {name}.face",

@@ -96,7 +96,7 @@ def _contacts(case: CaseBlock, scene: Scene, method: Method) -> list[dict[str, A
 
 
 def _described(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
-    """Return the keys of ``solve`` that say how the scene is described and stepped."""
+    """Return the keys of ``solve`` for the description of the scene and its steps."""
     solve: dict[str, Any] = {}
     blocks = {name: case.solve.models.get(name, case.solve.model) for name in method.models}
     solve["models"] = {name: describe_part(model, blocks[name]) for name, model in models_of(scene, method).items()}

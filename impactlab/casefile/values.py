@@ -1,6 +1,6 @@
 """Readers of the fields of a case, each with one clear message: numbers with a unit, words, ends, initial shapes.
 
-A field that allows several things is read by one reader that knows them all; a union of types would answer one
+A field that allows several things is read by one reader for all of them; a union of types would report one
 mistake with an error for each member.
 """
 

@@ -32,7 +32,7 @@ class EnergyConserving(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        # Faces that met without overlap stay where they are but for the rounding of their displacements.
+        # Faces that met without overlap stay where they are, up to the rounding of their displacements.
         slack = ROUNDING * max(abs(port.left.displacement), abs(port.right.displacement)) * port.in_contact
         if port.gap > slack:
             return

@@ -96,7 +96,7 @@ def derivatives(
     base = values(case.scene(), history)
     try:
         solved = solved_with(case, parameters)
-    except ImpactlabError:  # a network that changes beside the value: runs tell
+    except ImpactlabError:  # a network that changes beside the value: runs are compared
         return [Found(_of_runs(case, each, values, base, history, np.inf), DIFFERENCES, ()) for each in parameters]
     found = []
     for number, parameter in enumerate(parameters):

@@ -42,7 +42,7 @@ def correlations(problem: Problem, x: Array) -> list[float]:
 
 
 def _loss(parts: list[Array], columns: list[Array], values: list[float]) -> float:
-    """Return twice the negative logarithm of the restricted likelihood, but for a constant."""
+    """Return twice the negative logarithm of the restricted likelihood, up to a constant."""
     residuals = np.concatenate([whitened(part, value) for part, value in zip(parts, values, strict=True)])
     jacobian = np.concatenate([whitened(each, value) for each, value in zip(columns, values, strict=True)])
     norms = np.linalg.norm(jacobian, axis=0).clip(1e-300)

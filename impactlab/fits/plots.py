@@ -71,7 +71,7 @@ def determined(fit: Fit) -> list[int]:
 
 
 def name_of(fit: Fit, path: str) -> str:
-    """Return the last words of a path that tell it apart from those of the other parameters."""
+    """Return the last words of a path that distinguish it from those of the other parameters."""
     paths = [each.path for each in fit.parameters]
     return short_names(paths)[paths.index(path)]
 

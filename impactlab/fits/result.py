@@ -35,7 +35,7 @@ class Fitted(NamedTuple):
     """A fitted parameter in SI, with the ends of its 95 % interval.
 
     ``lower`` and ``upper`` come from the derivatives, widened where residuals correlate under white noise. All
-    intervals that were asked for stand in ``intervals``, by jacobian, widened, profile and bootstrap. An infinite end,
+    the requested intervals stand in ``intervals``, by jacobian, widened, profile and bootstrap. An infinite end,
     or zero of a positive parameter, is one that the signals do not determine.
     """
 

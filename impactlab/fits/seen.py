@@ -68,7 +68,7 @@ def seen(jacobian: Array, spread: float, weights: Array) -> Seen:
 
 
 def short_names(paths: Sequence[str]) -> list[str]:
-    """Return the last words of dotted paths, as many as tell them apart; of ``gain of CHANNEL`` the first word."""
+    """Return the last words of dotted paths, as many as distinguish them; of ``gain of CHANNEL`` the first word."""
     ends = [_ends(path) for path in paths]
     return [next((end for end in own if sum(end in other for other in ends) == 1), own[-1]) for own in ends]
 

@@ -123,7 +123,7 @@ class MarchedTrials(Trials):
     def _direct(self, unknowns: Sequence[Unknown]) -> list[list[int]] | None:
         """Return the entries of the vector that are the unknowns themselves; None where the case makes others.
 
-        The case is built at corners of the bounds: where it refuses one, it is asked at each trial.
+        The case is built at corners of the bounds: where it refuses one, it is built at each trial.
         """
         corners = corners_of(unknowns)
         try:

@@ -190,7 +190,7 @@ def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array) -> Bod
     for quantity in kept_quantities(body):
         try:
             fields = [history.field(body.name, float(t), quantity) for t in times]
-        except ImpactlabError:  # a body that knows a quantity at its contacts and probes only
+        except ImpactlabError:  # a body with a quantity at its contacts and probes only
             continue
         if fields:
             x = fields[0].x

@@ -2,7 +2,7 @@
 
 In a rod of wave speed c and impedance Z any motion is a wave to the right of velocity R and one to the left of velocity
 L: the velocity is R + L, the strain (R - L)/c, the force Z (R - L), both positive in compression. So velocity and
-strain at one section give both waves; at an impedance step, a gauge or an end they tell what arrives and what leaves.
+strain at one section give both waves; at a step, a gauge or an end they separate arriving from leaving waves.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ def one_gauge(
 ) -> TwoWaves:
     """Return the waves at the right end of a bar from one gauge that the pulses pass one after the other.
 
-    The first pulse is the wave to the right. The gauge hears nothing of it from the end before 2 distance/c0 after its
+    The first pulse is the wave to the right. No reflection from the end reaches the gauge before 2 distance/c0 after its
     start; the record is divided halfway between the end of the first pulse and that time.
 
     Parameters
@@ -60,7 +60,7 @@ def one_gauge(
         Share of the largest value below which the gauge is quiet.
     end : float, optional
         Time [s] from which on the record is left out; by default a second 2 distance/c0 later, before which a gauge in
-        the middle of a bar hears nothing of its other end.
+        no reflection of the other end reaches the middle of the bar.
 
     Raises
     ------

@@ -76,5 +76,5 @@ class AbstractMechanism(ABC):
 
         Written are the mass matrix (n n,), the force (n,) and, of r readings, rows (r n,), values (r + 1,) and rates
         (r,). The last of the values is the work of loads that follow from the position, such as gravity [J]. Where
-        ``mass`` is empty only the readings are asked for. Everything is written, nothing added.
+        ``mass`` is empty only the readings are needed. Everything is written, nothing added.
         """

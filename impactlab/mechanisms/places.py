@@ -40,7 +40,7 @@ def write_place(
 ) -> None:
     """Write a place of a link, at x [m] along it, where psi and phi are ``shapes`` and S q is ``sq``.
 
-    S q' is ``sd``; where it is empty, accelerations are not asked for.
+    S q' is ``sd``; where it is empty, accelerations are not needed.
     """
     na, nb, first = int(P[link + AXIAL]), int(P[link + BENDING]), int(P[link + FIRST])
     a, a1, q, q1 = p[first : first + na], v[first : first + na], p[first + na :][:nb], v[first + na :][:nb]

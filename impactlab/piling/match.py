@@ -107,7 +107,7 @@ def match(
     ------
     CaseError
         If signals differ in length, are not finite or not in order of time, a name is no number of the soil, or the
-        head cannot be told.
+        head cannot be identified.
 
     References
     ----------

@@ -57,7 +57,7 @@ def checked(time: ArrayLike, force: ArrayLike, velocity: ArrayLike) -> tuple[Arr
 def driven_by(case: Case, time: Array, force: Array) -> Driven:
     """Return the case with the hammer taken away and a measured force [N] on the head, compression positive.
 
-    The pile is at rest at the first sample. Bodies that no contact joins to the pile any more are left out, and with
+    The pile is at rest at the first sample. Bodies that no contact still joins to the pile are left out, and with
     them probes, methods and variants of the case.
     """
     run = case.simulation()
@@ -105,7 +105,7 @@ def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
         heads = loaded or [x for x in ends if toes and x not in toes]
         if len(heads) != 1:
             raise CaseError(
-                f"the head of the pile {body.name!r} cannot be told: no hammer meets it, {len(loaded)} ends are loaded "
+                f"the head of the pile {body.name!r} is not unique: no hammer meets it, {len(loaded)} ends are loaded "
                 f"and {len(toes)} ends stand on soil",
                 remedy=f"Load its head, as in ends: {{left: {{force: 1}}}}, or let a hammer meet {body.name}.left.",
                 path=f"bodies.{body.name}",
@@ -120,7 +120,7 @@ def head_signals(history: AbstractHistory) -> Head:
     Raises
     ------
     ImpactlabError
-        If no pile or no head can be told, or the velocity of a loaded head was not recorded.
+        If no pile or no head can be identified, or the velocity of a loaded head was not recorded.
     """
     run = Simulation(history.scene, history.method)
     body, from_left, struck = head_of(run)

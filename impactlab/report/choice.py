@@ -21,7 +21,7 @@ HEADINGS = ("candidate", "predicted", "estimated", "measured", "predicted ms", "
 def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]:
     """Return the choice as a run makes it, and every description refined until it keeps the tolerance.
 
-    Where a description does so in two runs, which show no order, a third and coarser one says more of its errors.
+    Where a description does so in two runs, which show no order, a third and coarser one shows it.
 
     ``physics`` are the scene and the laws that errors refer to. Measured errors are the largest relative ones of the
     quantities that count; None without a reference.

@@ -44,7 +44,7 @@ def write_comparison(
     reference : Reference or None
         The answer the errors were measured against.
     references : mapping, optional
-        Where methods are judged by answers of their own: name of the method to that history.
+        Where methods have references of their own: name of the method to that history.
     provenance : Provenance
         Title, source, command and case of the comparison.
     files : FigureFiles

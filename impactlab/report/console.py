@@ -268,7 +268,7 @@ def _number(value: Any) -> str:
 def say_if_compiling(*simulations: Simulation) -> None:
     """Log, on standard error, that kernels are compiled first, if they are not on disk.
 
-    Exact runs alone never need the step loop; the march says so itself where it is compiled.
+    Exact runs do not need the step loop; the march reports its own compilation.
     """
     if not simulations or not all(is_exact(*each) for each in simulations):
         addresses.say_if_compiling(loop.advance_dated)

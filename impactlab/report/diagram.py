@@ -19,7 +19,7 @@ MEANING = {"stress": "stress σ", "torque": "torque T", "displacement": "deflect
 
 
 def has_waves(history: AbstractHistory, scene: Scene) -> bool:
-    """Return whether the history knows the load of a body at the frames of a page."""
+    """Return whether the history has the load of a body at the frames of a page."""
     return any(entry["load"] is not None for entry in frames(history, scene).values())
 
 

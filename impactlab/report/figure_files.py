@@ -42,7 +42,7 @@ def figure_files(formats: str | None, width: str | None) -> FigureFiles:
         wrong = [name for name in given if name not in known]
         if wrong:
             raise CaseError(
-                f"{option} does not know {wrong[0][:40]!r}", remedy=f"Allowed: {', '.join(known)}.", path=option
+                f"{option} has no value {wrong[0][:40]!r}", remedy=f"Allowed: {', '.join(known)}.", path=option
             )
     return FigureFiles(names, width or "", every=True) if formats or width else FigureFiles()
 

@@ -101,7 +101,7 @@ def _spans(axis: Axes, trace: Trace, scene: Scene, contact: str, row: int) -> No
 def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Figure:
     """Return the errors of every method, one panel per norm that exists, in per cent on a logarithmic axis.
 
-    Dots, not bars: on a logarithmic axis the length of a bar says nothing. Panels share one scale.
+    Dots, not bars: on a logarithmic axis the length of a bar has no meaning. Panels share one scale.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class Panel(NamedTuple):
 
 
 def shown(traces: Sequence[Trace]) -> list[Trace]:
-    """Return the histories that a page shows: the traces, then the answer that they are judged by, in ink."""
+    """Return the histories that a page shows: the traces, then the reference of their errors, in ink."""
     reference = exact_of(traces)
     if reference is None or (len(traces) == 1 and traces[0].history.dt is None):
         return list(traces)

@@ -47,7 +47,7 @@ class Trace(NamedTuple):
     history: AbstractHistory
     colour: str
     dash: tuple[float, tuple[float, ...] | None] = (0, None)
-    reference: AbstractHistory | None = None  # the answer it is judged by, a dark line
+    reference: AbstractHistory | None = None  # the reference of its errors, a dark line
 
 
 class Unit(NamedTuple):

@@ -75,9 +75,9 @@ def summarise(
     history : AbstractHistory
         Result of the run.
     reference : Reference, or (str, AbstractHistory), optional
-        The answer it is judged by, with its uncertainty, or its name and history; without one ``errors`` is null.
+        The reference, with its uncertainty, or its name and history; without one ``errors`` is null.
     outlook : Outlook, optional
-        Why there is no reference, if there is none; by default that none answers the scene.
+        Why there is no reference, if there is none; by default that none exists for the scene.
     """
     found, tolerance = None, history.method.tolerance
     if reference is not None:
@@ -121,7 +121,7 @@ def has_numbers(status: str | None) -> bool:
 def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict[str, Any]:
     """Return the errors against a reference, and the uncertainty of that reference.
 
-    A metric that the reference itself knows no better than `VAGUE` is None: the force of a converged answer may ring
+    A metric whose uncertainty in the reference is above `VAGUE` is None: the force of a converged answer may ring
     where its displacements have long converged.
     """
     found = metrics.errors(history, reference.name, reference.history, scene)
@@ -328,7 +328,7 @@ def cell(value: Any) -> str:
             return str(value)
 
 
-ROUNDING = 1e-6  # %, below which a table says no more than that
+ROUNDING = 1e-6  # %, below which a table gives this bound
 
 
 def headings() -> list[str]:

@@ -13,7 +13,7 @@ JUDGED = ("mass", "face", "impulse")
 """The columns in which the smallest value is the best."""
 TEXT = ("method", "model", "law", "integrator", "warnings")
 FIRST = ("method", "mass", "face", "impulse", "first opening", "contacts", "gain", "loss", "solve", "steps", "dt")
-"""The columns of the page, those that judge first: a narrow screen shows the first few."""
+"""The columns of the page, errors first: a narrow screen shows the first few."""
 UNDER = ("model", "law", "integrator")
 """Columns in small type under the name of a method on the page, as are the codes of its warnings."""
 

@@ -1,4 +1,4 @@
-"""Figures of laws that remember, and those by which a pile and a Hopkinson bar are judged."""
+"""Figures of laws that remember, and those used for piles and Hopkinson bars."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def force_jumps(scene: Scene, method: Method) -> bool:
 def is_exact(scene: Scene, method: Method) -> bool:
     """Return whether all rods are continuous and all laws hard, constant springs or linear between changes of branch.
 
-    Where a law has branches, a given step asks for a delay line that steps.
+    Where a law has branches, a given step selects a stepped delay line.
     """
     models = [method.models.get(name) for name, body in scene.elastic.items() if body.waves is not None]
     if any(body.changes for body in scene.bodies.values()):

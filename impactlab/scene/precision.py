@@ -29,12 +29,12 @@ LOST_DIGITS = (
 )
 
 
-_quiet: ContextVar[bool] = ContextVar("quiet", default=False)  # whether numpy says nothing of overflow anyway
+_quiet: ContextVar[bool] = ContextVar("quiet", default=False)  # whether numpy is silent on overflow anyway
 
 
 @contextmanager
 def quietly() -> Iterator[None]:
-    """Let numpy say nothing of overflow inside, so that no `in_precision` there need ask for it."""
+    """Silence overflow warnings of numpy inside, once for every `in_precision` there."""
     token = _quiet.set(True)
     try:
         with np.errstate(all="ignore"):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 MEMORY = 2e9  # bytes
 BUILT = 0.1  # of it, for the matrices and steppers of all bodies
-ASKED = 1e8  # bytes, from which the machine is asked for what it has free
+ASKED = 1e8  # bytes, from which the free memory of the machine is read
 FRAMES = 0.1  # of it, for the states at the frames of a run
 CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
 FEWEST = 100  # records of a run
@@ -47,7 +47,7 @@ def memory_limit() -> float:
 
 
 def available_memory() -> float | None:
-    """Return the bytes that the machine has free; None where it does not say."""
+    """Return the free memory of the machine [bytes]; None where it is not known."""
     try:
         with Path("/proc/meminfo").open(encoding="ascii") as stream:
             for line in stream:
@@ -106,7 +106,7 @@ def columns_of(scene: Scene) -> int:
 def default_records(scene: Scene, most: int) -> int:
     """Return the instants kept where a case does not say: ``most``, of many bodies as many as half the limit holds.
 
-    The limit is that of 2 GB, whatever ``IMPACTLAB_MEMORY`` says, so that the same case keeps the same.
+    The limit is that of 2 GB, whatever ``IMPACTLAB_MEMORY`` is, so that the same case keeps the same.
     """
     room = 0.5 * (1.0 - BUILT) * MEMORY / (2.0 * NUMBER * columns_of(scene))
     return max(FEWEST, min(most, int(room)))

@@ -116,7 +116,7 @@ def row(made: Sweep, number: int) -> Row:
         return Row(STATUSES.index(status_of(history)), "", found)
     except ImpactlabError as error:
         return missing(made, "failed" if isinstance(error, StepError) else "refused", str(error))
-    except Exception as error:  # noqa: BLE001 - a part may raise anything; its point tells it
+    except Exception as error:  # noqa: BLE001 - a part may raise anything; its point reports it
         return missing(made, "failed", f"{type(error).__name__}: {error}")
 
 

@@ -291,7 +291,7 @@ the beam's motion (sum of v^2) lies outside the middle quarter when a quarter of
 
 **{wu_haug}** Ritz vectors, which do not depend on the size of this neighbourhood, do as well with fewer.
 
-Later the waves reach the other pieces, and what these leave out stays missing however fine the struck one is: in the
+Later the waves reach the other pieces, and the parts left out stay missing however fine the struck one is: in the
 first scene above the error of the force is {later}.
 
 ## Palas and others: with all modes, an impulse moves only the point that it strikes
@@ -304,7 +304,7 @@ modes the jump is local. A mass of the beam's own strikes the middle of a pinned
 
 ![Velocities after a kick](figures/beam_bases_kicks.svg)
 
-**Both are right.** With few modes the whole beam moves at once. The width falls as 1/N, and what moves beyond L/10 as
+**Both are right.** With few modes the whole beam moves at once. The width falls as 1/N, and the motion beyond L/10 as
 1/N too. But with it goes the mass that takes part, so that impulse and energy vanish as 1/N: with all modes one kick
 moves one point, and nothing is transferred. The momentum of an impact on a beam takes time, and many kicks.
 """

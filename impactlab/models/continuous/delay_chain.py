@@ -47,7 +47,7 @@ class DelayChain(AbstractSelfStepping):
     and are kept to rounding. Coordinates are the displacements of the nodes, each between the time integrals of the
     velocities that the node sends to the left and to the right, from which every quantity follows at every place.
 
-    The step must fit: a step up to a fifth shorter than the one asked for is taken, the one that fits best. Then nodes
+    The step must fit: a step up to a fifth shorter than the given one is taken, the one that fits best. Then nodes
     move to the grid, by half a cell at most, counted from the middle of the rod; impedances and weights stay. Gravity
     accelerates both waves on their way, each by half of it. ``points_per_period`` counts the period of mode 100, or ten
     times the shortest delay where that is shorter.

@@ -269,7 +269,7 @@ class ElasticBody(Body):
 
     @property
     def limit_rate(self) -> float:
-        """Rate [rad/s] from which on its stiffness does not hold it under rotation; inf where a mesh tells it."""
+        """Rate [rad/s] from which on its stiffness does not hold it under rotation; inf where the mesh gives it."""
         return math.inf
 
     @property

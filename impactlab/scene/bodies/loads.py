@@ -62,7 +62,7 @@ class AbstractLoad(ABC):
 class SampledLoad(AbstractLoad):
     """Forces f [N] at rising times t [s], straight lines between them.
 
-    Before the first sample and after the last the force is that of the sample. `reaches` tells whether this is more
+    Before the first sample and after the last the force is that of the sample. `reaches` returns whether this is more
     than a force of zero that stays zero.
     """
 

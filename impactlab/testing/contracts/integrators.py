@@ -102,7 +102,7 @@ class IntegratorContract:
         force = 1e3 * float(np.max(np.abs(multiply(system.stiffness, moving.displacement))))
         bare = self.part.prepare(moving, row[None, :], dt)
         loaded = self.part.prepare(moving._replace(load=moving.load + force * row), row[None, :], dt)
-        # A force in the equation of motion met none before this step; accelerations beside it know the load already.
+        # A force in the equation of motion met none before this step; accelerations beside it include the load already.
         kept = bare if self.part.step(moving, dt).force is None else loaded
         begun = np.concatenate((bare.state[: 2 * n_dof], kept.state[2 * n_dof :]))
         one = stepped(bare, bare.state) + force * bare.force_response[0]

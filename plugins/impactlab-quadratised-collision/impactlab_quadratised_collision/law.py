@@ -45,7 +45,7 @@ class QuadratisedPowerLaw(AbstractContactLaw):
         # Depths at the ends of the travel over which the force works, the later one without force.
         start, end, compliance = -port.travel_start, -(port.travel_start + port.free_travel), port.travel_per_force
         if start <= 0.0 and end <= 0.0:
-            reply.dissipated = 0.5 * port.memory[0] * port.memory[0]  # nothing is left, but for other contacts' pulls
+            reply.dissipated = 0.5 * port.memory[0] * port.memory[0]  # nothing is left, except pulls of other contacts
             return
         psi = port.memory[0]
         if port.memory[1] == 0.0 and start > 0.0:  # faces that overlap from the beginning
