@@ -117,8 +117,8 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
 
     All warnings of the run stand in ``history.warnings``, and each is issued as a `RunWarning`: as a `DoubtfulResult`
     where the answer is in doubt, as it misses its tolerance (``history.choice.met`` is False) or gained energy; else
-    as a `RunNote`, which is shown where a filter asks for it: ``warnings.simplefilter("default", il.RunNote)``. A value
-    of the case that may be a slip issues an `UnusualValue`.
+    as a `RunNote`, which a filter may show: ``warnings.simplefilter("default", il.RunNote)``. A value of the case that
+    may be a slip issues an `UnusualValue`.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ class UnusualValue(RunWarning):
 
 
 class RunNote(RunWarning):
-    """Any other warning of a run; shown only where a filter asks for it."""
+    """Any other warning of a run; shown only under a filter that admits it."""
 
 
 class SweepError(ImpactlabError):

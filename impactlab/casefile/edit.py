@@ -22,7 +22,7 @@ def edited(
 ) -> Document:
     """Return the document with one value changed.
 
-    Blocks are merged, unless ``replace`` is asked for, their kind changes, or they hold one of several alternatives
+    Blocks are merged, unless ``replace`` is set, their kind changes, or they hold one of several alternatives
     (the step, the duration, an end); then the new block stands alone.
 
     Parameters

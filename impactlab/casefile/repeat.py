@@ -1,7 +1,7 @@
 """Bodies, contacts and probes made from one block: ``repeat`` and ``chain`` written out, with formulas of an index.
 
-The blocks are written out before they are checked, so that the rules of a case do not depend on them. Errors are led back to
-the block as it stands in the file (`impactlab.casefile.origins`).
+The blocks are written out before they are checked, so that the rules of a case do not depend on them. Errors are
+led back to the block as it stands in the file (`impactlab.casefile.origins`).
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class Bilinear(AbstractContactLaw):
     def __post_init__(self) -> None:
         if (self.restitution is None) == (self.unloading_stiffness is None):
             given = "neither is given" if self.restitution is None else "both are given"
-            text = f"restitution and unloading_stiffness say the same in two ways, and {given}"
+            text = f"restitution and unloading_stiffness define the same in two ways, and {given}"
             raise CaseError(text, remedy="Give one of the two.")
         if self.unloading_stiffness is not None and self.unloading_stiffness < self.stiffness:
             raise CaseError(

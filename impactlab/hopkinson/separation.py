@@ -44,8 +44,8 @@ def one_gauge(
 ) -> TwoWaves:
     """Return the waves at the right end of a bar from one gauge that the pulses pass one after the other.
 
-    The first pulse is the wave to the right. No reflection from the end reaches the gauge before 2 distance/c0 after its
-    start; the record is divided halfway between the end of the first pulse and that time.
+    The first pulse is the wave to the right. No reflection from the end reaches the gauge before 2 distance/c0 after
+    its start; the record is divided halfway between the end of the first pulse and that time.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ def shapes_of(link: Link, models: Mapping[str, AbstractRodModel]) -> FlexibleLin
     ):
         if given != served:
             raise CaseError(
-                f"link '{link.name}' bends in eigenvectors of a consistent mesh, and {name} {given} is asked for",
+                f"link '{link.name}' bends in eigenvectors of a consistent mesh, and {name} {given} is given",
                 remedy=f"Remove {name}.",
                 path=f"solve.models.{link.name}.{name}",
             )

@@ -126,7 +126,7 @@ class Modal(AbstractRodModel):
         available = n_dof - mesh.rigid.shape[1]
         if self.modes is not None and self.modes > available:
             raise CaseError(
-                f"{self.modes} modes asked for, but the mesh of {self.elements} elements has {available} elastic modes",
+                f"{self.modes} modes given, but the mesh of {self.elements} elements has {available} elastic modes",
                 remedy=f"Give modes: {available} or fewer, or more elements.",
                 path="solve.model.modes",
             )

@@ -51,7 +51,7 @@ def probed(scene: Scene) -> Iterator[Probed]:
             yield Probed(channel, name, x, quantity, 1.0)
 
 
-ADD_IT = "Add the time to 'snapshots', or ask for equal ones: snapshots: {count: 200}."
+ADD_IT = "Add the time to 'snapshots', or give equal ones: snapshots: {count: 200}."
 MAX_LISTED = 12  # times in a message
 MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
 OF_THE_RUN = ("assembly", "_record")  # fields that refer to the memory of a run

@@ -56,7 +56,7 @@ def asked(scene: Scene, names: Sequence[str | Sampled], registry: Registry) -> t
     Raises
     ------
     PluginError, CaseError
-        If a quantity is not installed, is asked for twice, or has no unit.
+        If a quantity is not installed, is named twice, or has no unit.
     """
     if not names:
         raise CaseError("a sweep without a quantity", remedy="Name one; `impactlab plugins` lists them.")
@@ -72,7 +72,7 @@ def asked(scene: Scene, names: Sequence[str | Sampled], registry: Registry) -> t
         found.append(Asked(name, getattr(function, "unit", ""), describe(function), over, labels_of(scene, over)))
     twice = [each.name for number, each in enumerate(found) if each.name in [other.name for other in found[:number]]]
     if twice:
-        raise CaseError(f"{shown(twice[0])} is asked for twice", remedy="Name it once.")
+        raise CaseError(f"{shown(twice[0])} is named twice", remedy="Name it once.")
     return tuple(found)
 
 

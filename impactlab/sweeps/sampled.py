@@ -35,9 +35,9 @@ def check_sampled(wanted: Sampled, scene: Scene, method: Method, longest: float)
         Duration of the longest run [s].
     """
     if not len(wanted.times) or not all(0.0 <= time < math.inf for time in wanted.times):
-        raise CaseError(f"{wanted.channel} is asked for at no time of a run", remedy="Give times in s, from 0 on.")
+        raise CaseError(f"{wanted.channel} is requested at no time of a run", remedy="Give times in s, from 0 on.")
     if max(wanted.times) > longest * (1.0 + END_ROUNDING):
-        text = f"{wanted.channel} is asked for at {max(wanted.times):.6g} s; the run ends at {longest:.6g} s"
+        text = f"{wanted.channel} is requested at {max(wanted.times):.6g} s; the run ends at {longest:.6g} s"
         raise CaseError(text, remedy="Give times of the run, or run the case with a longer duration.")
     quantity, _, label = wanted.channel.partition(":")
     if quantity not in UNITS:

@@ -326,5 +326,5 @@ def test_a_head_that_cannot_be_told(on_160: il.Case) -> None:
         contacts=[on_160.document.data["contacts"][2]],
         solve=on_160.document.data["solve"],
     )
-    with pytest.raises(CaseError, match="the head of the pile 'pile' cannot be told"):
+    with pytest.raises(CaseError, match="the head of the pile 'pile' is not unique"):
         match(case, RAMP, np.zeros(N), np.zeros(N), ["shaft.capacity"])

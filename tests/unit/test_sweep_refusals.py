@@ -65,7 +65,7 @@ def no_run(monkeypatch):
         (["--over", "method=penalty,continuous"], "method", "whose method is chosen: continuous"),
         ([*OVER, "--quantities", "restituton"], "", "Did you mean 'restitution'?"),
         ([*OVER, "--quantities", ""], "", "a sweep without a quantity"),
-        ([*OVER, "--quantities", "contacts,contacts"], "", "'contacts' is asked for twice"),
+        ([*OVER, "--quantities", "contacts,contacts"], "", "'contacts' is named twice"),
         ([*OVER, "--points", "points.csv"], "", "the points cannot be read"),
         ([*OVER, "--shard", "3/2"], "--shard", "'3/2' is not a shard"),
         ([*OVER, "--shard", "0/2"], "--shard", "'0/2' is not a shard"),
@@ -93,9 +93,9 @@ def sampled(channel: str, times: list[float], methods: str = "continuous") -> No
         ("forc:hammer|rod.left", [1e-5], "Did you mean 'force'?"),
         ("velocity:rod@9", [1e-5], "no run has the channel 'velocity:rod@9'"),
         ("energy:nobody", [1e-5], "Did you mean 'energy:"),
-        ("force:hammer|rod.left", [], "is asked for at no time of a run"),
-        ("force:hammer|rod.left", [float("nan")], "is asked for at no time of a run"),
-        ("force:hammer|rod.left", [1e-5, 9.0], "is asked for at 9 s; the run ends at 0.000349121 s"),
+        ("force:hammer|rod.left", [], "is requested at no time of a run"),
+        ("force:hammer|rod.left", [float("nan")], "is requested at no time of a run"),
+        ("force:hammer|rod.left", [1e-5, 9.0], "is requested at 9 s; the run ends at 0.000349121 s"),
     ],
 )
 def test_sampled_channels_are_checked_before_the_first_run(channel, times, words, no_run):
