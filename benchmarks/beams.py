@@ -2,7 +2,7 @@
 
 A hard mass on the tip of a cantilever, lumped beam elements, constraint addition-deletion, by central difference and by
 Newmark's method. The hand-written loops walk over the same element coefficients, 12 EI/h^3/(1 + Phi) and EI/h each; at
-every step they keep what the package records, and they take the energies and momenta as often. Newmark's is factorised
+every step they keep the records of the package, and take energies and momenta as often. Newmark's is factorised
 before its first step, so are its answers to a unit of force and of impulse. Times are minima of interleaved runs, in
 time of the processor. A line through the meshes gives the cost of a step on any mesh, and the cost per element; a
 second run of four times the steps shows whether the time is linear in them.
@@ -44,7 +44,7 @@ STEPS = 3000
 
 
 class Coefficients(NamedTuple):
-    """What a hand-written loop knows of a beam, clamped on its right."""
+    """Data of a hand-written loop for a beam, clamped on its right."""
 
     shear: Any  # (n_elements,) 12 EI/h^3/(1 + Phi), N/m
     bending: Any  # (n_elements,) EI/h, N m
@@ -222,7 +222,7 @@ def planned(elements: int, scheme: str, steps: int) -> Plan:
 
 
 def time_by_hand(plan: Plan, elements: int) -> tuple[float, Any]:
-    """Return what the same steps take in the hand-written loop [s], and what it recorded."""
+    """Return the time of the same steps in the hand-written loop [s], and its records."""
     assert plan.dt is not None
     system, stepper = plan.built["beam"].system, plan.steppers["beam"]
     h = STEEL.length / elements

@@ -4,8 +4,8 @@ Runs every description that steps, of references and of the choice, at several v
 more bodies, and fits seconds = (step + size x size of a step) x steps above the fixed cost of a run, by least squares
 of relative errors. The fixed cost is the least time of all runs; the cost of setting up is the median. The constants
 are printed beside those in use (`impactlab.refine.cost`), with predicted over measured times. Times are least ones of
-repeats, nothing else running; another machine scales all of them, so what counts is that the ratios of the descriptions
-agree.
+repeats, nothing else running; another machine scales all of them, so only the ratios of the
+descriptions agree.
 """
 
 from __future__ import annotations

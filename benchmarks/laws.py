@@ -1,8 +1,8 @@
-"""What each registered contact law costs per step, compiled and as plain Python, beside a hand-written loop.
+"""Cost per step of each registered contact law, compiled and as plain Python, beside a hand-written loop.
 
 The paper's case with 400 elements at half the stable step, so that stiff contacts are resolved. The hand-written loop
 is that of `step_loop.py` (central difference, addition-deletion), whatever the row. "plain Python" is the same law with
-``compiled = False``, called back at every step: what it costs more. Times are minima of interleaved runs.
+``compiled = False``, called back at every step: its additional cost. Times are minima of interleaved runs.
 
     python benchmarks/laws.py [--repeats 20] [--elements 400] [--json]
 """
@@ -51,7 +51,7 @@ def nothing(*_: Any) -> None:
 
 
 def empty_call(repeats: int) -> float:
-    """Return what calling a law in plain Python back costs when it does nothing [us]."""
+    """Return the cost of calling back an empty law in plain Python [us]."""
     law, port, reply, least = LawAddress(nothing, as_compiled=False), Port(), Reply(), math.inf
     for _ in range(repeats + 1):
         began = time.perf_counter()

@@ -132,7 +132,7 @@ def by_hand(
 
 
 def time_by_hand(elements: int, pieces: int, steps: int, dt: float) -> tuple[float, float]:
-    """Return what all steps take [s], and the set of the toe [m]."""
+    """Return the time of all steps [s], and the set of the toe [m]."""
     h = LENGTH / elements
     soils = [share for values, count in ((SHAFT, pieces), (TOE, 1)) for share in scaled(values, count)]
     cushions = [value for k, e in CUSHIONS for value in (k, k / e**2)]

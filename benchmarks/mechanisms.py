@@ -3,7 +3,7 @@
 The two-link arm (a rigid and a flexible link, a stop along y at its tip, Hertz contact) by the midpoint rule, for some
 numbers of bending shapes. The hand-written loop takes the terms at the middle of each step, factors M + dt^2 K/4 once,
 solves for the free acceleration and for the response to the contact force, finds the mean force of the step by Newton's
-method, and reads the tip again at the end; it keeps what the package records, and takes the energy as often. Times are
+method, and reads the tip again at the end. It keeps the records of the package and takes the energy as often. Times are
 minima of interleaved runs, in time of the processor.
 
     python benchmarks/mechanisms.py [--modes 6 12 20 30] [--repeats 7]
@@ -120,7 +120,7 @@ def by_hand(
 
 
 def time_by_hand(plan: Plan) -> tuple[float, Any]:
-    """Return what the steps take in the hand-written loop [s], and what it recorded."""
+    """Return the time of the steps in the hand-written loop [s], and its records."""
     model = plan.built["arm"].model
     assert isinstance(model, MechanismModel)
     assert plan.dt is not None

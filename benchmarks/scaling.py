@@ -1,4 +1,4 @@
-"""How cost grows: with elements and steps, with steps alone (memory), and what a run costs before its first step.
+"""How cost grows: with elements and steps, with steps alone (memory), and the cost of a run before its first step.
 
 The paper's case. Set-up is all that `simulate.run` does before its first step, the compiled loop at hand; memory is the
 most that Python and numpy hold at once during a whole run with probes only, each run in a process of its own. A cold
@@ -107,7 +107,7 @@ def memory_table(rows: list[dict[str, Any]]) -> str:
 
 
 def fixed(repeats: int) -> list[dict[str, Any]]:
-    """Return what short runs take [ms]: set-up, solution, and all with contacts, energies and warnings."""
+    """Return the times of short runs [ms]: set-up, solution, and all with contacts, energies and warnings."""
     scenes = {"exact": scene_of(100, model=Continuous()).but(integrator=None)}
     scenes |= {name: scene_of(100, integrator=integrator) for name, integrator in SCHEMES.items()}
     rows = []

@@ -1,7 +1,7 @@
 """The step loop against hand-written compiled loops of the same schemes with the same recorded output.
 
 Paper's case, lumped bars, constraint addition-deletion, 3 T, by central difference and by Newmark's method. The
-hand-written loops keep, at every step, what the package records (time, force, gap, displacement and velocity of both
+hand-written loops keep, at every step, the records of the package (time, force, gap, displacement and velocity of both
 faces, those of the mass) and take the energies and momenta as often; per-element coefficients in both. Of leapfrog the
 best loop that we could write stands beside it: displacement form, one pass, two arrays that change places, one factor
 for all elements, no energies. Newmark's matrix
@@ -275,7 +275,7 @@ def scene_of(
 
 
 def time_loop(plan: Plan) -> tuple[float, Assembly]:
-    """Return what all steps of a plan take [s], and the memory they were written into."""
+    """Return the time of all steps of a plan [s], and the memory they were written into."""
     assert plan.dt is not None
     assert plan.integrator is not None
     assembly = Assembly(plan, plan.integrator, plan.dt)
@@ -289,7 +289,7 @@ def time_loop(plan: Plan) -> tuple[float, Assembly]:
 
 
 def time_by_hand(plan: Plan) -> tuple[float, Any]:
-    """Return what the same steps take in the hand-written loop [s], and what it recorded."""
+    """Return the time of the same steps in the hand-written loop [s], and its records."""
     assert plan.dt is not None
     system, steps = plan.built["rod"].system, plan.steps
     mass, spring = system.mass[0], np.append(-system.stiffness[1, :-1], -system.stiffness[1, 0])
@@ -307,7 +307,7 @@ def time_by_hand(plan: Plan) -> tuple[float, Any]:
 
 
 def time_best(plan: Plan) -> tuple[float, Any]:
-    """Return what the same steps take in the best loop known for this case [s], and what it recorded."""
+    """Return the time of the same steps in the best loop known for this case [s], and its records."""
     assert plan.dt is not None
     system = plan.built["rod"].system
     mass, spring, n = system.mass[0], -system.stiffness[1, 0], system.load.size
@@ -344,7 +344,7 @@ def measure(elements: int, repeats: int, integrator: AbstractIntegrator = Centra
 
 
 def line(rows: list[dict[str, float]], name: str) -> tuple[float, float]:
-    """Return what a step costs on any mesh [us], and what it costs per element [ns], from the two smallest meshes."""
+    """Return the cost of a step on any mesh [us] and per element [ns], from the two smallest meshes."""
     (first, low), (second, high) = [(row["elements"], 1e6 * row[name] / row["steps"]) for row in rows[:2]]
     slope = (high - low) / (second - first)
     return low - slope * first, 1e3 * slope

@@ -4,8 +4,8 @@
     python benchmarks/wall_time.py --warm
 
 Both trees run interleaved, kernels on disk; shown is the quickest process of each. This tree reports its stages itself
-(`cost.wall_time`). An older one, which does not, is timed from outside: its functions are wrapped, and "start" is what
-they leave. Columns: start (Python, libraries, compiled code read from disk, set-up), case (read and checked), solving,
+(`cost.wall_time`). An older one, which does not, is timed from outside: its functions are wrapped, and "start" is the
+remainder. Columns: start (Python, libraries, compiled code read from disk, set-up), case (read and checked), solving,
 checks, reference (and errors against it), writing (summary, figures, files).
 
 ``--warm`` times `il.run` of the paper's case in one process instead: of one case again and again, and of cases that no

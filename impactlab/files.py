@@ -30,7 +30,7 @@ NETCDF = "history.nc"  # name of the file in the folder of a run
 
 
 class Kept(NamedTuple):
-    """What a file holds of a run."""
+    """Content of the file of a run."""
 
     case: Case
     history: SampledHistory

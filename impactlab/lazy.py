@@ -32,7 +32,7 @@ def lazy(name: str) -> Any:
 def above(module: str) -> Any:
     """Return a module that stands above the caller, by its name inside the package: figures of a history, say.
 
-    It is found when it is asked for, as plotting backends are; what stands below must not depend on it otherwise.
+    It is imported at its first use, as plotting backends are; modules below must not depend on it otherwise.
     """
     return import_module(f"impactlab.{module}")
 

@@ -117,7 +117,7 @@ class timed:  # noqa: N801 - likewise
 def age_of_process() -> float:
     """Return the seconds since this process began, to a hundredth; 0 where the system does not give it.
 
-    0 also for a process in which a command before this one has run: what began then is not its start.
+    0 also for a process in which a command before this one has run: that earlier start is not its own.
     """
     if _asked:
         return 0.0

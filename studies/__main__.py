@@ -1,6 +1,6 @@
 """Runs studies: ``python -m studies NAME ... [--out DIR] [--check]``; without a name it lists them.
 
-``--check`` writes nothing to docs/ and fails where a page there is not what the study gives. Other options are those
+``--check`` writes nothing to docs/ and fails where a page there differs from the study. Other options are those
 of one study: ``python -m studies NAME --help``. Beside these ``python studies/same_numbers.py`` compares the numbers of
 two versions.
 """

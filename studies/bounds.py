@@ -239,7 +239,7 @@ def constraint() -> Iterable[tuple[str, Gain | None]]:
 
 
 def precursors() -> Iterable[str]:
-    """Rows of what moves before the wave arrives: largest velocity further than c t + margin, over v0."""
+    """Rows of the motion before the wave arrives: largest velocity further than c t + margin, over v0."""
     trip = STEEL.length / STEEL.wave_speed
     times = tuple(trip * i / 20.0 for i in range(2, 18))
     settings: list[tuple[str, AbstractRodModel, AbstractIntegrator, StepRule]] = []

@@ -107,7 +107,7 @@ def leaves(line: Line) -> str:
 
 
 def told(reference: Reference) -> str:
-    """Return the name of a reference, with what it may be off by."""
+    """Return the name of a reference, with its uncertainty."""
     return reference.name if reference.uncertainty == 0.0 else f"{reference.name}, {reference.uncertainty:.0e}"
 
 
@@ -128,7 +128,7 @@ def row(line: Line) -> str:
 
 
 def changes(case: Case) -> str:
-    """Return what a variant changes, as the file says it."""
+    """Return the changes of a variant, as in the file."""
     given = case.checked.variants[case.variant_name]
     return ", ".join(
         f"{path.removeprefix('bodies.').removeprefix('contacts.0.')}: {plain(given[path])}" for path in given

@@ -1,4 +1,4 @@
-"""Kills sweeps at random moments and compares what is kept: ``python -m studies.killed_sweeps [--points 10000]``.
+"""Kills sweeps at random moments and compares the kept results: ``python -m studies.killed_sweeps [--points 10000]``.
 
 A sweep of the paper's rod in a pool of two processes is killed 20 times, one on a local Dask cluster over TCP five
 times, and five times a worker of such a cluster. Each ends with the bits of a sweep that nothing disturbed: no point is

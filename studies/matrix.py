@@ -73,7 +73,7 @@ SUBJECTS = {
 
 
 class Outcome(NamedTuple):
-    """What became of one cell."""
+    """Outcome of one cell."""
 
     status: str  # completed; refused, before the first step; failed, with the reason of a run; broken: a fault of ours
     mass: float | None = None  # errors against the exact hard contact
@@ -152,7 +152,7 @@ def models() -> dict[str, AbstractRodModel]:
 
 
 def beam_models() -> dict[str, AbstractRodModel]:
-    """Return what describes the beams: meshes of both masses, modes of a mesh and analytic ones; modes of the crank."""
+    """Return the models of the beams: meshes of both masses, modes of a mesh and analytic ones; modes of the crank."""
     mesh = {"elements": BEAM_ELEMENTS}
     modes = {**mesh, "modes": BEAM_MODES}
     tried: list[tuple[str, str, dict[str, Any]]] = [
@@ -246,7 +246,7 @@ def scene_of(model: str, law: str, scheme: str, trips: float = 3.0) -> Simulatio
 
 
 def outcome(model: str, law: str, scheme: str, trips: float = 3.0, timed: bool = True) -> Outcome:
-    """Return what becomes of one cell; ``timed``: a short run is repeated, for its time."""
+    """Return the outcome of one cell; ``timed``: a short run is repeated, for its time."""
     try:
         scene = scene_of(model, law, scheme, trips)
         history = simulate.run(*scene)
@@ -332,7 +332,7 @@ class Legend:
         return code
 
     def lines(self, status: str) -> list[str]:
-        """Return what the codes of a status mean, with the remedy of one cell."""
+        """Return the meaning of the codes of a status, with the remedy of one cell."""
         found = [(code, text) for (kind, text), code in self.codes.items() if kind == status]
         return [
             f"- **{code}** ({self.counts[code]} cells, at `{self.examples[code].path or 'run'}`): {text}."
@@ -380,7 +380,7 @@ def page(found: Mapping[Cell, Outcome]) -> str:
 
 
 def machine() -> str:
-    """Return on what kind of machine this runs."""
+    """Return the kind of machine."""
     return f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
 
 

@@ -162,7 +162,7 @@ def collect(cells: list[Cell], jobs: int) -> dict[str, dict[str, Any]]:
 def relative_change(path: str, before: Any, after: Any, energy: float) -> float:
     """Return the change of a value over the larger of the two; inf of words.
 
-    An energy changes over that of the run. What is a fraction already (errors, restitution, gains) changes over one.
+    An energy changes over that of the run. A fraction (errors, restitution, gains) changes over one.
     """
     for value in (before, after):
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -196,7 +196,7 @@ def starts_at_rounding(changes: list[Moved]) -> bool:
 
 
 def report(before: Mapping[str, Mapping[str, Any]], after: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return what moved, as text: the cells by their largest change, then the cells that need a reason."""
+    """Return the changes, as text: the cells by their largest change, then the cells that need a reason."""
     by_cell: dict[str, list[Moved]] = {}
     for each in moved(before, after):
         by_cell.setdefault(each.cell, []).append(each)

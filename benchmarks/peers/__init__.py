@@ -1,1 +1,1 @@
-"""Other programs on the same impact: how each was set, what it takes to reach an error. See docs/peers.md."""
+"""Other programs on the same impact: settings of each, and time to reach an error. See docs/peers.md."""

@@ -5,7 +5,7 @@
     python -m benchmarks.peers.arms_compare --out docs/peers-mechanisms.md --from docs/peers-mechanisms.json
 
 The first tries all settings and keeps them in ``scans/arms.csv``; the second times the best of them again, in turns,
-and writes the page; the third writes the page from what was measured.
+and writes the page; the third writes the page from the measured values.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def group_of(row: dict[str, Any]) -> str:
 def stays(rows: list[dict[str, Any]], row: dict[str, Any], tolerance: float) -> bool:
     """Return whether the next finer shapes or mesh and the next shorter step keep a tolerance, too, one by one and all.
 
-    What the scan varies in one value only stays as it is.
+    Options with one value in the scan stay as they are.
     """
     names, given = FINENESS[row["program"]], row["setting"]
     shared = {name: value for name, value in given.items() if name not in names}

@@ -4,7 +4,7 @@
     python -m benchmarks.peers.compare --out docs/peers.md --from docs/peers.json
 
 Run from the root of the repository. Programs that are not installed (`pip install impactlab[peers]`) have rows that say
-so. What was measured is written beside the page as JSON.
+so. The measured values are written beside the page as JSON.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tries every setting of every program on both cases and keeps what it took and how exact it was.
+"""Tries every setting of every program on both cases and keeps its time and its errors.
 
     python -m benchmarks.peers.scan [--peer exudyn ...]
 

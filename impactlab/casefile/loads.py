@@ -54,7 +54,7 @@ def is_over_time(value: Any) -> bool:
 
 
 def read_load(value: Any, unit: str) -> AbstractLoad:
-    """Return a force over time; raise with what is allowed."""
+    """Return a force over time; raise with the allowed forms."""
     if isinstance(value, AbstractLoad):
         return value
     if isinstance(value, str):
@@ -249,7 +249,7 @@ def settled(body: Body, duration: float) -> Body:
 
 
 def _left_out(load: AbstractLoad, duration: float) -> tuple[str, str]:
-    """Return why a load is not known over a whole run, and what to do; empty where it is."""
+    """Return why a load is not known over a whole run, and the fix; empty where it is."""
     if isinstance(load, SampledLoad):
         start, end = load.reaches(duration)
         remedy = "Give samples over the whole run, or a first or last sample of 0, before or after which it stays 0."

@@ -1,4 +1,4 @@
-"""The command ``sensitivities``: derivatives of what a run gives by numbers of its case."""
+"""The command ``sensitivities``: derivatives of results of a run by numbers of its case."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def sensitivities(
     variant: Variant = None,
     as_json: Json = False,
 ) -> None:
-    """Print derivatives of what a run gives by numbers of its case, and where the sequence of contacts changes."""
+    """Print derivatives of results of a run by numbers of its case, and where the sequence of contacts changes."""
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
         console.say_if_compiling(loaded.simulation())

@@ -1,4 +1,4 @@
-"""Derivatives of what a run gives by numbers of its case: tangents of exact runs, differences of stepped ones."""
+"""Derivatives of results of a run by numbers of its case: tangents of exact runs, differences of stepped ones."""
 
 from impactlab.derivatives.run import DEFAULT, jacobian, sensitivities
 from impactlab.derivatives.table import Sensitivities, Sensitivity

@@ -130,7 +130,7 @@ class _Frozen:
 def differences(case: Case, path: str, wanted: Sequence[Asked]) -> list[list[Difference]]:
     """Return derivatives of quantities by the number at a path, a list for each quantity, an entry for each label.
 
-    A run that lasts a number of round trips ends with the round trip of each shifted case, as in a sweep: what is taken
+    A run that lasts a number of round trips ends with the round trip of each shifted case, as in a sweep: a quantity
     at its end is differentiated at the moving end. A channel at a given time is differentiated at that time.
 
     Parameters

@@ -24,7 +24,7 @@ class Parameter(NamedTuple):
         return abs(self.value) or 1e-3
 
     def case(self, case: Case, value: float) -> Case:
-        """Return the case with another value; raises what the case raises."""
+        """Return the case with another value; raises the errors of the case."""
         return case.with_(self.path, value)
 
 

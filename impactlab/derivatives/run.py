@@ -1,4 +1,4 @@
-"""Sensitivities of a case: what each parameter changes, how it was found and where it ends."""
+"""Sensitivities of a case: the effect of each parameter, how it was found and where it ends."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class Loop(NamedTuple):
 
 @dataclass(frozen=True)
 class Blow:
-    """What one blow does to the rock."""
+    """Effect of one blow on the rock."""
 
     work: float  # J, on the rock at the end of the run
     efficiency: float  # work over the kinetic energy of the hammer
@@ -47,7 +47,7 @@ class Blow:
 
 
 def blow(case: Case | Simulation) -> Blow:
-    """Return what one blow does to the rock.
+    """Return the effect of one blow on the rock.
 
     The hammer is every body that moves at t = 0, the rock the only wall that a body meets, as a rule with the law
     `bilinear`: loading along k, unloading along k/gamma.
@@ -72,7 +72,7 @@ def blow(case: Case | Simulation) -> Blow:
 
 
 def blow_of(history: AbstractHistory) -> Blow:
-    """Return what the blow of a run did to the rock; raise `CaseError` as `blow`."""
+    """Return the effect of the blow of a run on the rock; raise `CaseError` as `blow`."""
     drill = drill_of(history.scene)
     law = history.method.laws[drill.rock.name]
     loop = loop_of(history, drill.rock, law)

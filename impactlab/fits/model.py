@@ -1,4 +1,4 @@
-"""What a run would show to the instrument: means over sampling intervals, of a channel that may be shifted in time."""
+"""Signal of a run as an instrument measures it: means over sampling intervals of a channel, which may be shifted."""
 
 from __future__ import annotations
 

@@ -189,7 +189,7 @@ class Problem:
         return tuple(each.at(values) for each in self.trials)
 
     def means(self, scaled: Array) -> list[AbstractMeans] | None:
-        """Return what the runs show of each channel; None where there is no such run."""
+        """Return the signal of each channel from the runs; None where there is no such run."""
         values = tuple(self.values(scaled)[: len(self.parameters)])
         found = [each.means(values) for each in self.trials]
         return None if any(each is None for each in found) else [mean for each in found for mean in each or ()]
@@ -227,7 +227,7 @@ class Problem:
         return [self.part(number, mean, self.setting(scaled, number)) for number, mean in enumerate(means)]
 
     def fitted(self, scaled: Array) -> list[Array]:
-        """Return what the cases show of each signal, (samples,) in SI, without a filter; NaN where there is no run."""
+        """Return each signal of the cases, (samples,) in SI, without a filter; NaN where there is no run."""
         means = self.means(scaled)
         if means is None:
             return [np.full(len(signal.times), math.nan) for signal in self.signals]

@@ -34,7 +34,7 @@ class Profile(NamedTuple):
 
 
 class Walk(NamedTuple):
-    """What the steps along a profile need."""
+    """Data of the steps along a profile."""
 
     loss: Loss
     number: int  # of the unknown

@@ -42,7 +42,7 @@ def fit(
         The case, with the method that solves it; its own values are the start. Of several experiments each case with
         its signals: their numbers are fitted together, and start at the values of the first.
     signals : Signal or sequence of Signal
-        What was measured on the case. A sample is the mean over its sampling interval.
+        Measured signal of the case. A sample is the mean over its sampling interval.
     parameters : mapping
         Dotted path of each number that is fitted, to its lower and upper bound in SI units or as texts.
     gain, offset, shift : number, text, pair or str

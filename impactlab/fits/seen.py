@@ -151,7 +151,7 @@ def products(found: Seen, paths: Sequence[str], values: Sequence[float], reach: 
 
 
 def undetermined(found: Seen, paths: Sequence[str], made: Sequence[Product]) -> list[str]:
-    """Return what signals do not determine, in words; empty where they determine all."""
+    """Return the parameters that signals do not determine, in words; empty where they determine all."""
     if not len(found.unseen):
         return []
     names = short_names(paths)

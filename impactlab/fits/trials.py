@@ -46,11 +46,11 @@ class Trials:
         self._kept: dict[Values, list[AbstractMeans] | None] = {}
 
     def at(self, values: Values) -> Case:
-        """Return the case with values of its unknowns; raises what the case raises."""
+        """Return the case with values of its unknowns; raises the errors of the case."""
         return self.case.with_settings(list(zip(self.paths, values, strict=True)), by="the fit")
 
     def means(self, values: Values) -> list[AbstractMeans] | None:
-        """Return what a run shows of each channel; None where there is no such run."""
+        """Return the signal of each channel from a run; None where there is no such run."""
         if values not in self._kept:
             while len(self._kept) >= MAX_KEPT:
                 self._kept.pop(next(iter(self._kept)))

@@ -1,4 +1,4 @@
-"""What a fit varies: numbers of the case within bounds, and settings of instruments that are not known."""
+"""Unknowns of a fit: numbers of the case within bounds, and settings of instruments that are not known."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def unknown(case: Case, path: str, bounds: Any) -> Unknown:
 
 
 def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknown:
-    """Return gain, offset or shift of a signal: the number where it is known, else what is fitted."""
+    """Return gain, offset or shift of a signal: the number where it is known, else the fitted value."""
     own = getattr(signal, name)
     chosen = given if own is None else own
     unit = {"gain": "1", "offset": unit_of(signal.channel), "shift": "s"}[name]

@@ -63,7 +63,7 @@ class BranchChange(NamedTuple):
 
 
 class LinkResult(NamedTuple):
-    """What became of a link, or of all links of one name: forces, permanent set, energy taken."""
+    """Results of a link, or of all links of one name: forces, permanent set, energy taken."""
 
     name: str
     pieces: int
@@ -238,7 +238,7 @@ class AbstractHistory(Views, ABC):
 
     @property
     def record_rate(self) -> float:
-        """Records of channels per second: what lies between two of them is not known; inf where everything is."""
+        """Records of channels per second, between which channels are not known; inf where they are known everywhere."""
         return math.inf
 
     def measured(self, probe: Probe | str | int) -> Measured:

@@ -1,4 +1,4 @@
-"""A history that was sampled: channels at the instants of a page, fields at its frames; what a file holds of a run."""
+"""A sampled history: channels at the instants of a page, fields at its frames; the content of the file of a run."""
 
 from __future__ import annotations
 

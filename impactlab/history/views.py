@@ -1,4 +1,4 @@
-"""What people see of a history, and the files it goes into: tables, labelled data, figures, notebook displays.
+"""Views of a history for people, and its files: tables, labelled data, figures, notebook displays.
 
 The code stands in modules above this one, with libraries that most runs never need. They are found by their names when
 they are first asked for, as plotting backends are.

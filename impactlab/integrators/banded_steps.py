@@ -1,7 +1,7 @@
 """Compiled steps of the implicit schemes, for mass, damping and stiffness of any bandwidth.
 
 Parameters of all of them: a header, whose places are the constants below, then the arrays that `split` returns: load,
-stiffness, mass, damping, momentum row, and what the scheme needs: its factors, as `factorise` leaves them, and room to
+stiffness, mass, damping, momentum row, and data of the scheme: its factors, as `factorise` leaves them, and room to
 work in. Stiffness and damping stand as springs to the ground (the sums of their rows) and bands below the
 diagonal, so that forces come from differences of displacements: a body far from its start feels no rounding of its
 travel.

@@ -29,8 +29,8 @@ class Step(NamedTuple):
     """A scheme for one body and one step length, as its author writes it.
 
     The state holds displacements, then velocities (n_dof each), then other state of the scheme. The parameters
-    are whatever the kernels read; among them, at ``load``, stands the constant load of the body: n_dof numbers, or
-    a mark before them, 1 where there is a load and else 0, so that a kernel may skip it.
+    are defined by the kernels that read them; among them, at ``load``, is the constant load of the body: n_dof numbers,
+    or a mark before them, 1 where there is a load and else 0, so that a kernel may skip it.
     """
 
     free: Kernel  # free(parameters, state): a step without contact, in place

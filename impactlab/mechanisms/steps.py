@@ -29,7 +29,7 @@ DRIVEN, RATE, WITHIN, DRIVE = range(4)  # of a drive: coordinate, rate, time wit
 
 
 class Middle(NamedTuple):
-    """Views of the numbers of a mechanism: what belongs to the middle of a step."""
+    """Views of the numbers of a mechanism in the middle of a step."""
 
     drives: Array  # (d, DRIVE) flat
     stiffness: Array  # (n n,)

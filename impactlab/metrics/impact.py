@@ -112,7 +112,7 @@ def momentum_error(
     """Return the error of the momentum balance of a body; the largest over free bodies.
 
     |p(end) - p(0) - impulses of contacts - (m g + forces on ends) t| over the momentum in play; see `momentum.balance`.
-    It is a balance of the run itself, whatever the reference. None where every body is held.
+    It is a balance of the run itself, for any reference. None where every body is held.
     """
     errors = []
     t = np.minimum(history.energy.time, history.duration)  # the last step may end after the run

@@ -213,7 +213,7 @@ def graph(
     Parameters
     ----------
     units : (float, float)
-        What is one in time [s] and in value [unit of the channel].
+        Scales of time [s] and value [unit of the channel].
     before : float, optional
         Value before t = 0; if given, the jump from it at t = 0 belongs to the graph.
     """

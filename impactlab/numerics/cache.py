@@ -200,7 +200,7 @@ def folder_of(module: str, source: Path, beside: Path) -> Path:
 
 
 def user_cache() -> Path:
-    """Return the folder in which the user's programs keep what they can make again."""
+    """Return the folder in which the user's programs keep files that can be made again."""
     if os.name == "nt":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":

@@ -45,7 +45,7 @@ class Head(NamedTuple):
 
 @dataclass(frozen=True)
 class Blow:
-    """What one blow does to a pile."""
+    """Effect of one blow on a pile."""
 
     set: float | None  # m, plastic displacement of the toe link in the blow; None without one
     peak_compression: Peak
@@ -61,7 +61,7 @@ class Blow:
 
 
 def blow(case: Case | Simulation) -> Blow:
-    """Return what one blow does to a pile: set, largest stresses, energy and head signals.
+    """Return the effect of one blow on a pile: set, largest stresses, energy and head signals.
 
     The pile is the rod that links with the law `smith` hold, its head the end that a ram or a helmet meets, its toe the
     link at the other end. Stresses are those of fields along the pile, 200 in the time of a wave through it.

@@ -24,7 +24,7 @@ SAME_SET = 1e-3  # relative: two blows that move the head and the toe by the sam
 
 
 class Driven(NamedTuple):
-    """One blow of several: what it moves for good, and the residual forces that it leaves. Positive into the soil."""
+    """One blow of several: its permanent set, and the residual forces that it leaves. Positive into the soil."""
 
     head: float  # m, permanent motion of the head
     toe: float  # m, permanent motion of the toe

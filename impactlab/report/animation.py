@@ -74,7 +74,7 @@ def write(history: AbstractHistory, path: Path, seconds: float = 8.0) -> None:
 
 @drawn
 def pictures(figure: Figure, step: Step, shown: Sequence[int]) -> list[Pixels]:
-    """Return frames as pixels, (height, width, 4) each: what does not move is drawn once."""
+    """Return frames as pixels, (height, width, 4) each: parts that do not move are drawn once."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     canvas: Any = FigureCanvasAgg(figure)

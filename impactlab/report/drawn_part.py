@@ -23,7 +23,7 @@ def drawn_energies(book: EnergyBook) -> Mapping[str, Array]:
 
 
 class DrawnPart(NamedTuple):
-    """A scene as a page draws it, and what it leaves out."""
+    """A scene as a page draws it, and the part left out."""
 
     scene: Scene
     left_out: str  # a sentence for people; empty where all is drawn

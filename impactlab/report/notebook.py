@@ -87,7 +87,7 @@ def of_case(label: str, title: str, scene: Scene, methods: Sequence[str], hints:
 
 
 def of_history(history: AbstractHistory) -> str:
-    """Return a run as HTML: sketch, what was computed, figure, periods of contact, warnings."""
+    """Return a run as HTML: sketch, method, figure, periods of contact, warnings."""
     case, scene, book = history.case, whole(history), history.energy
     name = case.label if case is not None else scene.name
     if case is not None and case.method_name != "base":

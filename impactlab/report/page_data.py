@@ -1,4 +1,4 @@
-"""The data of a page: what its script draws, as JSON with all arrays in one packed text."""
+"""The data of a page, drawn by its script: JSON with all arrays in one packed text."""
 
 from __future__ import annotations
 

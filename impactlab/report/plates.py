@@ -79,7 +79,7 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
 
 
 def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Plate]:
-    """Return the signals of the probes: what gauges would record."""
+    """Return the signals of the probes, as gauges would record them."""
     histories = signals.shown(shown)
     panels = [panel for panel in signals.panels(histories, scene, compared=compared) if panel.group == "probe"]
     if not panels:

@@ -23,7 +23,7 @@ LANE = 0.12  # of the whole length, between bodies that never meet end to end
 
 
 class Spot(NamedTuple):
-    """Where a body stands: its left end along the train, and what stands before it."""
+    """Where a body stands: its left end along the train, and the bodies before it."""
 
     x: float  # m, along the train
     icons: int  # masses and walls before it, which have a width on the screen but no length

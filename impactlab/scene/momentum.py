@@ -39,7 +39,7 @@ def balance(
     """Return the balance of a free body over [0, time].
 
     Its scale is the largest |p|, plus the impulses of its contacts and loads, plus sqrt(2 m E), which bounds
-    what the waves of a body hold: it may be far more than its momentum as a whole.
+    the momentum of the waves of a body: it may be far more than its momentum as a whole.
 
     Parameters
     ----------

@@ -108,7 +108,7 @@ class Scene:
 
     @cached_property
     def in_order(self) -> dict[str, Body]:
-        """Bodies by first contact, then by name, whatever their order in the case.
+        """Bodies by first contact, then by name, in any order of the case.
 
         Sums over several bodies follow it, so that their bits do not change with the order of keys.
         """

@@ -76,7 +76,7 @@ class Points:
         return dict(reversed(found.items()))
 
     def case(self, case: Case, number: int) -> Case:
-        """Return the case of a point; raises what the case raises there."""
+        """Return the case of a point; raises the errors of the case there."""
         return at_point(case, self.settings(number))
 
 

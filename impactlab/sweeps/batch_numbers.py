@@ -40,7 +40,7 @@ class OnAxis(NamedTuple):
 
 
 def numbers_of(case: Case) -> marcher.Built:
-    """Return pattern, vector and network of a case; raises `NotServed`, or what the case raises."""
+    """Return pattern, vector and network of a case; raises `NotServed`, or the errors of the case."""
     run = case.simulation()
     if run.method.tolerance is not None or not is_exact(*run) or any(theories(*run)):
         raise NotServed("the runs are not exact ones: rods that are not continuous, or laws of another kind")

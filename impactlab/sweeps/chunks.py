@@ -143,7 +143,7 @@ def opened(path: Path, content: Mapping[str, Any], shard: Shard | None = None) -
 
 
 def _refuse_other(path: Path, now: Mapping[str, Any]) -> None:
-    """Raise `CaseError` where a folder holds a sweep of another content, naming what differs."""
+    """Raise `CaseError` where a folder holds a sweep of another content, naming the difference."""
     before, now = Folder(path).content, json.loads(json.dumps(now))
     differing = [name for name in now if name not in MAY_DIFFER and before.get(name) != now[name]]
     if differing:

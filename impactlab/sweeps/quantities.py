@@ -26,7 +26,7 @@ DEFAULT = ("contacts", "impulse", "peak_force", "restitution", "final_velocity",
 
 
 def quantity(unit: str, over: str = WHOLE) -> Callable[[F], F]:
-    """Return a decorator that states the unit of a quantity, and over what it has values: contact, pair, body or ''."""
+    """Return a decorator that states the unit of a quantity, and its labels: contact, pair, body or ''."""
 
     def stated(function: F) -> F:
         function.unit, function.over = unit, over  # type: ignore[attr-defined]

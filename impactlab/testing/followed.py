@@ -1,4 +1,4 @@
-"""A table of branches followed along a given motion, in plain Python: what a law's `branches` must agree with."""
+"""A table of branches followed along a given motion, in plain Python, as a check of a law's `branches`."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ def least_ms(action: Callable[[], object]) -> float:
 def step_time(simulation: Simulation) -> tuple[float, int]:
     """Return the cost [s] of a step, and the number of steps measured.
 
-    From runs of one and of three durations, each the fastest of a few: what a run costs once does not count.
+    From runs of one and of three durations, each the fastest of a few: costs paid once per run cancel.
     """
     found = []
     for factor in (1.0, 3.0):

@@ -73,7 +73,7 @@ def trace(simulation: Simulation) -> Trace:
     CaseError, PairingError
         Before the first step, as `impactlab.run`.
     StepError
-        Where a law fails or a number is not finite. A gain of energy raises nothing here: it is what tests look at.
+        Where a law fails or a number is not finite. A gain of energy raises nothing here: tests look at it.
     """
     plan, assembly, history = begun(simulation, with_beads=False)
     states, given = [assembly.memory.state.copy()], []

@@ -67,7 +67,7 @@ def damping_of(body: Doc) -> tuple[float, float]:
 
 
 def end_of(body: Doc, side: str) -> Doc:
-    """Return what holds an end, as a mapping."""
+    """Return the support of an end, as a mapping."""
     end = body.get("ends", {}).get(side, "free")
     return {end: True} if isinstance(end, str) else dict(end)
 

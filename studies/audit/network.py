@@ -1,7 +1,7 @@
 """A case as a network of points and uniform pieces of rods, read from the plain document alone.
 
 A point is fixed, carries mass, or is massless; pieces of rods join points; contacts act between points. A place of a
-contact inside a rod cuts the rod there. Only what the audit's scenes use is read: SI numbers, uniform initial
+contact inside a rod cuts the rod there. Only the keys of the audit's scenes are read: SI numbers, uniform initial
 velocities, linear ends, end forces, gravity, and hard, spring-and-dashpot and power-law contacts.
 """
 
@@ -88,7 +88,7 @@ class Frame(NamedTuple):
 
 
 def frames(doc: Doc, touched: Collection[str]) -> dict[str, Frame]:
-    """Return the frame of each body: that of the centre of mass of what it meets, at rest where anything holds that.
+    """Return the frame of each body: that of the centre of mass of all that it meets, at rest where one is held.
 
     A wall joins no bodies, but holds those that touch it; ``touched`` are the names of contacts that were closed.
     """

@@ -33,7 +33,7 @@ class System:
 
 @dataclass
 class Operators:
-    """A step of one length: free motion, and what force values at the stages add."""
+    """A step of one length: free motion, and the effect of force values at the stages."""
 
     free: Array  # (stages + 1, 2, 2, modes): displacement and rate from those at the start
     forced: Array  # (stages + 1, 2, stages, modes): from unit generalised forces at the stages

@@ -91,7 +91,7 @@ def length(body: Doc) -> float:
 
 
 def end(rng: Random, body: Doc) -> Any:
-    """Return what holds the far end of a rod."""
+    """Return the support of the far end of a rod."""
     kind = rng.choice(["free", "free", "clamped", "spring", "dashpot", "mass"])
     if kind == "spring":
         return {"spring": digits(stiffness(body) * spread(rng, 0.1, 10.0))}

@@ -48,7 +48,7 @@ def softest(net: Network, arrays: Net) -> float:
 
 
 def walk(net: Network, rough: float, finer: float) -> tuple[Net, Out]:
-    """Return what a march writes, with a roughness relative to the speed and the longest step over `finer`."""
+    """Return the output of a march, with a roughness relative to the speed and the longest step over `finer`."""
     arrays = arrays_of(net)
     speed, longest = scales(net)
     rule = Rule(longest / finer, rough * speed, speed, speed * softest(net, arrays))

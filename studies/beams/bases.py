@@ -47,7 +47,7 @@ STIFFNESS = 4.0 / 3.0 * YOUNG / (2.0 * (1.0 - 0.3**2)) * math.sqrt(0.01)  # N/m^
 
 
 class Struck(NamedTuple):
-    """A soft impact on a beam, and what is compared."""
+    """A soft impact on a beam, and the quantities compared."""
 
     name: str
     body: Beam
@@ -71,7 +71,7 @@ def run(scene: Struck, model: Any) -> AbstractHistory:
 
 @functools.cache
 def reference(scene: Struck) -> AbstractHistory:
-    """Return the same mesh with all its modes: what a basis of that mesh can be right about."""
+    """Return the same mesh with all its modes: the best that a basis of that mesh can reach."""
     return run(scene, Modal(ELEMENTS))
 
 
@@ -172,7 +172,7 @@ class Kick(NamedTuple):
 
 @functools.cache
 def kick(modes: int) -> Kick:
-    """Return what the generalised impulse-momentum equations give: dv(x) = J sum phi_i(x) phi_i(x0)."""
+    """Return the jumps of the generalised impulse-momentum equations: dv(x) = J sum phi_i(x) phi_i(x0)."""
     body = Modal(None, modes).build_beam(KICKED, 0.0)
     mass, x0 = KICKED.mass, 0.5 * KICKED.length
     at = body.row(x0, "displacement")
@@ -311,7 +311,7 @@ moves one point, and nothing is transferred. The momentum of an impact on a beam
 
 
 def verdicts() -> dict[str, str]:
-    """Return what the tables say of the first two claims."""
+    """Return the results of the tables on the first two claims."""
     ratio = [error(scene, "eigenvectors", 8) / error(scene, "ritz", 8) for scene in SCENES]
     best = {name: max(error(scene, name, 12) for scene in SCENES) for name in BASES}
     order = sorted(best, key=lambda name: best[name])

@@ -65,7 +65,7 @@ PLACES = (
 
 
 def missed(place: Place, points: float, speed: Literal["phase", "group"]) -> float:
-    """Return how far the messengers of a body miss what its modes do to the face in a step."""
+    """Return the error of the messengers of a body against the motion of the face by its modes in a step."""
     build = place.model.build_beam if place.body.kind == "beam" else place.model.build
     body = build(place.body, 0.0)
     frequencies = np.sqrt(body.operators().stiffness[0])
@@ -85,7 +85,7 @@ def share(value: float) -> str:
 
 
 def messengers() -> str:
-    """Return the table of what messengers miss."""
+    """Return the table of errors of messengers."""
     rows = [
         [
             place.name,
@@ -197,7 +197,7 @@ def orders() -> tuple[str, dict[str, tuple[list[float], list[float]]]]:
 
 
 def impedance() -> str:
-    """Return what the balance by 1/Z gives on the uniform rod, over three round trips."""
+    """Return the results of the balance by 1/Z on the uniform rod, over three round trips."""
     body = rod()
     end, rows = 3.0 * body.round_trip, []
     exact = struck(body, Continuous(), WaveIdentification(), body.mass, end, 0.0)
@@ -221,7 +221,7 @@ def impedance() -> str:
 
 
 def rebound() -> str:
-    """Return what a whole collision comes to by several descriptions."""
+    """Return the results of a whole collision by several descriptions."""
     rows = []
     for name, held, x, end in (
         ("slender cantilever, tip", beam(0.3, "clamped", "free"), 0.3, 0.0128),
@@ -282,7 +282,7 @@ def bounds() -> str:
 
 
 def picture() -> Figure:
-    """Return the figure: what single messengers miss, and what the step does at a tip."""
+    """Return the figure: errors of single messengers, and the effect of the step at a tip."""
     figure, [[left, right]] = grid(1, 2, 2.7, Margins(across=0.8))
     chosen = (  # place, speed, colour, height of the name at the right, clear of all lines
         (2, "phase", 0, 0.1),

@@ -77,7 +77,7 @@ def mean_force(beam: Beam, model: AbstractRodModel, law: AbstractContactLaw, dt:
 
 
 def modal(theory: str, modes: int) -> Line:
-    """Return what so many modes answer, with ten steps in the period of the highest."""
+    """Return the force by a number of modes, with ten steps in the period of the highest."""
     beam = body(theory)
     model = Modal(modes=modes)
     highest = model.build_beam(beam, 0.0).operators().highest_frequency

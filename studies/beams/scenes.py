@@ -1,4 +1,4 @@
-"""Beams struck by a mass or a sphere, and what is known of them in closed form, for the scripts of these pages."""
+"""Beams struck by a mass or a sphere, and their results in closed form, for the scripts of these pages."""
 
 from __future__ import annotations
 

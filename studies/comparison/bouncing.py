@@ -23,7 +23,7 @@ RIGHT = 0.1 * LAST  # s; a bounce begins in time if it begins this near
 
 
 class Count(NamedTuple):
-    """What a run of a hundred bounces gives."""
+    """Results of a run of a hundred bounces."""
 
     kept: float  # mechanical energy at the end over that at the start
     largest: float

@@ -20,7 +20,7 @@ STEPS = (1.0, 0.5)  # c dt/h, of the trap
 
 
 class Figures(NamedTuple):
-    """What a run of four periods gives."""
+    """Results of a run of four periods."""
 
     end: float  # energy at the end over that at the start
     largest: float  # of the run
@@ -115,7 +115,7 @@ def periodic() -> str:
 
 
 def trap() -> str:
-    """Return the table of the trap: what a hard constraint does under Newmark's average acceleration."""
+    """Return the table of the trap: a hard constraint under Newmark's average acceleration."""
     lines = []
     for scheme, form in ((TRAP, "end of the step (textbook)"), (TRAP_MIDDLE, "constant over the step (`newmark`)")):
         for courant in STEPS:

@@ -60,7 +60,7 @@ class Scheme(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What came of a run: its history, and why the package stopped or refused it."""
+    """Outcome of a run: its history, and why the package stopped or refused it."""
 
     history: AbstractHistory | None
     reason: str
@@ -209,7 +209,7 @@ def scene_of(
 
 
 def ran(scene: Simulation) -> Run:
-    """Return the run of a scene; one that was stopped keeps what it reached."""
+    """Return the run of a scene; one that was stopped keeps its results so far."""
     try:
         return Run(simulate.run(*scene), "")
     except StepError as error:

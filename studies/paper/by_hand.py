@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 
 def arriving(t: float) -> float:
-    """Return the wave q that arrives at the face, 1 <= t < 2.5: what left it one round trip before."""
+    """Return the wave q that arrives at the face, 1 <= t < 2.5: the wave that left it one round trip before."""
     if t < 2.0:
         return math.exp(-2.0 * (t - 1.0))
     y = t - 2.0

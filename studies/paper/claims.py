@@ -1,4 +1,4 @@
-"""What a claim of the paper is, and how its test is registered."""
+"""Claims of the paper, and the registration of their tests."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SECTIONS = {
 
 
 class Finding(NamedTuple):
-    """What a run showed."""
+    """Result of a run."""
 
     ours: str  # in words and numbers
     values: dict[str, float]

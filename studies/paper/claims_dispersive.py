@@ -1,4 +1,4 @@
-"""Claims on transverse impact and dispersive waves: what Sections 1 to 4 report and propose, put to the test."""
+"""Claims on transverse impact and dispersive waves: tests of the reports and proposals of Sections 1 to 4."""
 
 from __future__ import annotations
 

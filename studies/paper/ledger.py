@@ -90,7 +90,7 @@ def page() -> str:
 
 
 def six_digits(values: dict[str, float]) -> dict[str, float]:
-    """Return the values with six digits; what is rounding of zero is zero."""
+    """Return the values with six digits; rounding of zero is zero."""
     return {key: float(f"{value:.6g}") if abs(value) > 1e-9 else 0.0 for key, value in values.items()}
 
 

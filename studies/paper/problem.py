@@ -1,6 +1,6 @@
 """The paper's problem, built from its case file, and the runs that the ledger and the figures share.
 
-The case file is the one source of the problem's numbers; what a row or a figure varies is replaced in its scene.
+The case file is the one source of the problem's numbers; values varied by a row or a figure are replaced there.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ STRESS: float = SEGMENT.density * SEGMENT.wave_speed  # Pa, rho c v0 for v0 = 1 
 
 @dataclass(frozen=True)
 class Method:
-    """What a run varies: the model of the rod, the law of the contact, the scheme and its step."""
+    """Method of a run: the model of the rod, the law of the contact, the scheme and its step."""
 
     model: AbstractRodModel
     law: AbstractContactLaw
@@ -132,7 +132,7 @@ def first_opening(history: AbstractHistory) -> float:
 
 
 def second_contact(history: AbstractHistory) -> tuple[float, float] | None:
-    """Return start and end [T] of what lies between 1.8 and 2.6 T: first touch to last opening; None without one."""
+    """Return start and end [T] of the contacts between 1.8 and 2.6 T: first touch to last opening; None without one."""
     found = [span for span in spans(history) if 1.8 * T <= span.start < 2.6 * T]
     return (found[0].start / T, end_of(found[-1], history) / T) if found else None
 

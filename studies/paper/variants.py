@@ -24,7 +24,7 @@ def balance_constants(left: SideFacts, right: SideFacts, dt: float) -> tuple[flo
 
 
 class AbstractPrinted(AbstractContactLaw):
-    """What is known of each before a run."""
+    """Data of each before a run."""
 
     needs = frozenset({Level.VELOCITY})
     compiled = False
@@ -38,8 +38,8 @@ class AbstractPrinted(AbstractContactLaw):
 class Equation15(AbstractPrinted):
     """Eq. 15 with its own memory of both waves.
 
-    ``ends`` says what ends the contact: the whole stress (Eq. 13), or sI alone as Section 4 prints it. ``restart`` says
-    what sI is at a new touch: what gives the face the mass's velocity, arriving wave included, or Eq. 22 alone.
+    ``ends``: the stress that ends the contact, the whole stress (Eq. 13), or sI alone as Section 4 prints it.
+    ``restart``: sI at a new touch, from the velocity of the mass and the arriving wave, or from Eq. 22 alone.
     """
 
     ends: Literal["stress", "new_wave"] = "stress"

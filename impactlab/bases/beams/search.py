@@ -23,7 +23,7 @@ Four = tuple[float, float, float, float]
 
 @EXACT_PART
 def even_odd(square: float) -> Pair:
-    """Return what `impactlab.bases.beams.waves.even_odd` does, at 1."""
+    """Return the values of `impactlab.bases.beams.waves.even_odd` at 1."""
     number = math.sqrt(max(abs(square), MIN_SQUARE))
     if square > 0.0:
         decayed = math.exp(-2.0 * number)

@@ -100,7 +100,7 @@ def shares_of(beam: BeamNumbers, squared: Array, outer: Held, even: bool) -> Arr
 
 
 def envelopes(carried: Waves, squared: Array) -> tuple[Ends, Array]:
-    """Return the sizes of even fields at 1, whatever their phase, and those of odd fields over them (2, n)."""
+    """Return the sizes of even fields at 1, for any phase, and those of odd fields over them (2, n)."""
     numbers = [np.sqrt(np.maximum(np.abs(square), SERIES_LIMIT)) for square in carried.squares]
     turning = [np.abs(turning) for turning in carried.turning]
     ones = np.ones(squared.shape)

@@ -26,7 +26,7 @@ Panel = tuple[str, str, Clock]
 def energy(scene: SceneRows, look: Looks) -> Figure:
     """Return the largest gain and the largest loss of the energy balance of every family, against its steps.
 
-    Named are those that gain or lose most at their finest level: what does not fall with the step is the method's own.
+    Named are those that gain or lose most at their finest level: a part independent of the step is the method's own.
     """
     panels = (
         ("energy gained", "share of the reference energy", lambda row: row.energy_gain),

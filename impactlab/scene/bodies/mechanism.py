@@ -49,7 +49,7 @@ class Link:
 
 
 class Mark(NamedTuple):
-    """A place of a link with a direction fixed in space: what a contact or a probe follows."""
+    """A place of a link with a direction fixed in space, followed by a contact or a probe."""
 
     link: int
     x: float  # m along the link
@@ -104,7 +104,7 @@ class PartMechanism(MechanismBody):
 
     @property
     def readings(self) -> tuple[Reading, ...]:
-        """What its class reads, in order."""
+        """Parameters read by its class, in order."""
         return self.part.readings
 
     @property

@@ -3,7 +3,7 @@
 With P and Q the time integrals of the velocities that the waves carry away from the left and the right end, the
 displacement is u(x, t) = C + P(t - x/c) + Q(t - (L - x)/c). At the ends this gives P and Q from the recorded
 displacements, transit by transit. A step holds its waves constant, so that P and Q are straight lines in a step: so far
-this is what the step loop computes, and its displacements come back to rounding. Velocities are straight lines between
+the step loop computes the same, and its displacements come back to rounding. Velocities are straight lines between
 the middles of steps.
 """
 

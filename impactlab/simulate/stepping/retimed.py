@@ -1,7 +1,7 @@
 """The same bodies and contacts under another step: the arrays of a run that is known, with constants for its step.
 
-A run and a second one that differs in its step alone share bodies, modes, rows and laws. What depends on the step is
-rewritten as where events are located, and takes a tenth of the time of a set-up.
+A run and a second one that differs in its step alone share bodies, modes, rows and laws. Only data of
+the step are rewritten, as where events are located, in a tenth of the time of a set-up.
 """
 
 from __future__ import annotations

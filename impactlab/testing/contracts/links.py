@@ -59,7 +59,7 @@ class LinkContract(LawContract):
             assert math.isfinite(reply.force + reply.trial + reply.stored)
 
     def test_it_gives_no_energy_in_any_motion(self) -> None:
-        """What it gives back, it was given before, or held at the start."""
+        """The energy given back was taken before, or held at the start."""
         random = np.random.default_rng(5)
         for _ in range(WALKS):
             work, stored, _, largest = self.walked(random)

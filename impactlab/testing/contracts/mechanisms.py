@@ -62,7 +62,7 @@ class EquationsContract:
         return self.part.motion(GRAVITY)
 
     def states(self) -> Iterator[tuple[Array, Array]]:
-        """Give states about that at t = 0: what deforms holds about the energy of the motion, or that at 1 rad/s."""
+        """Yield states about that at t = 0, with as much energy of deformation as of the motion, or of 1 rad/s."""
         motion, random = self.motion(), np.random.default_rng(11)
         n, stiffness = motion.position.size, np.diag(motion.stiffness)
         mass = self.taken(motion, motion.position, motion.velocity).mass

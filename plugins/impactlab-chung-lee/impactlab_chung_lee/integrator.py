@@ -1,4 +1,4 @@
-"""The explicit scheme of Chung and Lee, which damps what a mesh cannot resolve."""
+"""The explicit scheme of Chung and Lee, which damps frequencies that a mesh cannot resolve."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ class LoveBody(AbstractDiscreteModel):
         return self._mesh.grid()
 
     def _highest_frequency(self) -> float:
-        """Return the highest frequency of any element alone, with what its ends carry: a bound for the rod [rad/s]."""
+        """Return the highest frequency of any element alone, with loads at its ends: a bound for the rod [rad/s]."""
         mesh = self._mesh
         element_mass = mesh.density * mesh.area * mesh.lengths
         spring = mesh.young * mesh.area / mesh.lengths
