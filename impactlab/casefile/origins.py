@@ -76,6 +76,8 @@ class Origins:
             error.text += f" (at i = {origin.index})" if origin.index and origin.count > 1 else ""
             if origin.index and error.text.startswith("a list of") and "a number" in error.text:
                 error.remedy = "Give one value to each by {each: [...]}."
+            elif origin.index and "has a unit" in error.text and "*" in error.text:
+                error.remedy = "Fix the unit; a formula of a repeated block names i, n and pi alone."
             plain = _NUMBER.sub("#", plain) if origin.index else plain
         error.args = (error.text,)
         return error.path, plain

@@ -164,6 +164,14 @@ def test_a_list_for_repeated_bodies_is_pointed_to_each() -> None:
     assert refused.value.remedy == "Give one value to each by {each: [...]}."
 
 
+@pytest.mark.parametrize("name", ["j", "k"])
+def test_a_formula_of_another_name_is_pointed_to_the_index(name: str) -> None:
+    """The formula 1e-3*j was called a unit that is not known, 1e-3*k one of another dimension, and no more."""
+    with pytest.raises(CaseError, match="has a unit") as refused:
+        made(bodies={**BEADS, "bead": il.Mass(f"1e-3*{name}", repeat=4)})
+    assert refused.value.remedy == "Fix the unit; a formula of a repeated block names i, n and pi alone."
+
+
 def test_a_chain_of_one_name_is_not_one_of_its_letters() -> None:
     with pytest.raises(CaseError, match="'bead' is not a list") as refused:
         made(contacts=[il.Chain("bead", LAW)])
