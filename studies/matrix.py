@@ -387,17 +387,18 @@ def machine() -> str:
 HEAD = """# Every law under every scheme on every model
 
 Written by `python -m studies matrix`: {laws} laws, {schemes} schemes, all models and bases that impactlab registers; a
-law with a choice of kinds stands here once for each. {cells} cells: {told}.
+law with a choice of kinds counts once for each, a scheme that cuts steps at events also as *located*.
+{cells} cells: {told}.
 
 Each cell runs `cases/axial_impact.yaml` (a mass on a clamped rod, alpha = 1, three round trips), or is refused before
 its first step. The step is ten points per shortest period; an explicit scheme on a mesh takes a Courant number of 1/2;
 adaptive chooses its own. Stiffnesses are the defaults, relative to EA/h, and 1e13 N/m^1.5 of the power laws. *located*
-cuts steps at events, the others date them inside the step. The continuous model answers hard contacts and constant
+cuts steps at events, the others date them inside the step. The continuous model solves hard contacts and constant
 springs from event to event, without a step; under other laws it is a delay line, which is stepped and needs no scheme.
 
 The models of *beam:* describe the beam of `cases/sphere_on_beam.yaml` instead (a sphere, one contact): the explicit
 scheme on its mesh takes a Courant number of 0.1, power laws have the stiffness of the case, springs 1.6e7 N/m, and
-errors are against the converged answer with Hertz's law, which no other law aims at. A hard contact there has no force
+errors are against the converged result with Hertz's law, which no other law aims at. A hard contact there has no force
 that converges. *turning beam:* is that of `cases/rotating_beam.yaml` over 5 ms, two contacts, springs 2.1e6 N/m.
 *slider-crank:* is the connecting rod of `cases/slider_crank.yaml`, which strikes its block after 1 mm, 1.5 ms in all,
 springs 2.7e7 N/m; the error of block and slider is against the same mechanism with 24 modes at 0.25 us.
@@ -408,7 +409,7 @@ hard contact [%], which a soft law does not aim at; *2nd* where the second conta
 steps [ms], the less of two runs. Times are of one machine ({machine}), which did other work too: compare them within a
 table, no further.
 
-A code stands for a refusal (r) or a failure (F), told below; # stands for a number, ... for the part's name.
+A code stands for a refusal (r) or a failure (F), explained below; # stands for a number, ... for the part's name.
 """
 
 

@@ -1,1 +1,1 @@
-"""impactlab contact."""
+"""Contact laws, one file each."""

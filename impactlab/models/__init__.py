@@ -1,1 +1,1 @@
-"""impactlab models."""
+"""Models: bodies in space, as meshes, modes, continuous or rigid."""

@@ -1,1 +1,1 @@
-"""impactlab report."""
+"""Reports: text, tables, figures and pages of runs."""

@@ -1,1 +1,1 @@
-"""impactlab testing."""
+"""Tests for authors of parts: contracts, strategies, invariants."""
