@@ -63,6 +63,15 @@ def test_faces_that_overlap_by_rounding_are_not_said_to_have_never_met() -> None
     assert "the faces never met; the smallest gap was 0 m" in texts[-1]
 
 
+def test_a_step_longer_than_the_run_is_not_called_too_little_for_a_contact() -> None:
+    """The striker ends 1 mm inside the first bead, without a force."""
+    case = chain().with_settings({"solve.step": {"dt": 1e-3}, "solve.duration": 1e-3})
+    text = next(each.text for each in il.run(case).warnings if each.code == "no_contact")
+    assert text == (
+        "striker|bead_1: the faces overlap by 0.001 m at the end of the run: they meet within its last step"
+    )
+
+
 def test_a_large_case_is_not_checked_in_silence(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
