@@ -19,6 +19,7 @@ from impactlab.casefile.edit import edited, plain, with_named, with_values
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.loads import folder_of, with_tables
 from impactlab.casefile.origins import Origins
+from impactlab.casefile.path_units import unit_of
 from impactlab.casefile.repeat import expand
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
@@ -229,6 +230,10 @@ class Case:
     def resolved(self) -> dict[str, Any]:
         """Return the case in SI, with every default and with derived values."""
         return resolve(self.checked, *self.built, self.document.data, self.origins)
+
+    def unit_of(self, path: str) -> str:
+        """Return the SI unit at a dotted path: ``1`` of a number, empty without one."""
+        return unit_of(self.checked, self.origins.first(path), self.registry)
 
     def locate(self, path: str) -> int | None:
         """Return the line of a dotted path, or of the nearest key above it."""

@@ -189,4 +189,6 @@ def read_setting(text: str) -> tuple[str, Any]:
         return path.strip(), parse_value(value.strip())
     except CaseError as error:
         error.path, error.line, error.given_by = path.strip(), None, "--set"
+        if value.strip().startswith("{") and "not YAML" in error.text:
+            error.remedy = f"Quote a formula in braces: --set '{path.strip()}=\"{{1e-6*i}} m\"'."
         raise

@@ -41,6 +41,15 @@ class Origins:
             return known[int(keys[1])]
         return None
 
+    def first(self, path: str) -> str:
+        """Return a path as written in the file in the first of the blocks made from its block."""
+        room, _, rest = path.partition(".")
+        name, dot, key = rest.partition(".")
+        made = self.bodies if room == "bodies" else {str(n): each for n, each in enumerate(self.lists.get(room, []))}
+        block = f"{room}.{name}"
+        found = next((each for each, origin in made.items() if origin is not None and origin.block == block), name)
+        return f"{room}.{found}{dot}{key}" if rest else path
+
     def led_back(self, error: ImpactlabError) -> None:
         """Lead an error and those that it holds back to the blocks in the file.
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
-from impactlab.casefile.path_units import unit_of
 from impactlab.errors import CaseError
 
 
@@ -59,4 +58,4 @@ def _read(case: Case, path: str, before: Sequence[str]) -> Parameter:
             )
     if isinstance(found, bool) or not isinstance(found, (int, float)) or not math.isfinite(found):
         raise CaseError("not a number with a derivative", path=path, remedy="Name a number of the case.")
-    return Parameter(path, float(found), unit_of(case.checked, path, case.registry))
+    return Parameter(path, float(found), case.unit_of(path))

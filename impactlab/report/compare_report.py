@@ -10,6 +10,7 @@ from typing import Any
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.reference import Reference
 from impactlab.report import facts, plates
+from impactlab.report.counts import counted
 from impactlab.report.drawn_part import drawn_part
 from impactlab.report.figure_files import FigureFiles
 from impactlab.report.page import Page, write_page
@@ -61,7 +62,7 @@ def write_comparison(
     page = Page(
         command="compare",
         options=f" --methods {names}",
-        kicker=f"impactlab · {len(comparison['rows'])} methods compared",
+        kicker=f"impactlab · {counted(len(comparison['rows']))} compared",
         method=[],
         findings=facts.findings(comparison),
         table=comparison,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import SERIOUS, AbstractHistory, ContactSpan
 from impactlab.report import diagram, facts, plots, signals
+from impactlab.report.counts import counted
 from impactlab.report.figure_files import inline, to_svg
 from impactlab.report.sketch import sketch
 from impactlab.report.style import PALETTE, Trace, traces
@@ -137,7 +138,7 @@ def of_comparison(
         f"{name}: {each.code}: {each.text}" for name, h in rows.items() for each in h.warnings if each.code in SERIOUS
     ]
     return _block(
-        _heading(str(document["case"]), f"{len(document['rows'])} methods compared"),
+        _heading(str(document["case"]), f"{counted(len(document['rows']))} compared"),
         *map(_warning, serious),
         f'<div class="wide"><table><tr>{top}</tr>{"".join(lines)}</table></div>',
         _figure(lambda: plot_comparison(rows, references), "Signals of the methods"),

@@ -20,6 +20,7 @@ from impactlab.plugins import kind_of
 from impactlab.refine.outlook import Outlook, of
 from impactlab.refine.reference import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
+from impactlab.report.counts import counted
 from impactlab.scene.bodies import Body, Mechanism, PartMechanism
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, models_of
@@ -374,7 +375,7 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
         left_out.append(name)
         lines = _aligned(rows, names)
     reference = comparison["reference"]
-    title = f"{comparison['case']}: {len(rows)} methods" + (f" against {reference}" if reference else "")
+    title = f"{comparison['case']}: {counted(len(rows))}" + (f" against {reference}" if reference else "")
     below = [each["text"] for each in comparison.get("collisions", ())]
     below += [f"all methods: {code}" for code in shared]
     below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []

@@ -16,7 +16,6 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import given_by
 from impactlab.casefile.document import parse_value
 from impactlab.casefile.edit import check_name, plain
-from impactlab.casefile.path_units import unit_of
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.types import Array
@@ -158,7 +157,7 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
             text = f"an axis of methods of a case whose method is chosen: {case.method_name}"
             raise CaseError(text, path=path, remedy="Leave out one of the two.")
         return Axis(path, given, given, "")
-    unit = unit_of(case.checked, path, case.registry)
+    unit = case.unit_of(path)
     if len(given) > MAX_CHECKED and all(type(value) is float for value in given) and _span_is_si(case, path, given):
         return Axis(path, given, given, unit)
     distinct = {repr(value): value for value in given}

@@ -103,3 +103,10 @@ def test_a_lone_surrogate_is_refused_with_its_place(tmp_path: Path) -> None:
     answered = CliRunner().invoke(app, ["check", str(file)])
     assert answered.exit_code == 2
     assert "title: '\\ud800' holds half of a character" in answered.stderr
+
+
+def test_a_formula_in_braces_without_quotes_is_pointed_to_them() -> None:
+    """The message was: expected '<document start>', but found ('<scalar>',)."""
+    with pytest.raises(ImpactlabError) as refused:
+        read_setting("contacts.0.gap={i} um")
+    assert refused.value.remedy == "Quote a formula in braces: --set 'contacts.0.gap=\"{1e-6*i} m\"'."

@@ -14,6 +14,7 @@ import impactlab as il
 from impactlab.casefile import case as case_module
 from impactlab.cli import app
 from impactlab.numerics.collector import MANY, collector_paused
+from impactlab.report.counts import counted
 from impactlab.report.drawn_part import MAX_DRAWN, drawn_part
 from impactlab.scene.frame import frames, groups
 from impactlab.simulate.plan import prepare
@@ -141,3 +142,7 @@ def test_the_collector_goes_on_afterwards() -> None:
     assert gc.isenabled()
     with collector_paused(MANY - 1):
         assert gc.isenabled()
+
+
+def test_one_method_is_not_counted_as_methods() -> None:
+    assert (counted(1), counted(9)) == ("1 method", "9 methods")

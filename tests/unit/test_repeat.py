@@ -130,6 +130,17 @@ def test_a_resolved_case_is_the_same_case() -> None:
     assert il.Case.from_dict(resolved, "beads").scene().contacts == case.scene().contacts
 
 
+def test_numbers_of_a_repeated_block_have_their_units() -> None:
+    """Sensitivities to the mass of all beads were per 1, not per kg; the law of a second block had the first one's."""
+    bond = {"between": ["striker", "wall"], "law": {"kind": "penalty", "stiffness": 1e6}, "gap": 1.0}
+    case = made(contacts=[*CHAIN, bond], probes=[{"repeat": 4, "body": "bead_{i}", "quantity": "velocity"}])
+    assert case.unit_of("bodies.bead.mass") == case.unit_of("bodies.striker.mass") == "kg"
+    assert case.unit_of("contacts.0.law.stiffness") == "N/m^n"
+    assert case.unit_of("contacts.1.law.stiffness") == "N/m"
+    assert case.unit_of("contacts.0.gap") == "m"
+    assert case.unit_of("title") == case.unit_of("bodies") == ""
+
+
 def test_settings_and_variants_change_the_block_as_written() -> None:
     case = made(variants={"long": {"bodies.bead.repeat": 7}})
     assert len(case.with_("bodies.bead.repeat", 2).scene().bodies) == 4
