@@ -43,7 +43,7 @@ PAGE = """# Speed of chains
 
 Time for each contact and step of a chain, in ns. Written by
 `python benchmarks/chains.py --out docs/speed-of-chains.md`: least times of {repeats} interleaved runs, in time of one
-core of {machine}. Other programs ran beside.
+core of {machine}.
 
 ## Hertzian beads
 

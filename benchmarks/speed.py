@@ -1,6 +1,6 @@
 """docs/speed.md: cost of the step loop, of laws, integrators and short runs, measured here and now.
 
-python benchmarks/speed.py --out docs/speed.md [--repeats 20]
+python benchmarks/speed.py --out docs/speed.md [--repeats 20] [--before DIR]
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ import argparse
 import math
 import os
 import platform
+import subprocess
+import sys
 from pathlib import Path
 
 import laws
@@ -29,7 +31,7 @@ PAGE = """# Speed
 The cost of a step. Written by `python benchmarks/speed.py --out docs/speed.md`: least times
 of {repeats} interleaved runs on one core of {machine};
 Python {python}, numba {numba}, llvmlite {llvmlite}, numpy {numpy}.
-Times differ between machines, ratios little. Other programs ran beside: the last digits are noise.
+Times differ between machines, ratios less: the package uses the widest vector registers there are.
 
 ## The loop against hand-written ones
 
@@ -37,8 +39,8 @@ The paper's case, lumped mesh, `addition_deletion`. The hand-written loops are c
 and record the same (`benchmarks/step_loop.py`). The aim: at most twice their time with 400 elements and 1.5 times
 with 1600. The best loop by hand has the displacements alone, two arrays that change places, one factor for all
 elements, and takes no energies; the aim beside it: 2, 1.5 and 1.25 times with 100, 400 and 1600 elements. "Before" is
-the version before one pass over the nodes, on the same processor. Newmark's loop by hand
-substitutes row by row, not eight rows at a time as the package does.
+an older tree on the same processor (`--before`; commit 0a39002). Newmark's loop by hand substitutes row by row,
+not eight rows at a time as the package does.
 
 {loop}
 
@@ -89,23 +91,37 @@ between the smallest and the largest mesh (`benchmarks/schemes.py`).
 """
 
 
-BEFORE = {  # us per step of the tree at commit 0a39002, on an Intel Xeon of 2.4 GHz
-    ("central_difference", 100): "0.225",
-    ("central_difference", 400): "0.329",
-    ("central_difference", 1600): "0.893",
-}
+def loops_of(tree: Path, repeats: int) -> dict[tuple[str, int], float]:
+    """Return the us per step of an older tree by integrator and elements, from what its `step_loop.py` prints."""
+    found: dict[tuple[str, int], float] = {}
+    for name in step_loop.SCHEMES:
+        words = ["benchmarks/step_loop.py", "--repeats", str(repeats), "--scheme", name]
+        run = {"cwd": tree, "env": os.environ | {"PYTHONPATH": str(tree)}, "capture_output": True, "text": True}
+        for line in subprocess.run([sys.executable, *words], check=True, **run).stdout.splitlines():
+            cells = line.split()
+            if len(cells) > 3 and cells[0].isdecimal():
+                found[name, int(cells[0])] = float(cells[2])
+    return found
 
 
-def loop_table(repeats: int) -> str:
-    """Return the loops beside the hand-written ones as a Markdown table, and the cost of a step on any mesh."""
-    cells, lines_through = [], []
+def least_before(tree: Path | None, repeats: int) -> dict[tuple[str, int], str]:
+    """Return the least of two runs of an older tree as text; nothing without one."""
+    if tree is None:
+        return {}
+    first, second = loops_of(tree, repeats), loops_of(tree, repeats)
+    return {key: f"{min(first[key], second[key]):.3f}" for key in first}
+
+
+def loop_table(repeats: int, tree: Path | None) -> str:
+    """Return a Markdown table of loops, those by hand and an older tree's, and the cost of a step on any mesh."""
+    cells, lines_through, old = [], [], least_before(tree, repeats)
     for name, integrator in step_loop.SCHEMES.items():
         rows = [step_loop.measure(elements, repeats, integrator) for elements in schemes.ELEMENTS]
         for row in rows:
             ours, theirs = (1e6 * row[each] / row["steps"] for each in ("loop_s", "by_hand_s"))
             best = 1e6 * row["best_s"] / row["steps"] if "best_s" in row else math.nan
             beside = (f"{best:.3f}", f"{ours / best:.2f}") if best > 0.0 else ("", "")
-            before = BEFORE.get((name, row["elements"]), "")
+            before = old.get((name, int(row["elements"])), "")
             times = f"{ours:.3f}", f"{theirs:.3f}", f"{row['ratio']:.2f}", *beside, before
             cells.append((f"`{name}`", row["elements"], *times))
         (ours, slope), (theirs, other) = (step_loop.line(rows, each) for each in ("loop_s", "by_hand_s"))
@@ -124,6 +140,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=20)
     parser.add_argument("--elements", type=int, default=400)
     parser.add_argument("--most-steps", type=int, default=10_000_000)
+    parser.add_argument("--before", type=Path, help="root of an older tree, for the column beside")
     given = parser.parse_args()
     page = PAGE.format(
         repeats=given.repeats,
@@ -134,7 +151,7 @@ def main() -> None:
         numpy=np.__version__,
         elements=given.elements,
         modes=given.elements // 4,
-        loop=loop_table(given.repeats),
+        loop=loop_table(given.repeats, given.before),
         scaling=scaling.scaling_table(scaling.scaling(max(2, given.repeats // 4))),
         small=scaling.SMALL,
         records=RECORDS,

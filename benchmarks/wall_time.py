@@ -1,15 +1,15 @@
-"""Where the wall time of five typical commands goes: this tree beside an older one, each command a process of its own.
+"""docs/wall-time.md: where the wall time of runs and commands goes, this tree beside an older one.
 
-    python benchmarks/wall_time.py [--before DIR] [--repeats 7]
-    python benchmarks/wall_time.py --warm
+    python benchmarks/wall_time.py --before DIR --out docs/wall-time.md [--repeats 7]
 
-Both trees run interleaved, kernels on disk; shown is the quickest process of each. This tree reports its stages itself
+Both trees run in turn, kernels on disk; shown is the quickest process of each. This tree reports its stages itself
 (`cost.wall_time`). An older one, which does not, is timed from outside: its functions are wrapped, and "start" is the
-remainder. Columns: start (Python, libraries, compiled code read from disk, set-up), case (read and checked), solving,
+rest. Columns: start (Python, libraries, compiled code read from disk, set-up), case (read and checked), solving,
 checks, reference (and errors against it), writing (summary, figures, files).
 
-``--warm`` times `il.run` of the paper's case in one process instead: of one case again and again, and of cases that no
-run has seen yet, which differ in the mass by parts in a million. Shown are the least times of many.
+Runs in one process are those of the paper's case by `il.run`: one case again and again, and cases that no run has seen
+yet, which differ in the mass by parts in a million. Kernels are compiled from nothing into a folder of their own, in
+processor time. All times are least ones.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import platform
+import resource
 import shutil
 import subprocess
 import sys
@@ -27,7 +29,10 @@ from typing import Any
 
 from tables import table
 
-ROOT = Path(__file__).parents[1]
+from impactlab.bench.environment import processor
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
 COMMANDS = {
     "exact": ["axial_impact", "--method", "continuous"],
     "modes, Newmark": ["axial_impact"],
@@ -71,24 +76,41 @@ finally:
 """
 
 
+Trees = dict[str, tuple[Path, Path | None]]
+"""Of each tree its root, and the folder of its kernels, if they are not beside its source."""
+
+
+def process(tree: Path, words: list[str], cache: Path | None, given: str = "") -> subprocess.CompletedProcess[str]:
+    """Run Python in a tree; it keeps its bytecode, as of an installed package."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    caches = {"NUMBA_CACHE_DIR": str(cache)} if cache else {}
+    done = subprocess.run(
+        [sys.executable, *words],
+        env=kept | {"PYTHONPATH": str(tree)} | caches,
+        cwd=tree,
+        input=given,
+        capture_output=True,
+        text=True,
+    )
+    if done.returncode:
+        raise SystemExit(f"{tree}: {words[:3]} failed: {done.stderr[-1000:]}")
+    return done
+
+
+def commit_of(tree: Path) -> str:
+    """Return the short name of the commit of a tree."""
+    words = ["git", "-C", str(tree), "rev-parse", "--short", "HEAD"]
+    return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+
+
 def timed(tree: Path, words: list[str], cache: Path | None) -> dict[str, float]:
     """Return the seconds of a command in a tree by column, and their sum, its wall time."""
     folder = Path(tempfile.mkdtemp())
     given = ["run", *words, *[str(folder / "out")] * (words[-1] == "--out"), "--json"]
     wraps = not (tree / "impactlab" / "wall_time.py").exists()
     entry = ["-c", WRAPPED] if wraps else ["-m", "impactlab"]
-    caches = {"NUMBA_CACHE_DIR": str(cache)} if cache else {}
-    # Python keeps its bytecode, as of an installed package.
-    installed = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     began = time.perf_counter()
-    done = subprocess.run(
-        [sys.executable, *entry, *given],
-        env=installed | {"PYTHONPATH": str(tree)} | caches,
-        cwd=tree,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = process(tree, [*entry, *given], cache)
     whole = time.perf_counter() - began
     shutil.rmtree(folder)
     found: dict[str, Any] = {}
@@ -102,7 +124,7 @@ def timed(tree: Path, words: list[str], cache: Path | None) -> dict[str, float]:
     return {name: float(found.get(name, 0.0)) for name in COLUMNS} | {"whole": whole}
 
 
-def measured(trees: dict[str, tuple[Path, Path | None]], repeats: int) -> list[list[str]]:
+def measured(trees: Trees, repeats: int) -> list[list[str]]:
     """Return a row for each command and tree: seconds by column of its quickest process."""
     rows = []
     for name, words in COMMANDS.items():
@@ -118,51 +140,139 @@ def measured(trees: dict[str, tuple[Path, Path | None]], repeats: int) -> list[l
     return rows
 
 
-WARM = """
+CASE = """
 bodies:
-  hammer: {kind: mass, mass: 2.133 kg, velocity: 1 m/s}
-  rod: {kind: rod, length: 0.3 m, diameter: 20 mm, material: steel, ends: {right: clamped}}
-contacts: [{between: [hammer, rod.left], law: {kind: addition_deletion}}]
+  hammer: {kind: mass, mass: MASS kg, velocity: 1 m/s}
+  BODY
+contacts: [{between: [hammer, PLACE], law: {kind: LAW}}]
 solve: {duration: 0.3 ms, model: {kind: MODEL}}
 """
-STEPPED = "finite_element, elements: 100, mass: lumped}, integrator: {kind: central_difference}, step: {dt: 0.5 us"
+ROD = "rod: {kind: rod, length: 0.3 m, diameter: 20 mm, material: steel, ends: {right: clamped}}"
+BEAM = (
+    "beam: {kind: beam, theory: timoshenko, length: 0.3 m, section: {width: 20 mm, height: 20 mm}, "
+    "material: steel, ends: {left: pinned, right: pinned}}"
+)
+LUMPED = "finite_element, elements: ELEMENTS, mass: lumped}, integrator: {kind: central_difference}, step: {dt: 0.1 us"
+CONSISTENT = "finite_element, elements: ELEMENTS}, integrator: {kind: newmark}, step: {dt: 0.1 us"
+MODES = "modal, modes: ELEMENTS}, integrator: {kind: exact_modal}, step: {dt: 0.1 us"
+RUNS = {
+    "exact": ("rod.left", ROD, "continuous"),
+    "600 steps of `central_difference`, 100 elements": (
+        "rod.left",
+        ROD,
+        LUMPED.replace("ELEMENTS", "100").replace("0.1 us", "0.5 us"),
+    ),
+} | {
+    f"set-up: {name}, {size}": (place, body, model.replace("ELEMENTS", str(size)))
+    for name, (place, body, model) in {
+        "`central_difference`, elements": ("rod.left", ROD, LUMPED),
+        "`newmark`, elements": ("rod.left", ROD, CONSISTENT),
+        "`newmark`, elements of a beam": ("beam.at(0.1)", BEAM, CONSISTENT),
+        "`exact_modal`, modes of a beam": ("beam.at(0.1)", BEAM, MODES),
+    }.items()
+    for size in (30, 100, 400)
+    if "modes" not in name or size < 400
+}
+"""Runs in one process: of the first ones all parts are shown, of the others the set-up of new cases."""
+WARM = """
+import json, sys, time, yaml
+import impactlab as il
+found = {}
+for name, (texts, label) in json.loads(sys.stdin.read()).items():
+    times = []
+    for case in [il.Case.from_dict(yaml.safe_load(text)) for text in texts]:
+        for _ in range(20 if label == "again" else 1):
+            began = time.perf_counter()
+            cost = il.run(case).cost
+            times.append([time.perf_counter() - began, cost.setup_s, cost.solve_s, cost.checks_s])
+    found[name] = [1e3 * min(column) for column in zip(*times)]
+print(json.dumps(found))
+"""
 
 
-def warm(repeats: int) -> list[list[str]]:
-    """Return a row for the exact case and one of 600 steps: least milliseconds of whole runs and of their parts."""
-    import yaml
+def texts_of(name: str, new: bool, count: int) -> list[str]:
+    """Return the case of a run, or so many new ones that differ in the mass."""
+    place, body, model = RUNS[name]
+    law = "hertz, stiffness: 1000000000.0" if name.startswith("set-up") else "addition_deletion"
+    text = CASE.replace("BODY", body).replace("PLACE", place).replace("LAW", law).replace("MODEL", model)
+    return [text.replace("MASS", repr(2.133 * (1.0 + 1e-6 * number))) for number in (range(1, count) if new else [0])]
 
-    import impactlab as il
 
-    rows = []
-    for name, model in (("exact", "continuous"), ("600 steps of `central_difference`, 100 elements", STEPPED)):
-        case = il.Case.from_dict(yaml.safe_load(WARM.replace("MODEL", model)))
-        fresh = [case.with_("bodies.hammer.mass", 2.133 * (1.0 + 1e-6 * number)) for number in range(1, repeats)]
-        for label, cases in (("again", [case] * repeats), ("new", fresh)):
-            times = []
-            for each in cases:
-                began = time.perf_counter()
-                cost = il.run(each).cost
-                times.append([time.perf_counter() - began, cost.setup_s, cost.solve_s, cost.checks_s])
-            rows.append([name, label, *(f"{1e3 * min(column):.3f}" for column in zip(*times, strict=True))])
-    return rows
+def in_one_process(trees: Trees, repeats: int) -> tuple[list[list[str]], list[list[str]]]:
+    """Return rows of whole runs, their parts in ms, and rows of the set-up of new cases."""
+    names = [(name, new) for name in RUNS for new in (False, True) if new or not name.startswith("set-up")]
+    given = {f"{name}|{new}": (texts_of(name, new, 60), "new" if new else "again") for name, new in names}
+    best: dict[str, dict[str, list[float]]] = {label: {} for label in trees}
+    for _ in range(repeats):
+        for label, (tree, cache) in trees.items():
+            done = process(tree, ["-c", WARM], cache, json.dumps(given))
+            for name, times in json.loads(done.stdout).items():
+                known = best[label].get(name, times)
+                best[label][name] = [min(pair) for pair in zip(known, times, strict=True)]
+    whole, setup = [], []
+    for name, new in names:
+        for_all = {label: best[label][f"{name}|{new}"] for label in trees}
+        if name.startswith("set-up"):
+            setup.append([name.removeprefix("set-up: "), *(f"{times[1]:.2f}" for times in for_all.values())])
+        else:
+            case = "new" if new else "again"
+            whole += [[name, case, label, *(f"{each:.3f}" for each in times)] for label, times in for_all.items()]
+    return whole, setup
+
+
+FROM_NOTHING = {
+    "exact march: `run axial_impact --method continuous`": ["axial_impact", "--method", "continuous"],
+    "step loop, after it: `run axial_impact`": ["axial_impact"],
+    "laws that yield, after both: `run smith_pile`": ["smith_pile"],
+}
+
+
+def from_nothing(trees: Trees) -> list[list[str]]:
+    """Return a row for each command: seconds of a processor that its first process takes longer than the second."""
+    rows: dict[str, list[str]] = {name: [name] for name in FROM_NOTHING}
+    for tree, _ in trees.values():
+        with tempfile.TemporaryDirectory() as folder:
+            for name, words in FROM_NOTHING.items():
+                times = []
+                for _ in range(2):
+                    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+                    process(tree, ["-m", "impactlab", "run", *words, "--json"], Path(folder))
+                    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+                    times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+                rows[name].append(f"{times[0] - times[1]:.1f}")
+    return list(rows.values())
+
+
+def written(trees: Trees, repeats: int) -> str:
+    """Return the page."""
+    whole, setup = in_one_process(trees, repeats)
+    text = (HERE / "wall-time.head.md").read_text(encoding="utf-8")
+    filled = {
+        "machine": f"{os.cpu_count()} cores of {processor()}, Python {platform.python_version()}",
+        "commit": commit_of(trees["before"][0]),
+        "whole": table(["`il.run`", "case", "", "whole, ms", "set-up", "solving", "checks"], whole, ["`il.run`"]),
+        "setup": table(["a mass on a rod or a beam", "before, ms", "after, ms"], setup, ["a mass on a rod or a beam"]),
+        "commands": table(["command", "", *COLUMNS, "whole, s"], measured(trees, repeats), ["command"]),
+        "compiled": table(["kernels", "before, s", "after, s"], from_nothing(trees), ["kernels"]),
+    }
+    for name, part in filled.items():
+        text = text.replace(f"<!-- {name} -->", part)
+    return text
 
 
 def main() -> None:
-    """Print the table."""
+    """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--before", type=Path, help="root of an older tree")
+    parser.add_argument("--before", type=Path, required=True, help="root of an older tree")
     parser.add_argument("--before-cache", type=Path, help="folder of its kernels")
     parser.add_argument("--repeats", type=int, default=7)
-    parser.add_argument("--warm", action="store_true", help="runs in one process, not commands")
+    parser.add_argument("--out", type=Path)
     given = parser.parse_args()
-    if given.warm:
-        print(table(["`il.run`", "", "whole, ms", "set-up", "solving", "checks"], warm(100 * given.repeats)))
-        return
-    trees: dict[str, tuple[Path, Path | None]] = {"after": (ROOT, None)}
-    if given.before:
-        trees = {"before": (given.before.resolve(), given.before_cache), **trees}
-    print(table(["command", "", *COLUMNS, "whole, s"], measured(trees, given.repeats)))
+    page = written({"before": (given.before.resolve(), given.before_cache), "after": (ROOT, None)}, given.repeats)
+    if given.out is None:
+        print(page)
+    else:
+        given.out.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":
