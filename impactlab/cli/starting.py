@@ -16,7 +16,7 @@ def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the case.", show_default=False)],
     like: Annotated[
         str,
-        typer.Option("--like", metavar="KIND", help="hammer, hopkinson, pile, drill, ball or beam."),
+        typer.Option("--like", metavar="KIND", help="hammer, hopkinson, pile, drill, ball, beam or chain."),
     ] = "hammer",
 ) -> None:
     """Write NAME.yaml here: a commented case to start from."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from impactlab import __version__, api, drilling, piling
+from impactlab import __version__, api, drilling, granular, piling
 from impactlab.casefile import load_case
 from impactlab.cli import app
 from impactlab.errors import CaseError, StepError
@@ -221,6 +221,17 @@ def test_cases_to_start_from_that_have_no_exact_solution_state_a_tolerance(kind,
     summary = json.loads(invoke("run", "mine.yaml", "--json").stdout)
     assert summary["choice"]["met"]
     assert not {"stocky_beam", "near_grazing"} & {warned["code"] for warned in summary["warnings"]}
+
+
+def test_a_chain_to_start_from_carries_a_solitary_wave(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert invoke("new", "mine", "--like", "chain").exit_code == 0
+    checked = invoke("check", "mine.yaml", "--json")
+    assert {plan["status"] for plan in json.loads(checked.stdout)["methods"].values()} == {"accepted"}
+    case = load_case("mine.yaml")
+    wave = granular.leading_wave(api.run(case))
+    expected = granular.wave_speed(7.69e9, 4.11e-3, float(wave.forces[20:40].mean()))
+    assert wave.speed(20, 40) == pytest.approx(expected, rel=1e-3)  # of the discrete chain, as a fixed point
 
 
 def test_new_replaces_no_file_and_takes_no_path(tmp_path, monkeypatch):
