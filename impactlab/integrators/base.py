@@ -131,7 +131,7 @@ class AbstractIntegrator(AbstractScheme):
 
     def _prepared(self, system: Operators, ports: Array, dt: float, at_start: Array | None) -> Stepper:
         n_dof = system.load.size
-        if at_start is None or not np.any(at_start) or self.load_point == 0.5:
+        if at_start is None or not np.count_nonzero(at_start) or self.load_point == 0.5:
             step, loaded = self.step(system, dt), np.zeros(0)
         else:
             step = self.step(system._replace(load=system.load + at_start), dt)

@@ -11,16 +11,29 @@ import numpy as np
 from impactlab.errors import PairingError
 from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Step
-from impactlab.integrators.chain_steps import energy_of_chain, runs_of, step_chain
+from impactlab.integrators.chain_steps import energy_of_chain, step_chain
+from impactlab.integrators.leapfrog_factors import (
+    BANDWIDTH,
+    DAMPED,
+    DT,
+    GROUNDED,
+    LOAD,
+    LOADED,
+    RARE,
+    SOFT,
+    N,
+    write_chain,
+    write_factors,
+)
 from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
+from impactlab.numerics import addresses
 from impactlab.numerics.banded import multiply
 from impactlab.numerics.compiling import UNPACK
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
-N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, RARE, LOADED, LOAD = range(9)
-"""Places in the parameters, which go on with the arrays of `split`; RARE is 1 if damped, grounded or soft."""
+NOTHING = np.zeros(0)
 MASS_OF_ONE = LOAD + 6  # of a single coordinate: after its load, gain, chain of two, share kept and ground
 
 
@@ -167,19 +180,13 @@ class CentralDifference(AbstractIntegrator):
                 remedy="Use newmark, or a damping proportional to the mass.",
                 path="solve.integrator",
             )
-        n_dof, mass, damping = system.load.size, system.mass[0], system.damping[0]
-        damped, loaded = bool(damping.any()), bool(system.load.any())
-        gain, keep, internal = dt / mass, np.ones(n_dof), system.load
-        if damped:
-            half = 0.5 * dt * damping / mass
-            gain, keep = gain / (1.0 + half), (1.0 - half) / (1.0 + half)
-            internal = internal - damping * system.velocity
-        if system.displacement.any():
-            internal = internal - multiply(system.stiffness, system.displacement)
-        # Velocities start half a step early, so that the first full step is centred at t = 0.
-        state = np.concatenate((system.displacement, system.velocity - 0.5 * dt * internal / mass))
+        n_dof, bandwidth = system.load.size, system.stiffness.shape[0] - 1
+        pulled = multiply(system.stiffness, system.displacement) if np.count_nonzero(system.displacement) else NOTHING
+        state, each = np.zeros(2 * n_dof), np.zeros((4, n_dof))
+        rows = system.load, system.mass[0], system.damping[0], pulled, system.displacement, system.velocity
+        flags = addresses.entered(write_factors, dt, *map(np.ascontiguousarray, rows), each, state)
+        damped, loaded = flags % 2 == 1, flags > 1
         if system.beam_elements is not None:
-            each = np.array([system.load, gain, keep, mass])
             return Step(
                 free=beam_steps.free,
                 measure=beam_steps.measure,
@@ -187,22 +194,17 @@ class CentralDifference(AbstractIntegrator):
                 load=slice(beam_steps.LOADED, beam_steps.LOAD + n_dof),
                 state=state,
             )
-        bandwidth = system.stiffness.shape[0] - 1
-        chain, ground = np.zeros(n_dof + 1), system.supports().copy()
-        if bandwidth == 1:
-            chain[1:-1] = -system.stiffness[1, :-1]
-            if n_dof > 1:
-                chain[0], chain[-1] = ground[0], ground[-1]
-                ground[0] = ground[-1] = 0.0
-        grounded, soft = bool(ground.any()), system.softening
-        rare = damped or grounded or soft != 0.0
-        header = np.array([n_dof, bandwidth, dt, damped, grounded, soft, rare, loaded], float)
-        rest = runs_of(gain, chain, mass) if bandwidth == 1 and n_dof > 1 else system.stiffness[1:].ravel()
-        rigid = n_dof == 1 and not rare
+        bands = system.stiffness[1:].ravel()
+        springs = bands if bandwidth == 1 and n_dof > 1 else NOTHING
+        parameters = np.zeros(LOAD + 6 * n_dof + 1 + 2 * springs.size)
+        parameters[:LOAD] = n_dof, bandwidth, dt, damped, 0.0, system.softening, 0.0, loaded
+        size = addresses.entered(write_chain, parameters, each, springs, system.supports())
+        parameters = parameters[:size] if springs.size else np.concatenate((parameters, bands))
+        rigid = n_dof == 1 and parameters[RARE] == 0.0
         return Step(
             free=free_rigid if rigid else free,
             measure=measure_rigid if rigid else measure,
-            parameters=np.concatenate((header, system.load, gain, chain, keep, ground, mass, rest)),
+            parameters=parameters,
             load=slice(LOADED, LOAD + n_dof),
             state=state,
         )

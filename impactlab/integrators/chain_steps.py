@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.numerics.compiling import UNPACK
+from impactlab.numerics.addresses import entered
+from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_PART, UNPACK
 from impactlab.numerics.lanes import LANES, after_last, all_lanes, lane, lanes_at, put_lanes, sum_of_lanes
 from impactlab.numerics.windows import window
 from impactlab.types import Array
@@ -18,27 +19,46 @@ SAME_TOL = 4.0 * float(np.finfo(float).eps)  # of a factor: coefficients that di
 
 
 def runs_of(gain: Array, chain: Array, mass: Array) -> Array:
-    """Return the runs of a chain without its outer nodes, flat: number of nodes, factor shared by all, 0 if none.
+    """Return the runs of a chain without its outer nodes, flat: see `write_runs`."""
+    runs = np.zeros(2 * gain.size)
+    return runs[: entered(write_runs, gain, chain, mass, runs)]
+
+
+@EXACT_ENTRY
+def write_runs(gain: Array, chain: Array, mass: Array, runs: Array) -> int:
+    """Write the runs of a chain without its outer nodes: number of nodes, factor shared by all, 0 if none.
 
     ``gain`` (n,) is dt over the masses, ``chain`` (n + 1,) the stiffness of the springs, those to the ground at both
     ends included. The factor is gain times stiffness, on both sides of a node; the nodes of a run have one ``mass``.
+    Return how many numbers were written into ``runs``, which has room for 2 n.
     """
-    if gain.size < 3:  # no node between the outer two
-        return np.zeros(0)
-    left, right = (gain * chain[:-1])[1:-1], (gain * chain[1:])[1:-1]
-    even = np.abs(right - left) <= SAME_TOL * np.abs(left)
-    joins = even[1:] & even[:-1] & (np.abs(left[1:] - left[:-1]) <= SAME_TOL * np.abs(left[1:]))
-    joins &= np.abs(np.diff(mass[1:-1])) <= SAME_TOL * mass[2:-1]
-    starts = np.concatenate(([0], np.flatnonzero(~joins) + 1, [left.size]))
-    runs: list[list[float]] = []
-    for first, end in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
-        if end - first >= MIN_RUN and left[first] != 0.0:
-            runs.append([end - first, left[first]])
-        elif runs and runs[-1][1] == 0.0:
-            runs[-1][0] += end - first
+    written, first, last = 0, 1, gain.size - 1
+    for node in range(1, last):
+        if node + 1 < last and joins_next(gain, chain, mass, node):
+            continue
+        count, factor = node + 1 - first, gain[first] * chain[first]
+        if count >= MIN_RUN and factor != 0.0:
+            runs[written], runs[written + 1] = count, factor
+            written += 2
+        elif written > 0 and runs[written - 1] == 0.0:
+            runs[written - 2] += count
         else:
-            runs.append([end - first, 0.0])
-    return np.array(runs, float).ravel()
+            runs[written], runs[written + 1] = count, 0.0
+            written += 2
+        first = node + 1
+    return written
+
+
+@EXACT_PART
+def joins_next(gain: Array, chain: Array, mass: Array, node: int) -> bool:
+    """Return whether a node and the next one share factor and mass, up to rounding."""
+    for each in range(node, node + 2):
+        left, right = gain[each] * chain[each], gain[each] * chain[each + 1]
+        if not abs(right - left) <= SAME_TOL * abs(left):
+            return False
+    here, after = gain[node] * chain[node], gain[node + 1] * chain[node + 1]
+    alike = abs(after - here) <= SAME_TOL * abs(after)
+    return bool(alike and abs(mass[node + 1] - mass[node]) <= SAME_TOL * mass[node + 1])
 
 
 @UNPACK

@@ -114,7 +114,7 @@ class ExactModal(AbstractIntegrator):
     needs_modes = True
 
     def step(self, system: Operators, dt: float) -> Step:
-        if np.any(system.damping):
+        if np.count_nonzero(system.damping):
             raise PairingError(
                 "integrator 'exact_modal' serves undamped modes only",
                 remedy="Use newmark, or midpoint where events are located.",
@@ -123,7 +123,7 @@ class ExactModal(AbstractIntegrator):
         n_dof, mass = system.load.size, system.mass[0]
         squared = system.stiffness[0] / mass
         frequency = np.copysign(np.sqrt(np.abs(squared)), squared)
-        head = [float(n_dof), float(np.any(system.load))]
+        head = [float(n_dof), float(np.count_nonzero(system.load) > 0)]
         parameters = np.concatenate((head, system.load, mass, frequency, np.zeros(5 * n_dof)))
         retime(parameters, dt)
         return Step(

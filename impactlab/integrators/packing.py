@@ -26,7 +26,7 @@ def chain_springs(system: Operators) -> Array:
 
 def dashpots_of(system: Operators) -> Array:
     """Return the damping as dashpots: to the ground, then the bands below its diagonal, flat; empty if undamped."""
-    if not system.damping.any():
+    if not np.count_nonzero(system.damping):
         return np.zeros(0)
     ground = system.dashpots_inside() + system.dashpots_at_ends()
     return np.concatenate((ground, trimmed(system.damping)[1:].ravel()))
@@ -35,20 +35,25 @@ def dashpots_of(system: Operators) -> Array:
 def trimmed(banded: Array) -> Array:
     """Return the matrix without bands that are zero."""
     width = banded.shape[0] - 1
-    while width > 0 and not banded[width].any():
+    while width > 0 and not np.count_nonzero(banded[width]):
         width -= 1
     return banded[: width + 1]
 
 
+def trimmed_of(system: Operators) -> tuple[Array, Array, Array]:
+    """Return mass, damping and stiffness without bands that are zero."""
+    return trimmed(system.mass), trimmed(system.damping), trimmed(system.stiffness)
+
+
 def has_coupled_damping(system: Operators) -> bool:
     """Return whether damping couples coordinates."""
-    return len(system.damping) > 1 and bool(system.damping[1:].any())
+    return len(system.damping) > 1 and bool(np.count_nonzero(system.damping[1:]))
 
 
 def combined(system: Operators, of_damping: float, of_stiffness: float) -> Array:
     """Return M + a C + b K, lower banded, without bands that are zero in all three."""
-    matrices = [trimmed(matrix) for matrix in (system.mass, system.damping, system.stiffness)]
-    width = max(matrix.shape[0] for matrix in matrices) - 1
+    matrices = trimmed_of(system)
+    width = max(map(len, matrices)) - 1
     mass, damping, stiffness = (widened(matrix, width) for matrix in matrices)
     return np.asarray(mass + of_damping * damping + of_stiffness * stiffness)
 
@@ -64,16 +69,17 @@ def packed(
 
     ``rest`` are the arrays that it needs beside the body's.
     """
-    mass, damping, stiffness = trimmed(system.mass), trimmed(system.damping), trimmed(system.stiffness)
-    width = max(mass.shape[0], damping.shape[0], stiffness.shape[0]) - 1
-    damped = damping.shape[0] - 1 if np.any(damping) else -1
+    mass, damping, stiffness = matrices = trimmed_of(system)
+    width = max(map(len, matrices)) - 1
+    damped = damping.shape[0] - 1 if np.count_nonzero(damping) else -1
     header = np.zeros(HEADER)
     header[:6] = system.load.size, stiffness.shape[0] - 1, damped, mass.shape[0] - 1, width, dt
     header[6 : 6 + len(scheme)] = scheme
-    header[WEIGHTS:LOADED], header[LOADED] = weights, np.any(system.load)
+    header[WEIGHTS:LOADED], header[LOADED] = weights, np.count_nonzero(system.load) > 0
     momentum = np.zeros(system.load.size) if system.momentum is None else system.momentum
-    arrays = system.load, springs_of(system), mass.ravel(), dashpots_of(system), momentum
-    return np.concatenate((header, *arrays, *rest))
+    springs = system.springs_to_ground(), stiffness[1:].ravel()
+    dashpots = NOTHING if damped < 0 else dashpots_of(system)
+    return np.concatenate((header, system.load, *springs, mass.ravel(), dashpots, momentum, *rest))
 
 
 def factors(matrix: Array, springs: Array = NOTHING) -> Array:

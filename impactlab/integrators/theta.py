@@ -11,13 +11,14 @@ import numpy as np
 
 from impactlab.integrators.banded_steps import LOAD, LOADED, measure, theta_free, theta_retime
 from impactlab.integrators.base import Step
-from impactlab.integrators.packing import combined, packed
+from impactlab.integrators.packing import packed, trimmed_of
 from impactlab.models.base import Operators
 
 
 def theta_step(system: Operators, dt: float, theta: float) -> Step:
     """Return the step with this theta."""
-    room = np.zeros((combined(system, 0.0, 0.0).shape[0] + 2) * system.load.size)  # factors, and the gain in velocity
+    bands = max(map(len, trimmed_of(system)))
+    room = np.zeros((bands + 2) * system.load.size)  # factors, and the gain in velocity
     parameters = packed(system, dt, (theta,), room)
     theta_retime(parameters, dt)
     return Step(

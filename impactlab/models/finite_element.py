@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.models.mesh.bar_elements import MassMatrix, check_order, node_distance, spread
+from impactlab.models.mesh.bar_elements import MassMatrix, check_order, laid_out, node_distance
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
@@ -57,7 +57,7 @@ class FiniteElement(AbstractRodModel):
         check_order(self.order, self.mass)
 
     def element_length(self, body: ElasticBody) -> float:
-        return float(spread(body.segments, self.elements)[0].min()) * node_distance(self.order)
+        return laid_out(body.segments, self.elements).shortest * node_distance(self.order)
 
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         return Mesh(rod, self.elements, self.mass, gravity, self.order, faces)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Literal, final
 
 import numpy as np
@@ -52,6 +53,9 @@ class ModalBody(AbstractDiscreteModel):
         self._paper_rule, self._massless, self._phases = paper_rule, massless, phases
         self._waves = waves
         self._damping = proportional_damping(rod)
+        # That were read; every caller gets the same arrays.
+        self._rows: dict[tuple[float, Quantity], Array] = {}
+        self._left_out: dict[tuple[float, Quantity, float], float] = {}
 
     def operators(self) -> Operators:
         basis, rod = self._basis, self._rod
@@ -65,14 +69,14 @@ class ModalBody(AbstractDiscreteModel):
         if self._phases is not None:
             closed = self._phases.closed.operators()
             highest, rule = max(highest, closed.highest_frequency), max(rule, closed.rule_frequency)
-        rigid = basis.project_uniform()
+        rigid, forces = self._uniform, self._gravity != 0.0 or rod.left.force != 0.0 or rod.right.force != 0.0
         squared = basis.frequencies[None, :] ** 2
         of_mass, of_stiffness = self._damping
         return Operators(
             mass=np.ones((1, n_dof)),
             damping=of_mass + of_stiffness * squared,
             stiffness=squared,
-            load=rigid * self._gravity + end_load(self, rod),
+            load=rigid * self._gravity + end_load(self, rod) if forces else np.zeros(n_dof),
             displacement=np.zeros(n_dof) if rod.displacement is None else basis.project(rod.displacement),
             velocity=rigid * rod.velocity,
             highest_frequency=highest,
@@ -85,16 +89,31 @@ class ModalBody(AbstractDiscreteModel):
         )
 
     def row(self, x: float, quantity: Quantity) -> Array:
-        return self._basis.row(x, quantity)
+        quantity = "displacement" if quantity == "velocity" else quantity  # the same row
+        if (row := self._rows.get((x, quantity))) is None:
+            row = self._rows[x, quantity] = self._basis.row(x, quantity)
+            row.flags.writeable = False
+        return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
         """Return the static compliance minus that of the elastic modes kept (mode acceleration)."""
-        elastic = self._basis.frequencies > 0.0
-        kept = self._basis.row(x, quantity)[elastic] * self._basis.row(face, "displacement")[elastic]
-        return self._basis.static(x, quantity, face) - float(np.sum(kept / self._basis.frequencies[elastic] ** 2))
+        key = x, quantity, face
+        if key not in self._left_out:
+            frequencies = self._basis.frequencies
+            elastic = frequencies > 0.0
+            kept = self.row(x, quantity)[elastic] * self.row(face, "displacement")[elastic]
+            static = self._basis.static(x, quantity, face)
+            self._left_out[key] = static - float(np.sum(kept / frequencies[elastic] ** 2))
+        return self._left_out[key]
 
     def momentum_row(self) -> Array:
-        return self._basis.project_uniform()
+        return self._uniform
+
+    @cached_property
+    def _uniform(self) -> Array:
+        row = self._basis.project_uniform()
+        row.flags.writeable = False
+        return row
 
     def grid(self) -> Array:
         return self._basis.grid()

@@ -27,14 +27,15 @@ class RigidBody(AbstractDiscreteModel):
         self._softening, self._distance = softening, distance  # 1/s2 along the motion, m from the axis at u = 0
 
     def operators(self) -> Operators:
-        n_dof = self._mass.shape[1]
+        n_dof, turns = self._mass.shape[1], self._softening != 0.0
+        pull = self._gravity + self._softening * self._distance  # m/s2
         return Operators(
             mass=self._mass,
             damping=np.zeros((1, n_dof)),
-            stiffness=-self._softening * self._mass,
-            load=self._mass[0] * (self._gravity + self._softening * self._distance),
+            stiffness=-self._softening * self._mass if turns else np.zeros((1, n_dof)),
+            load=self._mass[0] * pull if pull else np.zeros(n_dof),
             displacement=np.zeros(n_dof),
-            velocity=np.full(n_dof, self._velocity),
+            velocity=np.array([self._velocity] * n_dof, float),
             highest_frequency=0.0,
             rule_frequency=0.0,
             diagonal_mass=True,
@@ -45,7 +46,7 @@ class RigidBody(AbstractDiscreteModel):
 
     def row(self, x: float, quantity: Quantity) -> Array:
         moves = quantity in ("displacement", "velocity")
-        return np.full(self._mass.shape[1], 1.0 if moves else 0.0)
+        return np.array([1.0 if moves else 0.0] * self._mass.shape[1], float)
 
     def momentum_row(self) -> Array:
         return np.array(self._mass[0])

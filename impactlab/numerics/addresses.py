@@ -148,11 +148,16 @@ def entered(entry: Any, *arguments: Any) -> Any:
     """Call a compiled function; its first call is booked as compiling."""
     if _interpreting:
         return in_python(entry)(*arguments)
-    if COMPILED and not entry.overloads:
+    if not is_loaded(entry):
         with spent_on(COMPILING):
             say_if_compiling(entry)
             return entry(*arguments)
     return entry(*arguments)
+
+
+def is_loaded(entry: Any) -> bool:
+    """Return whether a compiled function has been called before; True of plain Python."""
+    return not COMPILED or bool(entry.overloads)
 
 
 def compiled(function: Callable[..., None], signature: Any, allocates: bool = True) -> Any:

@@ -60,7 +60,7 @@ def solve(banded: Array, vector: Array) -> Array:
 
 def solve_each(banded: Array, rows: Array) -> Array:
     """Return the solutions of a positive definite system for some right-hand sides, shape (n_rows, n)."""
-    if len(banded) == 1 or not np.any(banded[1:]) or rows.size == 0:
+    if len(banded) == 1 or rows.size == 0 or not np.count_nonzero(banded[1:]):
         return np.ascontiguousarray(rows / banded[0])
     from scipy.linalg import solveh_banded
 

@@ -113,14 +113,24 @@ def bare_beam(scene: Scene, point: Point) -> bool:
     return body.bends and not any(end.kind == "mass" and end.value > 0.0 for end in ends)
 
 
-def facts_at(scene: Scene, point: Point, element_length: float, velocity_per_force: float = math.nan) -> SideFacts:
+def facts_at(
+    scene: Scene,
+    point: Point,
+    element_length: float,
+    velocity_per_force: float = math.nan,
+    left_out: float = 0.0,
+    flexibility: float = 0.0,
+) -> SideFacts:
     """Return the facts of one side of a contact, for elements of a length [m].
 
-    Room for a reading exists at the ends of a rod only.
+    Room for a reading exists at the ends of a rod only. The last three are those of the body that a model built.
     """
     body = scene.bodies[point.body]
     facts = body.side_facts(point.x, element_length)
-    return facts._replace(gravity=scene.gravity if body.falls else 0.0, velocity_per_force=velocity_per_force)
+    gravity = scene.gravity if body.falls else 0.0
+    return facts._replace(
+        gravity=gravity, velocity_per_force=velocity_per_force, left_out=left_out, flexibility=flexibility
+    )
 
 
 def field_acceleration(scene: Scene) -> float:

@@ -72,7 +72,9 @@ class Simulation(NamedTuple):
             changes["laws"] = {contact.name: law for contact in self.scene.contacts}
         of_method = {field.name for field in dataclasses.fields(Method)} & set(changes)
         method = dataclasses.replace(self.method, **{name: changes.pop(name) for name in of_method})
-        return Simulation(dataclasses.replace(self.scene, **changes), method)
+        # The same scene keeps all that was found of it.
+        same = all(getattr(self.scene, name) == value for name, value in changes.items())
+        return Simulation(self.scene if same else dataclasses.replace(self.scene, **changes), method)
 
 
 def laws_of(scene: Scene, method: Method) -> list[AbstractContactLaw]:
@@ -123,13 +125,20 @@ def theories(scene: Scene, method: Method) -> tuple[str, ...]:
     return tuple(method.models[name].theory if name in method.models else "" for name in scene.elastic)
 
 
-def side_facts(scene: Scene, method: Method, point: Point, velocity_per_force: float = math.nan) -> SideFacts:
-    """Return the facts of one side of a contact, by the model's elements."""
+def side_facts(
+    scene: Scene,
+    method: Method,
+    point: Point,
+    velocity_per_force: float = math.nan,
+    left_out: float = 0.0,
+    flexibility: float = 0.0,
+) -> SideFacts:
+    """Return the facts of one side of a contact, by the model's elements; the last three are those of a body built."""
     body, length = scene.bodies[point.body].elastic, math.nan
     if body is not None:
         model = method.models.get(body.name)
         length = body.length / ELEMENTS if model is None else model.element_length(body)
-    return facts_at(scene, point, length, velocity_per_force)
+    return facts_at(scene, point, length, velocity_per_force, left_out, flexibility)
 
 
 def sides(scene: Scene, method: Method, contact: Contact) -> tuple[SideFacts, SideFacts]:

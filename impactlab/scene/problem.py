@@ -165,7 +165,12 @@ class Scene:
         return (*self.probes, *gauges, *self.loaded_ends)
 
     @cached_property
+    def own_channels(self) -> int:
+        """Number of channels that the bodies record in every run: positions and velocities of masses."""
+        return sum(len(body.recorded) for body in self.bodies.values())
+
+    @cached_property
     def loaded_ends(self) -> tuple[Probe, ...]:
         """Displacements of loaded ends, recorded like those of faces in contact."""
-        ends = [(name, x, end) for name, body in self.bodies.items() for x, end in body.ends]
-        return tuple(Probe(name, x, "displacement") for name, x, end in ends if end.is_loaded)
+        ends = ((name, x, end) for name, body in self.elastic.items() for x, end in body.ends)
+        return tuple([Probe(name, x, "displacement") for name, x, end in ends if end.is_loaded])

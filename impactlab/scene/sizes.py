@@ -99,8 +99,7 @@ def in_bytes(count: float) -> str:
 
 def columns_of(scene: Scene) -> int:
     """Return how many numbers a record holds: time, six of each contact, probes, position and velocity of masses."""
-    masses = sum(len(body.recorded) for body in scene.bodies.values())
-    return 1 + 6 * len(scene.contacts) + len(scene.recorded_probes) + masses
+    return 1 + 6 * len(scene.contacts) + len(scene.recorded_probes) + scene.own_channels
 
 
 def default_records(scene: Scene, most: int) -> int:
@@ -136,6 +135,8 @@ def check_records(scene: Scene, steps: float, more: int = 0) -> None:
 def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:
     """Raise `CaseError` where snapshots or the rows of probes are too large."""
     taken = len(scene.snapshots)
+    if not taken and not scene.recorded_probes:
+        return
     rows = float(sum(unknowns.get(probe.body, 0) for probe in scene.recorded_probes))
     if fits(2.0 * taken * state + rows, 1.0 - BUILT):
         return

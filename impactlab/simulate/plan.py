@@ -207,8 +207,10 @@ def _prepared(scene: Scene, method: Method) -> Plan:
         unused = () if method.integrator is None else (UNUSED,)
         return Plan(scene, method, method, None, 0, {}, {}, (), (), None, unused)
     check_bodies(scene, method)
+    checked = 0
     if method.step.dt is not None and not isinstance(method.integrator, AbstractAdaptive):
-        check_records(scene, math.ceil(scene.duration / method.step.dt - 1e-9))  # before thousands of bodies are built
+        checked = math.ceil(scene.duration / method.step.dt - 1e-9)
+        check_records(scene, checked)  # before thousands of bodies are built
     built = build_bodies(scene, method)
     own = self_stepping(built)
     stepped = is_stepped(scene, own)
@@ -227,7 +229,8 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     dt = chosen_step(scene, method, integrator, built)
     steps = math.ceil(scene.duration / dt - 1e-9)
     waves = sum(len(body.model.sent()) for body in built.values() if isinstance(body.model, DelayChain))
-    check_records(scene, steps, waves)
+    if waves or steps != checked:
+        check_records(scene, steps, waves)
     impulses = any(law.needs & {Level.IMPULSE, Level.CLOSING} for law in method.laws.values())
     steppers = prepare_steppers(scene, built, integrator, dt, impulses=impulses)
     unknowns = {name: body.system.load.size for name, body in built.items()}
@@ -252,7 +255,8 @@ def _prepared(scene: Scene, method: Method) -> Plan:
             check_explicit_spring(law, facts, dt, path)
         found.append(start_law(law, facts, path, dt))
         alike[key] = law, found[-1]
-    acting, starts = replace(method, laws=laws), tuple(found)
+    reduced = any(laws[name] is not law for name, law in method.laws.items())
+    acting, starts = replace(method, laws=laws) if reduced else method, tuple(found)
     warnings += check_messengers(scene, built, starts)
     pushes = pushes_of(scene, built, starts)
     check_closed(scene, laws_of(scene, acting), built, starts, pushes, integrator, dt)

@@ -11,7 +11,7 @@ from impactlab.bases.beams.kept import elastic_modes
 from impactlab.bases.beams.roots import Held
 from impactlab.bases.beams.shapes import Layout
 from impactlab.bases.beams.statics import WORDS, BeamStatics
-from impactlab.bases.beams.waves import BeamNumbers, even_odd, fields
+from impactlab.bases.beams.waves import BeamNumbers, even_odd, field
 from impactlab.errors import CaseError
 from impactlab.models.mesh.beams import no_such
 from impactlab.scene.bodies import Beam, Profile
@@ -56,17 +56,13 @@ class BeamModes(Coordinates):
         elastic = np.sqrt(self._squared * segment.bending_stiffness / (line_mass * unit**4))
         self.frequencies = np.concatenate((np.zeros(len(self._rigid)), elastic))
         self._statics: dict[float, BeamStatics] = {}
-        self._rows: dict[tuple[float, int], Array] = {}  # of places, which a run asks for again and again
         first = {"free": 0, "pinned": 1, "clamped": 2}[self._kinds[0]]
         self._shares *= np.where(self._at(np.zeros(1), first)[0, len(self._rigid) :] < 0.0, -1.0, 1.0)
 
     def row(self, x: float, quantity: Quantity) -> Array:
         if quantity not in QUANTITIES_OF_BEAM:
             raise no_such(quantity)
-        key = x, 0 if quantity == "velocity" else WORDS.index(quantity)
-        if key not in self._rows:
-            self._rows[key] = self._at(np.array([x]), key[1])[0]
-        return self._rows[key].copy()
+        return np.asarray(self._at(np.array([x]), 0 if quantity == "velocity" else WORDS.index(quantity))[0])
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
         if face not in self._statics:
@@ -116,8 +112,8 @@ class BeamModes(Coordinates):
         place = layout.sign * (x[:, None] / length - layout.origin) / layout.unit
         elastic = np.zeros((x.size, self._squared.size))
         for even, shares in ((True, self._shares[:2]), (False, self._shares[2:])):
-            if np.any(shares):
-                pair = fields(self._waves, self._squared, place, even)[which]
+            if np.count_nonzero(shares):
+                pair = field(self._waves, self._squared, place, even, which)
                 elastic += shares[0] * pair[0] + shares[1] * pair[1]
         turned = layout.sign if which in (1, 3) else 1.0
         return np.hstack((rigid, elastic * (turned * self._scales[which])))

@@ -77,7 +77,7 @@ def even_odd(square: Array, x: Array | float) -> tuple[Array, Array]:
     phase = number * x
     cosine, sine = np.cos(phase), np.sin(phase) / number
     decaying = square > 0.0
-    if not np.any(decaying):
+    if not np.count_nonzero(decaying):
         return cosine, sine
     size = np.abs(phase)
     scale = np.exp(size - number) / (1.0 + np.exp(-2.0 * number))
@@ -91,12 +91,29 @@ def fields(found: Waves, squared: Array, x: Array | float, even: bool) -> Ends:
 
     In units of h: rotation per 1/h, moment per EI/h2, shear force per EI/h3.
     """
-    parts = []
-    for square, turning in zip(found.squares, found.turning, strict=True):
-        cosine, sine = even_odd(square, x)
-        if even:
-            parts.append((cosine, turning * sine, turning * cosine, -squared * sine))
-        else:
-            parts.append((square * sine, turning * cosine, turning * square * sine, -squared * cosine))
-    first, second = parts
-    return Ends(*((first[i], second[i]) for i in range(4)))
+    parts = [
+        (square, turning, *even_odd(square, x)) for square, turning in zip(found.squares, found.turning, strict=True)
+    ]
+    first, second = ([_quantity(which, even, squared, *part) for which in range(4)] for part in parts)
+    return Ends(*zip(first, second, strict=True))
+
+
+def field(found: Waves, squared: Array, x: Array | float, even: bool, which: int) -> tuple[Array, Array]:
+    """Return one quantity of `fields`: deflection (0), rotation, bending moment or shear force (3)."""
+    first, second = (
+        _quantity(which, even, squared, square, turning, *even_odd(square, x))
+        for square, turning in zip(found.squares, found.turning, strict=True)
+    )
+    return first, second
+
+
+def _quantity(
+    which: int, even: bool, squared: Array, square: Array, turning: Array, cosine: Array, sine: Array
+) -> Array:
+    if which == 0:
+        return cosine if even else square * sine
+    if which == 3:
+        return -squared * (sine if even else cosine)
+    if which == 1:
+        return turning * (sine if even else cosine)
+    return turning * cosine if even else turning * square * sine

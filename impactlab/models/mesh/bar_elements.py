@@ -95,9 +95,23 @@ def assembled(element: Array, scale: Array) -> Array:
     return matrix
 
 
+def assembled_diagonal(weights: Array, scale: Array) -> Array:
+    """Return the diagonal matrix (1, n_nodes) of a row of elements that share their end nodes.
+
+    ``weights`` (order + 1,) are the diagonal of an element, multiplied by ``scale`` (n_elements,) in each.
+    """
+    order = weights.size - 1
+    matrix = np.zeros((1, order * scale.size + 1))
+    for i, weight in enumerate(weights.tolist()):
+        matrix[0, i : i + order * (scale.size - 1) + 1 : order] += weight * scale
+    return matrix
+
+
 @lru_cache(maxsize=256)
 def elements_per_segment(segments: tuple[Segment, ...], elements: int) -> tuple[int, ...]:
     """Return how many elements each segment gets: at least one, shared out by travel time, ``elements`` in all."""
+    if len(segments) == 1:
+        return (max(1, elements),)
     times = np.array([segment.length / segment.wave_speed for segment in segments])
     shares = elements * times / times.sum()
     counts = np.maximum(1, np.floor(shares)).astype(int)
@@ -112,11 +126,31 @@ def elements_per_segment(segments: tuple[Segment, ...], elements: int) -> tuple[
 def spread(segments: tuple[Segment, ...], elements: int) -> tuple[Array, Ints]:
     """Return the lengths [m] of the elements of a row, and the number of the segment of each, (n_elements,) both."""
     counts = elements_per_segment(segments, elements)
-    lengths = [np.full(count, segment.length / count) for segment, count in zip(segments, counts, strict=True)]
-    found = np.concatenate(lengths), np.repeat(np.arange(len(counts)), counts)
+    each = np.array([segment.length / count for segment, count in zip(segments, counts, strict=True)])
+    found = each.repeat(counts), np.arange(len(counts)).repeat(counts)
     for array in found:
         array.flags.writeable = False  # every caller gets the same arrays
     return found
+
+
+class Elements(NamedTuple):
+    """A row of elements from end to end."""
+
+    lengths: Array  # (n_elements,) m
+    segment: Ints  # (n_elements,) number of the segment of each
+    borders: Array  # (n_elements + 1,) m
+    shortest: float  # m
+
+
+@lru_cache(maxsize=64)
+def laid_out(segments: tuple[Segment, ...], elements: int) -> Elements:
+    """Return a row of elements, shared among segments as by `spread`."""
+    lengths, number = spread(segments, elements)
+    borders = np.zeros(lengths.size + 1)
+    np.cumsum(lengths, out=borders[1:])
+    borders[-1] = sum(segment.length for segment in segments)
+    borders.flags.writeable = False  # every caller gets the same arrays
+    return Elements(lengths, number, borders, float(lengths.min()))
 
 
 def node_distance(order: int) -> float:

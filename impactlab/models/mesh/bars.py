@@ -9,7 +9,15 @@ import numpy as np
 
 from impactlab.errors import CaseError
 from impactlab.models.base import Face, Operators
-from impactlab.models.mesh.bar_elements import Ints, MassMatrix, assembled, polynomials, reference, spread
+from impactlab.models.mesh.bar_elements import (
+    Ints,
+    MassMatrix,
+    assembled,
+    assembled_diagonal,
+    laid_out,
+    polynomials,
+    reference,
+)
 from impactlab.models.mesh.base import AbstractMesh, quadratic_forms, sums_without
 from impactlab.models.mesh.massless import MasslessNodes, redistribute, struck_nodes
 from impactlab.numerics.banded import multiply
@@ -55,17 +63,18 @@ class Mesh(AbstractMesh):
         faces: tuple[Face, ...] = (),
     ) -> None:
         self.order, self.element = order, reference(order)
-        self.lengths, self.of_segment = spread(rod.segments, elements)
-        self._borders = np.concatenate(([0.0], np.cumsum(self.lengths)))
-        self._borders[-1] = rod.length
-        self._near = NODE_TOL * float(self.lengths.min())
+        self.lengths, self.of_segment, self._borders, shortest = laid_out(rod.segments, elements)
+        self._near = NODE_TOL * shortest
         self.nodes = self._borders
         if order > 1:
             inside = 0.5 * (self.element.nodes[:-1] + 1.0) * self.lengths[:, None] + self._borders[:-1, None]
             self.nodes = np.append(inside.ravel(), rod.length)
             self.nodes[::order] = self._borders
-        facts = [(each.young, each.area, each.density, each.viscosity * each.area) for each in rod.segments]
-        self.young, self.area, self.density, self._viscous = np.take(np.array(facts).T, self.of_segment, axis=1)
+        facts = np.array([(each.young, each.area, each.density, each.viscosity * each.area) for each in rod.segments]).T
+        # (n_elements,) each, of a uniform rod (1,)
+        self._young, self._area, self._density, self._viscous = (
+            facts if len(facts.T) == 1 else facts[:, self.of_segment]
+        )
         self.lumped = mass != "consistent"
         first = 1 if rod.left.kind == "clamped" else 0
         last = len(self.nodes) - (1 if rod.right.kind == "clamped" else 0)
@@ -88,31 +97,30 @@ class Mesh(AbstractMesh):
         if mass == "redistributed":
             struck = struck_nodes(rod, [(face.x, self.nodal_row(face.x, "displacement")) for face in faces])
             redistribute(matrices[0], struck + first)
-        self._nodal_mass = multiply(matrices[0], np.ones(len(self.nodes)))
-        held = np.array([*range(first), *range(last, len(self.nodes))], np.int64)
-        ground = [
-            sums_without(held, sums, matrix)[self.free_nodes]
-            for sums, matrix in ((dashpots, matrices[1]), (springs, matrices[2]))
-        ]
+        self._nodal_mass = matrices[0][0] if self.lumped else multiply(matrices[0], np.ones(len(self.nodes)))
+        held = [*range(first), *range(last, len(self.nodes))]
+        sums = (dashpots, springs)  # zero where nothing damps the rod
+        ground = [sums_without(held, *each)[self.free_nodes] for each in zip(sums, matrices[1:], strict=True)]
         cut = [self._cut(matrix) for matrix in matrices]
         self._massless = MasslessNodes(struck, cut[2]) if struck.size else None
         if self._massless is not None:
             ground = [self._massless.sums(*each, ground[1]) for each in zip(ground, cut[1:], strict=True)]
-            cut = [cut[0][:, self._massless.kept], *(self._massless.condensed(matrix) for matrix in cut[1:])]
+            cut = [cut[0][:, self._massless.kept], *map(self._massless.condensed, cut[1:])]
         if rod.softening:
-            damping = rod.damping.stiffness * rod.softening
-            cut[2], cut[1] = cut[2] - rod.softening * cut[0], cut[1] - damping * cut[0]
-            ground[0] = ground[0] - damping * multiply(cut[0], np.ones(cut[0].shape[1]))
-        self.mass: Array = cut[0][:1] if self.lumped else cut[0]
+            cut[2][: len(cut[0])] -= rod.softening * cut[0]
+            if damping := rod.damping.stiffness * rod.softening:
+                cut[1][: len(cut[0])] -= damping * cut[0]
+                ground[0] = ground[0] - damping * multiply(cut[0], np.ones(cut[0].shape[1]))
+        self.mass: Array = cut[0]
         self.damping: Array = narrowed(cut[1])
         self._ground_dashpots, self._ground_springs = ground
         self._end_dashpots = self.at_nodes(self.at_ends("dashpot"))  # none acts on a node without mass
         self.stiffness: Array = cut[2]
         self.places = tuple(dict.fromkeys(face.x for face in faces)) if struck.size else ()
         inertia = self.momentum_row()
-        loose = 0 if kinds & {"clamped", "spring"} else 1
-        self.rigid = np.full((inertia.size, loose), 1.0 / np.sqrt(inertia.sum()))
-        self.pins = (0,) * loose
+        self.rigid, self.pins = np.zeros((inertia.size, 0)), ()
+        if not kinds & {"clamped", "spring"}:
+            self.rigid, self.pins = np.full((inertia.size, 1), 1.0 / np.sqrt(inertia.sum())), (0,)
 
     def operators(self) -> Operators:
         uniform = np.ones(self.mass.shape[1])
@@ -125,6 +133,7 @@ class Mesh(AbstractMesh):
         )
 
     def row(self, x: float, quantity: Quantity) -> Array:
+        quantity = "displacement" if quantity == "velocity" else quantity  # the same row
         if (row := self._rows.get((x, quantity))) is None:
             row = self.nodal_row(x, quantity)
             row = row if self._massless is None else self._massless.folded(row)
@@ -171,7 +180,7 @@ class Mesh(AbstractMesh):
         squares = np.zeros(shapes.shape[1])
         for weight, slope in zip(self.element.weights, self.element.slopes, strict=True):
             stretch = sum(share * part for share, part in zip(slope[1:], within[1:], strict=True))
-            squares += (2.0 * weight * self.young * self.area / self.lengths) @ np.square(stretch)
+            squares += (2.0 * weight * self._young * self._area / self.lengths) @ np.square(stretch)
         for node, end in self.ends:
             if end.kind == "spring":
                 squares += end.value * nodal[node] ** 2
@@ -180,9 +189,10 @@ class Mesh(AbstractMesh):
         return np.asarray(squares)
 
     def element_matrices(self, number: int) -> tuple[Array, Array]:
-        half, area, element = 0.5 * self.lengths[number], self.area[number], self.element
+        half, segment, element = 0.5 * self.lengths[number], self.rod.segments[self.of_segment[number]], self.element
         mass = element.lumped if self.lumped else element.consistent
-        return self.young[number] * area / half * element.stiffness, self.density[number] * area * half * mass
+        stiffness = segment.young * segment.area / half * element.stiffness
+        return stiffness, segment.density * segment.area * half * mass
 
     def _highest_frequency(self) -> float:
         """Return the highest frequency [rad/s]: exact for 2-node bars of lumped mass, else a bound.
@@ -219,6 +229,10 @@ class Mesh(AbstractMesh):
 
     def nodal_row(self, x: float, quantity: Quantity) -> Array:
         """Return the quantity at x [m] as a row over the nodes that are not clamped, massless ones included, (n,)."""
+        row, moves = np.zeros(len(self.nodes)), quantity in ("displacement", "velocity")
+        if moves and self.order == 1 and (x == 0.0 or x == self._borders[-1]):  # an end, where contacts mostly are
+            row[0 if x == 0.0 else -1] = 1.0
+            return row[self.free_nodes]
         element = int(self._borders.searchsorted(x + self._near, side="right")) - 1
         element = min(max(element, 0), len(self.lengths) - 1)
         start, h = self._borders[element], self._borders[element + 1] - self._borders[element]
@@ -226,11 +240,10 @@ class Mesh(AbstractMesh):
         node = int(np.abs(self.element.nodes - place).argmin())
         place = self.element.nodes[node] if abs(self.element.nodes[node] - place) <= 2.0 * NODE_TOL else place
         values = polynomials(self.order, float(place))
-        if quantity not in ("displacement", "velocity"):
-            young, area = self.young[element], self.area[element]
-            factor = {"strain": 1.0, "stress": young, "force": young * area}[quantity]
+        if not moves:
+            segment = self.rod.segments[self.of_segment[element]]
+            factor = {"strain": 1.0, "stress": segment.young, "force": segment.young * segment.area}[quantity]
             values = -2.0 * factor / h * (values @ self.element.slopes)
-        row = np.zeros(len(self.nodes))
         row[element * self.order : (element + 1) * self.order + 1] = values
         return row[self.free_nodes]
 
@@ -240,17 +253,19 @@ class Mesh(AbstractMesh):
         Then the sums of the rows of stiffness, and of damping without the dashpots at the ends, (n_nodes,) each.
         """
         element, half = self.element, 0.5 * self.lengths
-        mass = assembled(element.lumped if self.lumped else element.consistent, self.density * self.area * half)
-        stiffness = assembled(element.stiffness, self.young * self.area / half)
-        springs = self.at_ends("spring")
+        inertia, springs = self._density * self._area * half, self.at_ends("spring")
+        stiffness = assembled(element.stiffness, self._young * self._area / half)
+        mass = assembled_diagonal(element.weights, inertia) if self.lumped else assembled(element.consistent, inertia)
         mass[0] += self.at_ends("mass")
         stiffness[0] += springs
         if not self._damped:
-            return mass, np.zeros_like(mass), stiffness, springs, np.zeros(len(self.nodes))
+            return mass, np.zeros((1, len(self.nodes))), stiffness, springs, np.zeros(len(self.nodes))
         damping = assembled(element.stiffness, self._viscous / half)
         damping[0] += self.at_ends("dashpot")
         drag, retardation = self.rod.damping.mass, self.rod.damping.stiffness
-        damping += drag * mass + retardation * stiffness
+        added = retardation * stiffness
+        added[: len(mass)] += drag * mass
+        damping += added
         dashpots = retardation * springs + (drag * multiply(mass, np.ones(len(self.nodes))) if drag else 0.0)
         return mass, damping, stiffness, springs, dashpots
 
@@ -264,5 +279,5 @@ class Mesh(AbstractMesh):
 
 def narrowed(matrix: Array) -> Array:
     """Return the matrix without its outermost bands that are zero, shape (bandwidth + 1, n)."""
-    used = [offset for offset in range(1, len(matrix)) if np.any(matrix[offset])]
+    used = [offset for offset in range(1, len(matrix)) if np.count_nonzero(matrix[offset])]
     return matrix[: 1 + max(used, default=0)]

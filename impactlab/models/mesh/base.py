@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -99,13 +100,14 @@ class AbstractMesh(AbstractDiscreteModel):
 
     def stated(self, highest: float, uniform: Array, gravity: float, end_dashpots: Array) -> Operators:
         """Return the operators of the mesh; ``uniform`` (n_dof,) are its velocities where it moves as a whole by 1."""
-        profile = self.body.displacement
+        profile, n_dof = self.body.displacement, uniform.size
+        forces = gravity != 0.0 or self.body.left.force != 0.0 or self.body.right.force != 0.0
         return Operators(
             mass=self.mass,
             damping=self.damping,
             stiffness=self.stiffness,
-            load=self.momentum_row() * gravity + end_load(self, self.body),
-            displacement=np.zeros(uniform.size) if profile is None else self.coordinates(profile),
+            load=self.momentum_row() * gravity + end_load(self, self.body) if forces else np.zeros(n_dof),
+            displacement=np.zeros(n_dof) if profile is None else self.coordinates(profile),
             velocity=uniform * self.body.velocity,
             highest_frequency=highest,
             rule_frequency=highest,
@@ -158,7 +160,7 @@ def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
     return load if body.right.force == 0.0 else load + body.right.force * model.row(body.length, "displacement")
 
 
-def sums_without(held: Ints, sums: Array, matrix: Array) -> Array:
+def sums_without(held: Sequence[int] | Ints, sums: Array, matrix: Array) -> Array:
     """Return the row sums of a banded matrix (bandwidth + 1, n) without the columns of held coordinates, (n,).
 
     ``sums`` are those of whole rows, zero where only differences of displacements count.

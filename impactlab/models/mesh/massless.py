@@ -70,6 +70,8 @@ class MasslessNodes:
 
         T holds the shares; static condensation where A is K.
         """
+        if len(matrix) == 1:  # couples nothing: of a rod without damping zero
+            return matrix[:, self.kept]
         result = matrix.copy()
         own, low, high = matrix[0, self.at], matrix[1, self._left] * (self.at > 0), matrix[1, self.at]
         s_left, s_right = self._share_left, self._share_right

@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from impactlab.integrators.base import AbstractIntegrator
-from impactlab.numerics.addresses import COMPILED, LawAddress
+from impactlab.numerics.addresses import COMPILED, LawAddress, entered
 from impactlab.numerics.records import copied, records, structures
 from impactlab.scene.method import laws_of
 from impactlab.simulate.plan import Plan
@@ -29,9 +29,9 @@ from impactlab.simulate.stepping.body_records import body_records, damper_record
 from impactlab.simulate.stepping.contact_records import contact_records, face_records, read_on, reading_records
 from impactlab.simulate.stepping.coordinates import both_phases
 from impactlab.simulate.stepping.layout import Layout
-from impactlab.simulate.stepping.packing import alone
 from impactlab.simulate.stepping.pairs import arranged, find_pairs
 from impactlab.simulate.stepping.pieces import fill_pieces
+from impactlab.simulate.stepping.response_ranges import describe, write_ranges
 from impactlab.simulate.stepping.unfilled import addresses_without
 from impactlab.types import Port, Reply
 
@@ -75,10 +75,14 @@ class Assembly:
         per_contact = 1024 if located or len(scene.contacts) <= MANY else 16
         self.events, events = records(EventRecord, max(MIN_EVENTS, per_contact * len(scene.contacts)))
         self.faces, faces, pushes = face_records(layout)
-        entries = alone(row_start, row_index, row_value)[: 2 * len(self.faces)].reshape(2, -1)
-        for face, u_at, v_at in zip(self.faces, *entries.tolist(), strict=True):
-            face.u_at, face.v_at = (-1, -1) if len(phases) or min(u_at, v_at) < 0 else (u_at, v_at)
         self.loads, loads, load_times, load_forces = load_records(layout, integrator)
+        bodies, phased = body_records(layout, values.starts), np.zeros(len(built), np.int64)
+        phased[[number for number, body in enumerate(built.values()) if body.system.phases is not None]] = 1
+        rows = row_start, row_index, row_value
+        entered(describe, bodies, faces, phased, values.momentum, values.responses, *rows)
+        for moved in (pushes, loads):
+            if len(moved):
+                entered(write_ranges, moved, 1, bodies, phased, values.responses)
         read = read_on(layout, row_start, row_index) if n_contacts > 1 else {}
         candidates = find_pairs(self.faces, self.contacts, layout.pushes, read)
         beads = packed(layout.rows, plan, dt, layout.pushed_bodies())
@@ -89,7 +93,7 @@ class Assembly:
         room = (4 if located else 1) * (plan.steps // self.stride + 8) + 256
         self.memory = StepArrays(
             clock=clock,
-            bodies=body_records(layout, values.momentum, values.starts),
+            bodies=bodies,
             faces=faces,
             contacts=contacts,
             ports=ports,
@@ -108,7 +112,7 @@ class Assembly:
             called=np.arange(layout.n_beads, len(built), dtype=np.int64),
             parameters=values.parameters,
             state=state,
-            backup=np.zeros_like(state),
+            backup=np.zeros(state.size),
             momentum=values.momentum,
             jump=values.jump,
             responses=values.responses,
@@ -138,7 +142,7 @@ class Assembly:
         self.clock.only_beads = int(others == 0 and state.size == 2 * layout.n_beads > 0)
         fill_pieces(m, self.clock)
         arrays: Any = self.memory if COMPILED else ()
-        small = COMPILED and sum(each.nbytes for each in arrays) <= MAX_COPIED
+        small = COMPILED and sum([each.nbytes for each in arrays]) <= MAX_COPIED
         self.can_repeat = small and all(law.compiled for law in laws_of(scene, plan.acting))  # whether `again` serves
 
     def again(self) -> Assembly:

@@ -111,7 +111,7 @@ def bead_rows(plan: Plan) -> BeadRows:
 def _is_bead(plan: Plan, name: str) -> bool:
     """Return whether a body is a mass that nothing but contacts, loads and gravity moves."""
     model, system = plan.built[name].model, plan.built[name].system
-    if not isinstance(model, RigidBody) or system.load.size != 1 or np.any(system.stiffness):
+    if not isinstance(model, RigidBody) or system.load.size != 1 or np.count_nonzero(system.stiffness):
         return False
     return bool(system.load[0] == system.mass[0, 0] * plan.scene.gravity)
 

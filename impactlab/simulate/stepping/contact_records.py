@@ -11,9 +11,7 @@ from impactlab.numerics.addresses import LawAddress
 from impactlab.numerics.records import records
 from impactlab.scene.problem import Point
 from impactlab.simulate.stepping.arrays import ContactRecord, FaceRecord, Ints, PushRecord, ReadingRecord
-from impactlab.simulate.stepping.body_records import write_ranges
 from impactlab.simulate.stepping.layout import Layout, faces_of_contact
-from impactlab.simulate.stepping.packing import responses_of
 from impactlab.simulate.stepping.preparation import face_read
 from impactlab.types import Port, Reply
 
@@ -91,13 +89,10 @@ def face_records(layout: Layout) -> Faces:
                 face, stepper = next(by_name), layout.steppers[point.body]
                 face.body, face.place, face.sign = names[point.body], taken[point.body], sign
                 face.moves = int(stepper.state.size > 0)
-                for kind, each in enumerate(responses_of(stepper)):
-                    write_ranges(layout, face, point.body, each[face.place], 3 * kind)
             taken[point.body] += 1
     for record, push in zip(push_by_name, pushed, strict=True):
         record.contact, record.body, record.weight = push.contact, names[push.body], push.weight
         record.place = taken[push.body]
-        write_ranges(layout, record, push.body, layout.steppers[push.body].force_response[record.place], 0)
         taken[push.body] += 1
     return Faces(found, faces, pushes)
 

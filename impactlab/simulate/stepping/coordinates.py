@@ -78,7 +78,7 @@ def coordinates(layout: Layout, models: Models, steppers: Steppers) -> Coordinat
     parameters, of_parameters = flat([stepper.parameters for stepper in each])
     jump, of_jumps = flat([jumps_and_loads(stepper) for stepper in each])
     responses, of_responses = flat([response for stepper in each for response in responses_of(stepper)])
-    starts = [of_parameters.tolist(), of_jumps.tolist(), of_responses[::3].tolist()]
+    starts = [of_parameters, of_jumps, of_responses[::3]]
     return Coordinates(parameters, momentum, jump, responses, *_rows(layout, models), starts)
 
 

@@ -196,12 +196,12 @@ def facts_of(
         body, moved = built[point.body], math.nan
         if stepper := steppers.get(point.body):
             n_dof = stepper.jump.shape[1]
-            moved = float(stepper.force_response[port, n_dof : 2 * n_dof] @ stepper.face_rows[port])
+            moved = float(stepper.force_response[port, n_dof : 2 * n_dof].dot(stepper.face_rows[port]))
         with in_precision(f"the static compliance of '{point.body}'", f"bodies.{point.body}", body.body):
             left_out = body.model.left_out(point.x, "displacement", point.x)
-            flexibility = dict(body.system.massless).get(point.x, 0.0)
-            known = side_facts(scene, method, point, moved)
-            found.append(known._replace(flexibility=flexibility, left_out=left_out))
+            massless = body.system.massless
+            flexibility = dict(massless).get(point.x, 0.0) if massless else 0.0
+            found.append(side_facts(scene, method, point, moved, flexibility=flexibility, left_out=left_out))
     return found[0], found[1]
 
 

@@ -1,0 +1,77 @@
+"""Factors of the leapfrog step of a body, and the state that it starts from: in compiled code, before the first step."""
+
+from __future__ import annotations
+
+from impactlab.integrators.chain_steps import write_runs
+from impactlab.numerics.compiling import EXACT_ENTRY
+from impactlab.numerics.windows import window
+from impactlab.types import Array
+
+N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, RARE, LOADED, LOAD = range(9)
+"""Places in the parameters; RARE is 1 if damped, grounded or soft.
+
+They go on with load, gain, chain of springs (n + 1,), share kept of v, ground, mass (n,), and the runs of the chain or
+wide bands."""
+
+
+@EXACT_ENTRY
+def write_factors(
+    dt: float,
+    load: Array,
+    mass: Array,
+    damping: Array,
+    pulled: Array,
+    displacement: Array,
+    velocity: Array,
+    each: Array,
+    state: Array,
+) -> int:
+    """Write load, gain dt/(M + dt C/2), share kept of v and mass (4, n), and the state at t = 0.
+
+    Velocities start half a step early, so that the first full step is centred at t = 0. ``pulled`` are the forces K u
+    at t = 0, empty where there is no displacement. Return 1 of a body that is damped, 2 of one with a load, 3 of both.
+    """
+    damped = loaded = False
+    for i in range(load.size):
+        damped, loaded = damped or damping[i] != 0.0, loaded or load[i] != 0.0
+    n, half_step = load.size, 0.5 * dt
+    for i in range(n):
+        gain, keep, internal = dt / mass[i], 1.0, load[i]
+        if damped:
+            half = half_step * damping[i] / mass[i]
+            gain, keep = gain / (1.0 + half), (1.0 - half) / (1.0 + half)
+            internal -= damping[i] * velocity[i]
+        if pulled.size > 0:
+            internal -= pulled[i]
+        each[0, i], each[1, i], each[2, i], each[3, i] = load[i], gain, keep, mass[i]
+        state[i], state[n + i] = displacement[i], velocity[i] - half_step * internal / mass[i]
+    return damped + 2 * loaded
+
+
+@EXACT_ENTRY
+def write_chain(parameters: Array, each: Array, springs: Array, supports: Array) -> int:
+    """Write the parameters of a body whose stiffness is a chain of springs, or wider; the header has n and DAMPED.
+
+    ``springs`` are the band below the diagonal, negative; of a wider stiffness it is empty. Return how many numbers
+    were written.
+    """
+    n = int(parameters[N])
+    load, gain = window(parameters, LOAD, n), window(parameters, LOAD + n, n)
+    chain, keep = window(parameters, LOAD + 2 * n, n + 1), window(parameters, LOAD + 3 * n + 1, n)
+    ground, mass = window(parameters, LOAD + 4 * n + 1, n), window(parameters, LOAD + 5 * n + 1, n)
+    for i in range(n):
+        load[i], gain[i], keep[i], mass[i] = each[0, i], each[1, i], each[2, i], each[3, i]
+        ground[i] = supports[i]
+    written = LOAD + 6 * n + 1
+    if springs.size > 1:
+        for i in range(n - 1):
+            chain[i + 1] = -springs[i]
+        chain[0], chain[n] = ground[0], ground[n - 1]
+        ground[0] = ground[n - 1] = 0.0
+        written += write_runs(gain, chain, mass, window(parameters, written, 2 * n))
+    for i in range(n):
+        if ground[i] != 0.0:
+            parameters[GROUNDED] = 1.0
+    if parameters[DAMPED] != 0.0 or parameters[GROUNDED] != 0.0 or parameters[SOFT] != 0.0:
+        parameters[RARE] = 1.0
+    return written
