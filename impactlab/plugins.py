@@ -164,8 +164,14 @@ def citations_of(part: type[Any]) -> tuple[str, ...]:
 
 def parts_inside(part: Any) -> tuple[Any, ...]:
     """Return the parts that the fields of a part hold."""
-    inside = (getattr(part, field.name) for field in dataclasses.fields(part) if field.metadata.get("group"))
+    inside = (getattr(part, name) for name in _holders(type(part)))
     return tuple(value for value in inside if value is not None)
+
+
+@cache
+def _holders(kind: type[Any]) -> tuple[str, ...]:
+    """Return the names of the fields of a part in which other parts stand."""
+    return tuple(field.name for field in dataclasses.fields(kind) if field.metadata.get("group"))
 
 
 def fault_of(part: Any, group: Group) -> str:

@@ -126,6 +126,8 @@ class AbstractIntegrator(AbstractScheme):
         derives from displacements, and leaves the velocities alone. ``at_start`` (n_dof,) are loads over time at t = 0
         [N]: the state of a scheme whose forces act at an instant, not over the step, starts under them.
         """
+        if not addresses.in_trial():
+            return self._prepared(system, ports, dt, at_start)
         with addresses.interpreted(system.load.size):
             return self._prepared(system, ports, dt, at_start)
 

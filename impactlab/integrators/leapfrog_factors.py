@@ -1,4 +1,4 @@
-"""Factors of the leapfrog step of a body, and the state that it starts from: in compiled code, before the first step."""
+"""Factors of the leapfrog step of a body, and the state that it starts from: compiled, before the first step."""
 
 from __future__ import annotations
 

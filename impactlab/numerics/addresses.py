@@ -123,6 +123,11 @@ def trial() -> Iterator[None]:
         _trial = before
 
 
+def in_trial() -> bool:
+    """Return whether plans are checked and never run, as inside `trial`."""
+    return _trial
+
+
 @contextlib.contextmanager
 def interpreted(unknowns: int) -> Iterator[None]:
     """In a trial, run the kernels of a body with few unknowns as plain Python: they differ by rounding alone.

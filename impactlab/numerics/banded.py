@@ -6,6 +6,8 @@ starts a third of a second sooner.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from impactlab.types import Array
@@ -49,19 +51,29 @@ def multiply(banded: Array, vector: Array) -> Array:
 
 def solve(banded: Array, vector: Array) -> Array:
     """Return the solution of a positive definite system, shape (n,)."""
-    from scipy.linalg import solveh_banded
-
     if vector.size == 0:
         return vector.copy()
     if banded.shape[0] == 1 or vector.size == 1:
         return np.asarray(vector / banded[0])
-    return np.asarray(solveh_banded(banded, vector, lower=True))
+    return _solved(banded, vector)
 
 
 def solve_each(banded: Array, rows: Array) -> Array:
     """Return the solutions of a positive definite system for some right-hand sides, shape (n_rows, n)."""
     if len(banded) == 1 or rows.size == 0 or not np.count_nonzero(banded[1:]):
         return np.ascontiguousarray(rows / banded[0])
-    from scipy.linalg import solveh_banded
+    return np.ascontiguousarray(_solved(banded, rows.T).T)
 
-    return np.ascontiguousarray(solveh_banded(banded, rows.T, lower=True).T)
+
+def _solved(banded: Array, given: Array) -> Array:
+    """Return what `scipy.linalg.solveh_banded` returns, which checks for longer; it is called where LAPACK fails."""
+    from scipy.linalg import solveh_banded
+    from scipy.linalg.lapack import dpbsv, dptsv
+
+    found, fault = (
+        dptsv(banded[0], banded[1, :-1], given)[2:] if len(banded) == 2 else dpbsv(banded, given, lower=1)[1:]
+    )
+    flat = found.ravel()
+    if fault or not math.isfinite(flat.dot(flat)):
+        found = solveh_banded(banded, given, lower=True)
+    return np.asarray(found)

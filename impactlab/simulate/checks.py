@@ -18,7 +18,7 @@ from impactlab.scene.facts import moving_faces
 from impactlab.scene.frame import frames, in_frame, touched_in
 from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
-from impactlab.scene.precision import LOST_DIGITS
+from impactlab.scene.precision import LOST_DIGITS, all_finite
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate import beam_warnings
 from impactlab.simulate.channels import AbstractRecordedHistory
@@ -156,7 +156,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
         raise failure(text, remedy="Give a smaller step, or a softer contact.")
-    if not np.all(np.isfinite(assembly.memory.record[: clock.n_records])):
+    if not all_finite(assembly.memory.record[: clock.n_records]):
         raise failure("a displacement or force is not a finite number", remedy=LOST_DIGITS)
     for number, record in zip(assembly.layout.solved, assembly.contacts, strict=True):
         contact, law = assembly.scene.contacts[number], laws[number]
@@ -194,7 +194,7 @@ def check_gain(history: AbstractHistory, bound: float, remedy: str, failure: Fai
 
     A run that more than doubles the energy of its bodies is not a motion of theirs, even if its parts declare more.
     """
-    if not np.all(np.isfinite(history.energy.balance)):
+    if not all_finite(history.energy.balance):
         text = "the balance of energy is not a finite number: a law replied an energy that is not a number"
         raise failure(text, remedy=LOST_DIGITS)
     gain = gain_of(history)

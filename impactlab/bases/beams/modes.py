@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import cast, final
 
 import numpy as np
@@ -11,10 +12,10 @@ from impactlab.bases.beams.kept import elastic_modes
 from impactlab.bases.beams.roots import Held
 from impactlab.bases.beams.shapes import Layout
 from impactlab.bases.beams.statics import WORDS, BeamStatics
-from impactlab.bases.beams.waves import BeamNumbers, even_odd, field
+from impactlab.bases.beams.waves import BeamNumbers, even_odd, field, shapes_at
 from impactlab.errors import CaseError
 from impactlab.models.mesh.beams import no_such
-from impactlab.scene.bodies import Beam, Profile
+from impactlab.scene.bodies import Beam, BeamSegment, Profile
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
 STEP = 1e-6  # of the length, over which the slope of an initial deflection is taken
@@ -51,11 +52,11 @@ class BeamModes(Coordinates):
         )
         self._squared, self._waves, shares = elastic_modes(numbers, self._kinds, modes)
         self._shares = shares / np.sqrt(line_mass * unit)
-        self._rigid = rigid_motions(self._kinds, numbers.rotary * layout.unit**2)
+        self._rotary = numbers.rotary * layout.unit**2
+        self._rigid = rigid_motions(self._kinds, self._rotary)
         self._scales = (1.0, 1.0 / unit, segment.bending_stiffness / unit**2, segment.bending_stiffness / unit**3)
         elastic = np.sqrt(self._squared * segment.bending_stiffness / (line_mass * unit**4))
         self.frequencies = np.concatenate((np.zeros(len(self._rigid)), elastic))
-        self._statics: dict[float, BeamStatics] = {}
         first = {"free": 0, "pinned": 1, "clamped": 2}[self._kinds[0]]
         self._shares *= np.where(self._at(np.zeros(1), first)[0, len(self._rigid) :] < 0.0, -1.0, 1.0)
 
@@ -65,9 +66,7 @@ class BeamModes(Coordinates):
         return np.asarray(self._at(np.array([x]), 0 if quantity == "velocity" else WORDS.index(quantity))[0])
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        if face not in self._statics:
-            self._statics[face] = BeamStatics(self._segment, self._kinds, self._rigid, face)
-        return self._statics[face].at(x, quantity)
+        return statics_of(self._segment, self._kinds, self._rotary, face).at(x, quantity)
 
     def project(self, profile: Profile) -> Array:
         """Return the modal coordinates of a deflection by Gauss quadrature, shape (n_dof,).
@@ -110,10 +109,10 @@ class BeamModes(Coordinates):
                 rigid[:, number] = slope / (length * np.sqrt(mass))
         layout = self._layout
         place = layout.sign * (x[:, None] / length - layout.origin) / layout.unit
-        elastic = np.zeros((x.size, self._squared.size))
+        elastic, shapes = np.zeros((x.size, self._squared.size)), shapes_at(self._waves, place)
         for even, shares in ((True, self._shares[:2]), (False, self._shares[2:])):
             if np.count_nonzero(shares):
-                pair = field(self._waves, self._squared, place, even, which)
+                pair = field(self._waves, self._squared, shapes, even, which)
                 elastic += shares[0] * pair[0] + shares[1] * pair[1]
         turned = layout.sign if which in (1, 3) else 1.0
         return np.hstack((rigid, elastic * (turned * self._scales[which])))
@@ -128,6 +127,12 @@ def rigid_motions(kinds: tuple[Held, Held], rotary: float) -> Array:
         scale = 1.0 / np.sqrt(1.0 / 3.0 + rotary)
         return np.array([[0.0, scale]]) if kinds[0] == "pinned" else np.array([[scale, -scale]])
     return np.zeros((0, 2))
+
+
+@lru_cache(maxsize=64)
+def statics_of(segment: BeamSegment, kinds: tuple[Held, Held], rotary: float, face: float) -> BeamStatics:
+    """Return the statics of a beam under a force at ``face`` [m], the same whatever the number of its modes."""
+    return BeamStatics(segment, kinds, rigid_motions(kinds, rotary), face)
 
 
 def has_closed_form(beam: Beam) -> bool:

@@ -74,16 +74,27 @@ def even_odd(square: Array, x: Array | float) -> tuple[Array, Array]:
     So nothing grows beyond all bounds; where p < 0 they are cosine and sine.
     """
     number = np.sqrt(np.maximum(np.abs(square), MIN_SQUARE))
-    phase = number * x
-    cosine, sine = np.cos(phase), np.sin(phase) / number
-    decaying = square > 0.0
-    if not np.count_nonzero(decaying):
-        return cosine, sine
+    phase, decaying = number * x, square > 0.0
+    count = np.count_nonzero(decaying)
+    if not count:
+        return np.cos(phase), np.sin(phase) / number
     size = np.abs(phase)
     scale = np.exp(size - number) / (1.0 + np.exp(-2.0 * number))
     even = scale * (1.0 + np.exp(-2.0 * size))
     odd = -scale * np.expm1(-2.0 * size) * np.sign(phase) / number
-    return np.where(decaying, even, cosine), np.where(decaying, odd, sine)
+    if count == decaying.size:
+        return even, odd
+    return np.where(decaying, even, np.cos(phase)), np.where(decaying, odd, np.sin(phase) / number)
+
+
+Shapes = tuple[tuple[Array, Array], tuple[Array, Array]]
+"""What `even_odd` returns of both waves."""
+
+
+def shapes_at(found: Waves, x: Array | float) -> Shapes:
+    """Return the even and the odd shape of both waves at x."""
+    first, second = found.squares
+    return even_odd(first, x), even_odd(second, x)
 
 
 def fields(found: Waves, squared: Array, x: Array | float, even: bool) -> Ends:
@@ -91,25 +102,25 @@ def fields(found: Waves, squared: Array, x: Array | float, even: bool) -> Ends:
 
     In units of h: rotation per 1/h, moment per EI/h2, shear force per EI/h3.
     """
-    parts = [
-        (square, turning, *even_odd(square, x)) for square, turning in zip(found.squares, found.turning, strict=True)
-    ]
-    first, second = ([_quantity(which, even, squared, *part) for which in range(4)] for part in parts)
-    return Ends(*zip(first, second, strict=True))
+    shapes = shapes_at(found, x)
+    return Ends(*(field(found, squared, shapes, even, which) for which in range(4)))
 
 
-def field(found: Waves, squared: Array, x: Array | float, even: bool, which: int) -> tuple[Array, Array]:
-    """Return one quantity of `fields`: deflection (0), rotation, bending moment or shear force (3)."""
+def field(found: Waves, squared: Array, shapes: Shapes, even: bool, which: int) -> tuple[Array, Array]:
+    """Return one quantity of `fields`: deflection (0), rotation, bending moment or shear force (3).
+
+    ``shapes`` are those of `shapes_at`.
+    """
     first, second = (
-        _quantity(which, even, squared, square, turning, *even_odd(square, x))
-        for square, turning in zip(found.squares, found.turning, strict=True)
+        _quantity(which, even, squared, *wave) for wave in zip(found.squares, found.turning, shapes, strict=True)
     )
     return first, second
 
 
 def _quantity(
-    which: int, even: bool, squared: Array, square: Array, turning: Array, cosine: Array, sine: Array
+    which: int, even: bool, squared: Array, square: Array, turning: Array, shapes: tuple[Array, Array]
 ) -> Array:
+    cosine, sine = shapes
     if which == 0:
         return cosine if even else square * sine
     if which == 3:

@@ -44,8 +44,10 @@ def laid_out(beam: Beam, elements: int, lumped: bool, gravity: float) -> Layout:
     inner, number = spread(beam.segments, elements)
     viscous = np.array([piece.viscosity / piece.young for piece in beam.segments])[number]
     layers = [end.kind == "infinite" for end in (beam.left, beam.right)]
-    if any(layers):
-        _check(beam, gravity)
+    if not any(layers):
+        alike = tuple((number == each).nonzero()[0] for each in range(len(beam.segments)))
+        return Layout(0.0, inner, number, np.zeros(inner.size), viscous, alike)
+    _check(beam, gravity)
     before = _layer(beam, 0, float(inner[0]), elements, lumped) if layers[0] else np.zeros((3, 0))
     after = _layer(beam, -1, float(inner[-1]), elements, lumped) if layers[1] else np.zeros((3, 0))
     n, last = before.shape[1], len(beam.segments) - 1

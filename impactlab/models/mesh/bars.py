@@ -89,7 +89,7 @@ class Mesh(AbstractMesh):
         self.body = self.rod = rod
         self._gravity = gravity
         self._rows: dict[tuple[float, Quantity], Array] = {}  # that were read
-        kinds = {end.kind for _, end in self.ends}
+        kinds = self._kinds = {end.kind for _, end in self.ends}
         rayleigh = rod.damping.mass != 0.0 or rod.damping.stiffness != 0.0
         self._damped = rayleigh or "dashpot" in kinds or any(each.viscosity != 0.0 for each in rod.segments)
         *matrices, springs, dashpots = self._assembled()
@@ -99,8 +99,9 @@ class Mesh(AbstractMesh):
             redistribute(matrices[0], struck + first)
         self._nodal_mass = matrices[0][0] if self.lumped else multiply(matrices[0], np.ones(len(self.nodes)))
         held = [*range(first), *range(last, len(self.nodes))]
-        sums = (dashpots, springs)  # zero where nothing damps the rod
-        ground = [sums_without(held, *each)[self.free_nodes] for each in zip(sums, matrices[1:], strict=True)]
+        ground = [dashpots[self.free_nodes], sums_without(held, springs, matrices[2])[self.free_nodes]]
+        if self._damped:
+            ground[0] = sums_without(held, dashpots, matrices[1])[self.free_nodes]
         cut = [self._cut(matrix) for matrix in matrices]
         self._massless = MasslessNodes(struck, cut[2]) if struck.size else None
         if self._massless is not None:
@@ -256,7 +257,8 @@ class Mesh(AbstractMesh):
         inertia, springs = self._density * self._area * half, self.at_ends("spring")
         stiffness = assembled(element.stiffness, self._young * self._area / half)
         mass = assembled_diagonal(element.weights, inertia) if self.lumped else assembled(element.consistent, inertia)
-        mass[0] += self.at_ends("mass")
+        if "mass" in self._kinds:
+            mass[0] += self.at_ends("mass")
         stiffness[0] += springs
         if not self._damped:
             return mass, np.zeros((1, len(self.nodes))), stiffness, springs, np.zeros(len(self.nodes))

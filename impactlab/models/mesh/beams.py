@@ -78,9 +78,10 @@ class BeamMesh(AbstractMesh):
         self.lumped = mass == "lumped"
         self._layout = laid_out(beam, elements, self.lumped, gravity)
         self.lengths, self.of_segment = self._layout.lengths, self._layout.segment
-        self.nodes: Array = self._layout.start + np.concatenate(([0.0], np.cumsum(self.lengths)))
-        self.nodes[np.abs(self.nodes) < NODE_TOL * float(self.lengths.min())] = 0.0
-        self.nodes[np.abs(self.nodes - beam.length) < NODE_TOL * float(self.lengths.min())] = beam.length
+        self._near = NODE_TOL * float(self.lengths.min())
+        self.nodes: Array = self._layout.start + np.concatenate(([0.0], self.lengths.cumsum()))
+        self.nodes[np.abs(self.nodes) < self._near] = 0.0
+        self.nodes[np.abs(self.nodes - beam.length) < self._near] = beam.length
         self.ends: tuple[tuple[int, End], ...] = ((0, beam.left), (len(self.nodes) - 1, beam.right))
         held = [2 * node for node, end in self.ends if end.kind in ("clamped", "pinned")]
         held += [2 * node + 1 for node, end in self.ends if end.kind == "clamped"]
@@ -90,11 +91,12 @@ class BeamMesh(AbstractMesh):
         self._rows: dict[tuple[float, Quantity], Array] = {}  # that were read
         self._tensions = self._centrifugal_tensions()
         whole = self._assembled()
-        uniform = np.tile([1.0, 0.0], len(self.nodes))
+        uniform = np.zeros(2 * len(self.nodes))
+        uniform[::2] = 1.0
         self._uniform, self._momentum = uniform[self._kept], multiply(whole[0], uniform)[self._kept]
         cut = [part(matrix, self._kept) for matrix in whole]
         self.mass: Array = cut[0][:1] if self.lumped else cut[0]
-        self.damping: Array = cut[1] if np.any(cut[1][1:]) else cut[1][:1]
+        self.damping: Array = cut[1] if np.count_nonzero(cut[1][1:]) else cut[1][:1]
         self.stiffness: Array = cut[2]
         self._softness = cut[3]
         self.rigid, self.pins = self._rigid_motions()
@@ -120,6 +122,7 @@ class BeamMesh(AbstractMesh):
         return each.stiffness + max(0.0, pulled) * each.tension, mass
 
     def row(self, x: float, quantity: Quantity) -> Array:
+        quantity = "displacement" if quantity == "velocity" else quantity  # the same row
         if (row := self._rows.get((x, quantity))) is None:
             row = self._row(x, quantity)
             row.flags.writeable = False  # every caller gets the same array
@@ -127,7 +130,7 @@ class BeamMesh(AbstractMesh):
         return row
 
     def _row(self, x: float, quantity: Quantity) -> Array:
-        element = int(np.searchsorted(self.nodes, x + NODE_TOL * float(self.lengths.min()), side="right")) - 1
+        element = int(self.nodes.searchsorted(x + self._near, side="right")) - 1
         element = min(max(element, 0), len(self.lengths) - 1)
         h, segment = float(self.lengths[element]), self.beam.segments[self.of_segment[element]]
         place = (x - float(self.nodes[element])) / h

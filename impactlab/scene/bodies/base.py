@@ -241,6 +241,10 @@ class ElasticBody(Body):
         return (0.0, self.left), (self.length, self.right)
 
     @property
+    def loads(self) -> tuple[tuple[float, AbstractLoad], ...]:
+        return super().loads if self.left.load is not None or self.right.load is not None else ()
+
+    @property
     def end_force(self) -> float:
         return self.left.force + self.right.force
 

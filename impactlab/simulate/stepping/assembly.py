@@ -24,7 +24,7 @@ from impactlab.simulate.stepping.arrays import (
     SnapshotRecord,
     StepArrays,
 )
-from impactlab.simulate.stepping.bead_rows import packed
+from impactlab.simulate.stepping.bead_rows import no_beads, packed
 from impactlab.simulate.stepping.body_records import body_records, damper_records, load_records, phase_records
 from impactlab.simulate.stepping.contact_records import contact_records, face_records, read_on, reading_records
 from impactlab.simulate.stepping.coordinates import both_phases
@@ -76,8 +76,8 @@ class Assembly:
         self.events, events = records(EventRecord, max(MIN_EVENTS, per_contact * len(scene.contacts)))
         self.faces, faces, pushes = face_records(layout)
         self.loads, loads, load_times, load_forces = load_records(layout, integrator)
-        bodies, phased = body_records(layout, values.starts), np.zeros(len(built), np.int64)
-        phased[[number for number, body in enumerate(built.values()) if body.system.phases is not None]] = 1
+        bodies = body_records(layout, values.starts)
+        phased = np.array([body.system.phases is not None for body in built.values()], np.int64)
         rows = row_start, row_index, row_value
         entered(describe, bodies, faces, phased, values.momentum, values.responses, *rows)
         for moved in (pushes, loads):
@@ -85,7 +85,7 @@ class Assembly:
                 entered(write_ranges, moved, 1, bodies, phased, values.responses)
         read = read_on(layout, row_start, row_index) if n_contacts > 1 else {}
         candidates = find_pairs(self.faces, self.contacts, layout.pushes, read)
-        beads = packed(layout.rows, plan, dt, layout.pushed_bodies())
+        beads = packed(layout.rows, plan, dt, layout.pushed_bodies()) if layout.rows.rows else no_beads()
         self.slots = beads.slots  # of the contacts of rows of beads
         self.clock.bead_columns = layout.first_probe - layout.first_bead_force
         order, self.clock.reach = arranged(self.contacts, candidates)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -141,15 +142,19 @@ class PackedRows(NamedTuple):
     slots: Ints  # (n_contacts,) slot of each contact
 
 
+@cache
+def no_beads() -> PackedRows:
+    """Return what `packed` returns of a scene without rows."""
+    none = np.zeros(0, np.int64)
+    return PackedRows(records(BeadRowRecord, 0)[1], np.zeros((V + 1, 0)), np.zeros((REST + 1, 0)), none, none)
+
+
 def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRows:
     """Return rows of beads as the arrays of `StepArrays`; ``shared`` are beads that something else moves, too.
 
     Beads are the first bodies, in the order of their rows. A row has an entry for each bead and for the ghosts at both
     of its ends; before the first row there is one more, so that every slot has one to its left.
     """
-    if not found.rows:
-        nothing, none = np.zeros((V + 1, 0)), np.zeros(0, np.int64)
-        return PackedRows(records(BeadRowRecord, 0)[1], nothing, np.zeros((REST + 1, 0)), none, none)
     n_entries = 1 + sum(len(row.beads) + 2 for row in found.rows)
     beads, contacts = np.zeros((V + 1, n_entries)), np.zeros((REST + 1, n_entries))
     contacts[GAP] = np.inf

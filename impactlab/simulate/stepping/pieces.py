@@ -184,16 +184,16 @@ def address_of(piece: int, m: StepArrays) -> int:
 
 def fill_pieces(m: StepArrays, clock: ClockRecord) -> None:
     """Write the addresses of all pieces that a scene needs; flags of its clock are set."""
-    moves_rows = len(m.bead_rows) > 0
-    needed = {
-        SOLVE_SEVERAL: len(m.contacts) > 1,
-        CHANGE_PHASES: len(m.phases) > 0,
-        **dict.fromkeys((REWRITE_COLUMNS, READ_AGAIN), clock.changes != 0),
-        **dict.fromkeys((STEP_ROWS, MARCH_ROWS, READ_ROWS, SHOW_ROWS, RECORD_ROWS, SAMPLE_ROWS), moves_rows),
-        **dict.fromkeys((READ_RARE, BOOK_RARE), clock.rare != 0),
-        APPLY_LOADS: len(m.loads) > 0,
-        **dict.fromkeys((READ_PUSHED, PUSH_ROWS), len(m.pushes) > 0),
-    }
-    for piece, is_needed in needed.items():
-        if is_needed:
-            m.pieces[piece] = address_of(piece, m)
+    of_rows = (STEP_ROWS, MARCH_ROWS, READ_ROWS, SHOW_ROWS, RECORD_ROWS, SAMPLE_ROWS)
+    for pieces, are_needed in (
+        ((SOLVE_SEVERAL,), len(m.contacts) > 1),
+        ((CHANGE_PHASES,), len(m.phases) > 0),
+        ((REWRITE_COLUMNS, READ_AGAIN), clock.changes != 0),
+        (of_rows, len(m.bead_rows) > 0),
+        ((READ_RARE, BOOK_RARE), clock.rare != 0),
+        ((APPLY_LOADS,), len(m.loads) > 0),
+        ((READ_PUSHED, PUSH_ROWS), len(m.pushes) > 0),
+    ):
+        if are_needed:
+            for piece in pieces:
+                m.pieces[piece] = address_of(piece, m)
