@@ -164,12 +164,13 @@ def citations_of(part: type[Any]) -> tuple[str, ...]:
 
 def parts_inside(part: Any) -> tuple[Any, ...]:
     """Return the parts that the fields of a part hold."""
-    inside = (getattr(part, name) for name in _holders(type(part)))
+    kind: Any = type(part)
+    inside = (getattr(part, name) for name in _holders(kind))
     return tuple(value for value in inside if value is not None)
 
 
 @cache
-def _holders(kind: type[Any]) -> tuple[str, ...]:
+def _holders(kind: Any) -> tuple[str, ...]:
     """Return the names of the fields of a part in which other parts stand."""
     return tuple(field.name for field in dataclasses.fields(kind) if field.metadata.get("group"))
 

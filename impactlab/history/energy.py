@@ -40,12 +40,12 @@ class EnergyBook:
     @cached_property
     def total(self) -> Array:
         """Energy of all bodies and contacts, shape (n,) [J]."""
-        return np.asarray(sum(self.bodies.values(), np.zeros_like(self.time)) + self.stored)
+        return np.asarray(sum(self.bodies.values(), np.zeros(self.time.shape)) + self.stored)
 
     @cached_property
     def balance(self) -> Array:
         """Bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
-        total = self.total + sum(self.booked.values(), np.zeros_like(self.time)) - self.work
+        total = self.total + sum(self.booked.values(), np.zeros(self.time.shape)) - self.work
         return np.asarray(total - total[0])
 
     @cached_property
@@ -55,19 +55,25 @@ class EnergyBook:
         It is measured in the frame of the centre of mass of the interacting bodies. Bodies that only drift have none
         there; for them it is the energy of the drift.
         """
-        start = float(np.abs(self.total[0]))
-        whole = max(start, float(np.max(np.abs(self.work), initial=0.0)))
+        start, whole = self._start, max(self._start, self._most_work)
         if self.carried is None:
             return whole
         inside = max(0.0, start - self.carried.kinetic)
-        inside = max(inside, float(np.max(np.abs(self.work - self.carried.work), initial=0.0)))
+        inside = max(inside, _largest(self.work - self.carried.work))
         return inside if inside > DRIFT_ROUNDING * whole else whole
 
     @cached_property
     def rounding(self) -> float:
         """Energy of bodies and work of loads over the scale, which bounds rounding errors."""
-        whole = max(float(np.abs(self.total[0])), float(np.max(np.abs(self.work), initial=0.0)))
-        return max(1.0, whole / self.scale)
+        return max(1.0, max(self._start, self._most_work) / self.scale)
+
+    @cached_property
+    def _start(self) -> float:
+        return abs(float(self.total[0]))
+
+    @cached_property
+    def _most_work(self) -> float:
+        return _largest(self.work)
 
     @cached_property
     def scale(self) -> float:
@@ -82,9 +88,14 @@ class EnergyBook:
     @cached_property
     def largest_gain(self) -> float:
         """Largest rise of the balance above its start, over the scale."""
-        return max(0.0, float(np.max(self.balance))) / self.scale
+        return max(0.0, float(np.maximum.reduce(self.balance))) / self.scale
 
     @cached_property
     def largest_loss(self) -> float:
         """Largest fall of the balance below its start, over the scale."""
-        return max(0.0, -float(np.min(self.balance))) / self.scale
+        return max(0.0, -float(np.minimum.reduce(self.balance))) / self.scale
+
+
+def _largest(values: Array) -> float:
+    """Return the largest size of some values, 0 of none; `np.max` takes several times as long for a few hundred."""
+    return float(np.maximum.reduce(np.abs(values), initial=0.0))

@@ -59,7 +59,7 @@ class Operators(NamedTuple):
     end_dashpots: Array | None = None  # (n_dof,) N s/m, of dashpots at the ends, part of the damping; None: zero
     beam_elements: BeamElements | None = None  # the stiffness, where it is that of a row of beam elements
     softening: float = 0.0  # 1/s2, of a body that turns: -softening M is in the stiffness, not in stated ground_springs
-    momentum: Array | None = None  # (n_dof,) the model's momentum row, set where the stepper is prepared
+    momentum: Array | None = None  # (n_dof,) the model's momentum row; None: set where the stepper is prepared
 
     def springs_to_ground(self) -> Array:
         """Return the springs to the ground, shape (n_dof,) [N/m]."""

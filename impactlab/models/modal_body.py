@@ -86,6 +86,7 @@ class ModalBody(AbstractDiscreteModel):
             modes=True,
             massless=tuple((x, self.left_out(x, "displacement", x)) for x in self._massless if self._is_incomplete(x)),
             phases=self._phases,
+            momentum=self._uniform,
         )
 
     def row(self, x: float, quantity: Quantity) -> Array:

@@ -42,6 +42,7 @@ class RigidBody(AbstractDiscreteModel):
             modes=True,
             ground_springs=np.zeros(n_dof),
             softening=self._softening,
+            momentum=self._mass[0],
         )
 
     def row(self, x: float, quantity: Quantity) -> Array:
@@ -49,7 +50,7 @@ class RigidBody(AbstractDiscreteModel):
         return np.array([1.0 if moves else 0.0] * self._mass.shape[1], float)
 
     def momentum_row(self) -> Array:
-        return np.array(self._mass[0])
+        return np.asarray(self._mass[0])
 
     def grid(self) -> Array:
         return np.zeros(1)

@@ -14,6 +14,7 @@ from typing import Any
 
 from impactlab.scene.bodies import Body, ElasticBody, WaveBody
 from impactlab.scene.instrument import Instrument
+from impactlab.types import Quantity
 
 SAME_TIME = 1e-9  # of the duration: times of fields that are nearer to each other are the same
 RECORDS = 20_000  # instants that a run keeps unless the case says otherwise
@@ -165,9 +166,9 @@ class Scene:
         return (*self.probes, *gauges, *self.loaded_ends)
 
     @cached_property
-    def own_channels(self) -> int:
-        """Number of channels that the bodies record in every run: positions and velocities of masses."""
-        return sum(len(body.recorded) for body in self.bodies.values())
+    def own_channels(self) -> tuple[tuple[str, str, float, Quantity], ...]:
+        """Channels that the bodies record in every run: body, name, place x [m] and quantity."""
+        return tuple((name, *each) for name, body in self.bodies.items() for each in body.recorded)
 
     @cached_property
     def loaded_ends(self) -> tuple[Probe, ...]:

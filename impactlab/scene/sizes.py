@@ -99,7 +99,7 @@ def in_bytes(count: float) -> str:
 
 def columns_of(scene: Scene) -> int:
     """Return how many numbers a record holds: time, six of each contact, probes, position and velocity of masses."""
-    return 1 + 6 * len(scene.contacts) + len(scene.recorded_probes) + scene.own_channels
+    return 1 + 6 * len(scene.contacts) + len(scene.recorded_probes) + len(scene.own_channels)
 
 
 def default_records(scene: Scene, most: int) -> int:

@@ -46,9 +46,8 @@ def probed(scene: Scene) -> Iterator[Probed]:
     """Give the channels of probes, of ends of gauges, of loaded ends and of rigid masses."""
     for probe in scene.recorded_probes:
         yield Probed(probe.channel, probe.body, probe.x, *scene.bodies[probe.body].reading(probe.quantity))
-    for name, body in scene.bodies.items():
-        for channel, x, quantity in body.recorded:
-            yield Probed(channel, name, x, quantity, 1.0)
+    for name, channel, x, quantity in scene.own_channels:
+        yield Probed(channel, name, x, quantity, 1.0)
 
 
 ADD_IT = "Add the time to 'snapshots', or give equal ones: snapshots: {count: 200}."

@@ -232,7 +232,7 @@ def check_momentum(
         if not body.is_free or (isinstance(model, AbstractSelfStepping) and not model.books_momentum):
             continue
         momentum, energies = (history.recorded[f"{kind}:{name}"].values for kind in ("momentum", "energy"))
-        seen = Seen(momentum[0], momentum[-1], np.abs(momentum).max(), np.abs(energies).max())
+        seen = Seen(momentum[0], momentum[-1], *(np.maximum.reduce(np.abs(each)) for each in (momentum, energies)))
         found = balance(history.scene, name, impulses, time, seen, loads.get(name))
         if found.error > MOMENTUM_TOL:
             text = f"'{name}' was given {found.given:.9g} N s and its momentum changed by {found.changed:.9g} N s"

@@ -82,28 +82,25 @@ def _nodes(order: int) -> Array:
     return np.concatenate(([-1.0], 0.5 * (inner - inner[::-1]), [1.0]))
 
 
-def assembled(element: Array, scale: Array) -> Array:
-    """Return the banded matrix (order + 1, n_nodes) of a row of elements that share their end nodes.
+def assembled(element: Array, scale: Array | float, count: int) -> Array:
+    """Return the banded matrix (order + 1, n_nodes) of a row of ``count`` elements that share their end nodes.
 
-    ``element`` (order + 1, order + 1) is symmetric and multiplied by ``scale`` (n_elements,) in each.
+    ``element`` (order + 1, order + 1) is symmetric and multiplied by ``scale``, (count,) or the same in each.
     """
     order = len(element) - 1
-    matrix = np.zeros((order + 1, order * scale.size + 1))
+    matrix = np.zeros((order + 1, order * count + 1))
     for i in range(order + 1):
         for j in range(i + 1):
-            matrix[i - j, j : j + order * scale.size : order] += element[i, j] * scale
+            matrix[i - j, j : j + order * count : order] += element[i, j] * scale
     return matrix
 
 
-def assembled_diagonal(weights: Array, scale: Array) -> Array:
-    """Return the diagonal matrix (1, n_nodes) of a row of elements that share their end nodes.
-
-    ``weights`` (order + 1,) are the diagonal of an element, multiplied by ``scale`` (n_elements,) in each.
-    """
+def assembled_diagonal(weights: Array, scale: Array | float, count: int) -> Array:
+    """Return the same (1, n_nodes) of elements whose matrix is diagonal, ``weights`` (order + 1,)."""
     order = weights.size - 1
-    matrix = np.zeros((1, order * scale.size + 1))
+    matrix = np.zeros((1, order * count + 1))
     for i, weight in enumerate(weights.tolist()):
-        matrix[0, i : i + order * (scale.size - 1) + 1 : order] += weight * scale
+        matrix[0, i : i + order * (count - 1) + 1 : order] += weight * scale
     return matrix
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -103,9 +103,17 @@ class AbstractMesh(AbstractDiscreteModel):
             squared = max(squared, float(values[-1]))
         return math.sqrt(squared)
 
-    def stated(self, highest: float, uniform: Array, gravity: float, end_dashpots: Array) -> Operators:
-        """Return the operators of the mesh; ``uniform`` (n_dof,) are its velocities where it moves as a whole by 1."""
-        profile, n_dof = self.body.displacement, uniform.size
+    def stated(
+        self, highest: float, uniform: Array | float, gravity: float, end_dashpots: Array, **more: Any
+    ) -> Operators:
+        """Return the operators of the mesh; ``uniform`` are its velocities where it moves as a whole by 1.
+
+        ``more`` are operators by name that a mesh has beside those of every one.
+        """
+        profile, n_dof = self.body.displacement, self.mass.shape[1]
+        velocity = np.zeros(n_dof)
+        if self.body.velocity != 0.0:
+            velocity += uniform * self.body.velocity
         forces = gravity != 0.0 or self.body.left.force != 0.0 or self.body.right.force != 0.0
         return Operators(
             mass=self.mass,
@@ -113,12 +121,14 @@ class AbstractMesh(AbstractDiscreteModel):
             stiffness=self.stiffness,
             load=self.momentum_row() * gravity + end_load(self, self.body) if forces else np.zeros(n_dof),
             displacement=np.zeros(n_dof) if profile is None else self.coordinates(profile),
-            velocity=uniform * self.body.velocity,
+            velocity=velocity,
             highest_frequency=highest,
             rule_frequency=highest,
             diagonal_mass=self.lumped,
             end_dashpots=end_dashpots,
             modes=False,
+            momentum=self.momentum_row(),
+            **more,
         )
 
     def at_ends(self, kind: str) -> Array:

@@ -290,6 +290,8 @@ class ElasticBody(Body):
 
     def segment_at(self, x: float) -> Segment:
         """Return the segment at x [m]; at a boundary the right one."""
+        if len(self.segments) == 1:
+            return self.segments[0]
         ends = itertools.accumulate(segment.length for segment in self.segments)
         return next((piece for piece, end in zip(self.segments, ends, strict=True) if x < end), self.segments[-1])
 

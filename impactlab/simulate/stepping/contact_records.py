@@ -42,8 +42,9 @@ def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: S
     for place, (number, contact) in enumerate(zip(layout.solved, layout.contacts, strict=True)):
         start, law = layout.plan.starts[number], layout.plan.acting.laws[contact.name]
         port, record, points = by_name[place], found[place], faces_of_contact(contact)
-        port.parameters[: len(start.parameters)] = list(start.parameters)
-        port.memory[: len(start.memory)] = list(start.memory)
+        port.parameters[: len(start.parameters)] = [*start.parameters]
+        if start.memory:
+            port.memory[: len(start.memory)] = [*start.memory]
         # The face of a continuous body has no mass that takes an impulse: a force closes the contact.
         own = any(isinstance(layout.built[point.body].model, AbstractSelfStepping) for point in points)
         port.jump_in_force = float(integrator.jump_in_force or own)
@@ -71,9 +72,8 @@ def _placed(layout: Layout, point: Point) -> float:
 def _static_compliance(layout: Layout, point: Point) -> float:
     """Return the static compliance of a face beyond that of its coordinates [m/N]."""
     built = layout.built[point.body]
-    return max(
-        0.0, dict(built.system.massless).get(point.x, 0.0) or built.model.left_out(point.x, "displacement", point.x)
-    )
+    massless = dict(built.system.massless).get(point.x, 0.0) if built.system.massless else 0.0
+    return max(0.0, massless or built.model.left_out(point.x, "displacement", point.x))
 
 
 def face_records(layout: Layout) -> Faces:

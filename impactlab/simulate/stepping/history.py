@@ -212,7 +212,8 @@ class RecordedHistory(AbstractRecordedHistory):
         columns = {name: SAMPLED + 3 * numbers[name] for name in scene.in_order}
         touched = touched_in(self)
         joined = self._joined if len(touched) == len(self._reach.groups) else groups(scene, touched)
-        work = sample[:, [column + 1 for column in columns.values()]].sum(axis=1)
+        works = [sample[:, column + 1] for column in columns.values()]
+        work = works[0] + works[1] if len(works) == 2 else np.array(works).T.sum(axis=1)
         return EnergyBook(
             time=sample[:, 0],
             bodies={name: sample[:, column] for name, column in columns.items()},

@@ -128,7 +128,9 @@ def prepare_steppers(
             else:
                 forces = (float(load.at(np.zeros(1))[0]) * row for row, load in loads)
                 at_start = sum(forces, np.zeros(system.load.size)) if loads else None
-                stepper = integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt, at_start)
+                if system.momentum is None:
+                    system = system._replace(momentum=model.momentum_row())
+                stepper = integrator.prepare(system, ports, dt, at_start)
         checked = stepper.parameters, stepper.state, stepper.force_response, stepper.impulse_response
         check_finite(subject, path, body, *checked)
         steppers[name] = stepper

@@ -52,10 +52,11 @@ def failed(assembly: Assembly) -> list[int]:
 
 def impulses(assembly: Assembly) -> list[float]:
     """Return the forces times time and impulses of all contacts of the scene since t = 0 [N s]."""
-    numbers, of_beads = assembly.layout.numbers, assembly.memory.bead_contacts[:, assembly.slots]
+    numbers, given = assembly.layout.numbers, [contact.total for contact in assembly.contacts]
     found = [0.0] * len(numbers)
-    of_rows = assembly.dt * (of_beads[TOTAL] + of_beads[RECENT])
-    given = [*(contact.total for contact in assembly.contacts), *of_rows.tolist()]
+    if assembly.layout.rows.contacts:
+        of_beads = assembly.memory.bead_contacts[:, assembly.slots]
+        given += (assembly.dt * (of_beads[TOTAL] + of_beads[RECENT])).tolist()
     for number, each in zip(numbers, given, strict=True):
         found[number] = each
     return found

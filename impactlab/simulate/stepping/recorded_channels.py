@@ -59,13 +59,14 @@ def instants_of(assembly: Assembly, integrator: AbstractIntegrator, record: Arra
     times = record[:, 0].copy()  # side by side: every read of a column takes a line of memory per record
     lengths = times.copy()
     lengths[1:] -= times[:-1]
+    last_steps = np.minimum(lengths, assembly.dt)  # a record of several steps ends with the last of them
     of_velocity, of_force, middles = times, times, times - 0.5 * lengths
     if integrator.velocity_point != 1.0:
-        early = np.minimum(lengths, assembly.dt)
-        early[:1] = assembly.dt  # the velocity at t = 0 belongs to the step before
-        of_velocity = times - (1.0 - integrator.velocity_point) * early
+        early = (1.0 - integrator.velocity_point) * last_steps
+        early[:1] = (1.0 - integrator.velocity_point) * assembly.dt  # the velocity at t = 0 belongs to the step before
+        of_velocity = times - early
     if integrator.load_point != 0.5:
-        late = (integrator.load_point - 0.5) * np.minimum(lengths, assembly.dt)
+        late = (integrator.load_point - 0.5) * last_steps
         of_force, middles = np.minimum(times + late, times[-1]), middles + late
     return Instants(times, of_velocity, of_force, middles, readout.bead_gaps(assembly, record))
 
