@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
 from impactlab.models.finite_element import FiniteElement
-from impactlab.models.mesh.bar_elements import polynomials, reference
+from impactlab.models.mesh.bar_elements import elements_per_segment, laid_out, polynomials, reference
 from impactlab.models.mesh.bars import Mesh
 from impactlab.numerics.banded import full, multiply
 from impactlab.scene import End, Rayleigh, Rod, Segment
@@ -235,3 +235,37 @@ def test_what_cannot_lose_its_mass_is_refused(left, elements, faces, text):
 def test_redistributed_mass_is_one_of_order_1():
     with pytest.raises(CaseError, match="Allowed: order 1"):
         FiniteElement(10, "redistributed", 2)
+
+
+@pytest.mark.parametrize("mass", ["consistent", "lumped"])
+@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize("damping", [Rayleigh(), Rayleigh(3.0, 1e-6)])
+@pytest.mark.parametrize("ends", [(FREE, CLAMPED), (End("spring", 1e7), End("mass", 0.2)), (End("dashpot", 1e3), FREE)])
+def test_a_uniform_rod_is_to_the_last_bit_that_of_two_equal_pieces(mass, order, damping, ends):
+    half = Segment(0.25, 9.0e-4, 2.1e11, 7900.0)  # halves of 0.5 m are exact
+    whole = Mesh(rod(*ends, (Segment(0.5, 9.0e-4, 2.1e11, 7900.0),), damping=damping), 8, mass, 0.0, order)
+    pieces = Mesh(rod(*ends, (half, half), damping=damping), 8, mass, 0.0, order)
+    for name in ("mass", "damping", "stiffness"):
+        assert getattr(whole, name).tobytes() == getattr(pieces, name).tobytes()
+    assert whole.momentum_row().tobytes() == pieces.momentum_row().tobytes()
+    for quantity in ("displacement", "strain", "force"):
+        assert whole.row(0.21, quantity).tobytes() == pieces.row(0.21, quantity).tobytes()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("ends", [(FREE, FREE), (CLAMPED, FREE), (FREE, CLAMPED)])
+def test_the_row_of_an_end_is_that_of_a_place_within_rounding_of_it(order, ends):
+    mesh = Mesh(rod(*ends), 7, "lumped", 0.0, order)
+    for x, near in ((0.0, 1e-14), (0.3, 0.3 - 1e-14)):
+        assert np.array_equal(mesh.row(x, "displacement"), mesh.row(near, "displacement"))
+        assert mesh.row(x, "velocity") is mesh.row(x, "displacement")
+
+
+def test_one_segment_has_all_elements():
+    assert elements_per_segment((STEEL,), 17) == (17,)
+    assert elements_per_segment((STEEL, STEEL), 17) == (9, 8)
+    placed = laid_out((STEEL, BRASS), 12)
+    assert placed.borders[0] == 0.0
+    assert placed.borders[-1] == 0.5
+    assert np.diff(placed.borders) == pytest.approx(placed.lengths, rel=1e-12)
+    assert placed.shortest == placed.lengths.min()
