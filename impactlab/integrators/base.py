@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -63,8 +62,7 @@ def without_load(step: Step, kernel: Kernel, states: Array) -> Array:
     return after
 
 
-@dataclass(frozen=True)
-class Stepper:
+class Stepper(NamedTuple):
     """A prepared step with its response columns: those of a linear body are the same in every step.
 
     A body whose columns change with its state, such as a mechanism, gives ``columns``: the loop calls it after `free`,

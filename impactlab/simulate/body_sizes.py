@@ -10,7 +10,7 @@ from impactlab.models.modal import Modal
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.method import Method, modelled
 from impactlab.scene.problem import Scene
-from impactlab.scene.sizes import check_memory
+from impactlab.scene.sizes import check_memory, fits
 
 MESH = 44.0  # numbers per coordinate of a mesh: nodes, materials, three matrices and their factors
 BAND = 9.0  # numbers per coordinate and band
@@ -30,7 +30,8 @@ def check_bodies(scene: Scene, method: Method) -> None:
             numbers += 3.0 * (2.0 * count) ** 2
             text += " under an adaptive integrator, whose matrices are full,"
         total += numbers
-        check_memory(total, f"{text} of '{body.name}'", f"solve.model{_field(model)}", "Give fewer.")
+        if not fits(total):
+            check_memory(total, f"{text} of '{body.name}'", f"solve.model{_field(model)}", "Give fewer.")
 
 
 def _described(body: ElasticBody, model: AbstractRodModel, ports: int) -> tuple[float, float, str]:

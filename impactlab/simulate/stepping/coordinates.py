@@ -96,7 +96,7 @@ def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Floa
     contacts = layout.contacts
     starts = [layout.plan.starts[number] for number in layout.solved]
     rows = [row(point.body, point.x, "displacement") for point in layout.points]
-    rows += [row(point.body, point.x, "velocity") for point in layout.points]
+    rows += [(shift + values.size, values) for shift, values in rows]  # of velocities: the same values
     left_out: list[list[float]] = []
     for contact, start in zip(contacts, starts, strict=True):
         for reading in start.readings:
