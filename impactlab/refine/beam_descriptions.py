@@ -17,7 +17,8 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine import cost
 from impactlab.refine.contact_times import shortest_rise
-from impactlab.refine.descriptions import MIN_FINENESS, Description, modelled_as
+from impactlab.refine.description import Description
+from impactlab.refine.descriptions import MIN_FINENESS, modelled_as
 from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of

@@ -38,7 +38,8 @@ from impactlab.refine.beam_descriptions import (
     shortest_time,
 )
 from impactlab.refine.contact_times import tangent_of
-from impactlab.refine.descriptions import Description, modelled_as, recorded
+from impactlab.refine.description import Description
+from impactlab.refine.descriptions import modelled_as, recorded
 from impactlab.refine.distances import counted
 from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
@@ -145,12 +146,16 @@ def _modal(asked: Simulation, seen: AbstractHistory | None = None) -> Descriptio
     def modes(n: int) -> int:
         return min(wanted(n), most)
 
+    @functools.lru_cache(maxsize=1)
+    def beside(history: AbstractHistory) -> list[left_out.Share]:
+        return left_out.beside_displacements(asked, history)
+
     def unseen(n: int, history: AbstractHistory | None = None) -> float:
         if not fixed and wanted(n) <= most:
             return 0.0
         found = left_out.total(missing, modes(n))
         if history is not None and "displacements" in counted(asked)[2]:
-            found = max(found, left_out.total(left_out.beside_displacements(asked, history), modes(n)))
+            found = max(found, left_out.total(beside(history), modes(n)))
         return MISSING_MARGIN * found
 
     def simulation(n: int) -> Simulation:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from functools import partial
 
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.numerics.collection import Uncollected
-from impactlab.refine import reach
+from impactlab.refine import reach, serving
 from impactlab.refine.choice_record import Candidate, Choice, Ladder
 from impactlab.refine.convergence import Level, Progress, Study
 from impactlab.refine.cost import FIXED_S
-from impactlab.refine.descriptions import EXACT_ERROR, Description
-from impactlab.refine.ladder import CHEAPEST, candidate, candidates, longer, words_of_estimate
+from impactlab.refine.description import Description
+from impactlab.refine.descriptions import EXACT_ERROR
+from impactlab.refine.ladder import candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.level_errors import DONE, MAX_CHOOSING, MIN_SPEEDUP, UNSEEN, allowed, estimate_errors, spent_s
-from impactlab.refine.serving import exact_for, for_choice
+from impactlab.refine.serving import exact_for
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.simulate import driver
@@ -26,6 +29,7 @@ EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a pred
 SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred
 FIRST_S = 6.0 * FIXED_S  # s of predicted solving, at most, of the first run of a description
 FIRST_ALIKE_S = 20.0 * FIXED_S  # the same where a third run needs no set-up of its own
+MAX_SURE_S = 2.0 * FIXED_S  # s of predicted solving, up to which no other description solves in less than half of it
 MIN_GAIN = 2.0  # predicted, over a run that keeps the tolerance, of another description that is tried all the same
 MAX_LEARNT = 10.0  # of an estimated over a predicted error, that other descriptions start with
 PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description
@@ -61,22 +65,23 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     served = exact_for(asked)
     failed: list[ImpactlabError] = []
     studies: list[Study] = []
+    others: Iterator[Study] = iter(())
     best, why = at_once(served[0], asked, failed, progress), served[1]
     if best is None:
         with Uncollected():
-            studies, why = studies_of(asked, served)
-            best = searched(studies, asked, failed, progress)
+            others, why = in_turn(asked, served)
+            studies.extend(itertools.islice(others, 1))
+            best = searched(studies, asked, failed, progress, others)
     if best is None:
         raise failed[0] if failed else _nothing_serves(why, studies)
     study, level = best
     if level.error > allowed(method) and (refused := reach.refusal(allowed(method), studies, best, BUDGET_S)):
         raise refused
     history, description = level.history, study.description
-    if studies:
-        rungs: Sequence[Candidate] = tuple(candidates(studies, study, level, why))
-    else:  # no prediction was needed: they are made where someone reads them
-        chosen = candidate(study, level, "chosen", level.reason or CHEAPEST)
-        rungs = Ladder(partial(_beside, chosen, study.description.seconds(0), asked))
+    tried = candidates(studies or [study], study, level)
+    if not studies:  # no prediction was needed
+        others = _stepped(asked)
+    rungs = Ladder(partial(_ladder, tried, others, description.seconds(level.fineness), why if studies else ""))
     choosing = clock.perf_counter() - began - level.run_s
     driver.add_warnings(history)
     history.choice = Choice(
@@ -98,11 +103,20 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     return history
 
 
-def studies_of(asked: Simulation, served: tuple[Description | None, str] | None = None) -> tuple[list[Study], str]:
-    """Return a study of every description, and why the exact solver does not serve, unless ``served`` has it."""
-    descriptions, why = for_choice(asked, served)
+def studies_of(asked: Simulation) -> tuple[list[Study], str]:
+    """Return a study of every description, and why the exact solver does not serve."""
+    studies, why = in_turn(asked)
+    return list(studies), why
+
+
+def in_turn(asked: Simulation, served: tuple[Description | None, str] | None = None) -> tuple[Iterator[Study], str]:
+    """Return a study of every description, each made when it is asked for, and why the exact solver does not serve.
+
+    The preferred one is the first; ``served`` is the exact solver where it has been sought.
+    """
+    descriptions, why = serving.in_turn(asked, served)
     error = allowed(asked.method)
-    return [_begun(each, error) for each in descriptions], why
+    return (_begun(each, error) for each in descriptions), why
 
 
 def _begun(description: Description, error: float) -> Study:
@@ -110,8 +124,7 @@ def _begun(description: Description, error: float) -> Study:
     if not description.unit:
         return Study(description, 0)
     start = description.start_for(error)
-    wanted = description.coarser(start)[0] if description.alike else start
-    return Study(description, _cheap(description, start), wanted=wanted)
+    return Study(description, _cheap(description, start), wanted=description.wanted_of(start, error))
 
 
 def _cheap(description: Description, start: int) -> int:
@@ -136,15 +149,28 @@ def at_once(
 
 
 def searched(
-    studies: list[Study], asked: Simulation, failed: list[ImpactlabError], progress: Progress | None = None
+    studies: list[Study],
+    asked: Simulation,
+    failed: list[ImpactlabError],
+    progress: Progress | None = None,
+    others: Iterable[Study] = (),
 ) -> tuple[Study, Level] | None:
-    """Run levels, the cheapest first, until one keeps the tolerance; return the best."""
+    """Run levels, the cheapest first, until one keeps the tolerance; return the best.
+
+    ``others`` are made and compared where the studies that are given do not promise a run that costs little more than
+    the least of any run.
+    """
     tolerance, left = allowed(asked.method), BUDGET_S
     best: tuple[Study, Level] | None = None
-    while waiting := [study for study in studies if not study.closed]:
+    while True:
+        met = best is not None and best[1].error <= tolerance
+        if not _is_sure(studies, best if met else None):
+            studies += others
+        waiting = [study for study in studies if not study.closed]
+        if not waiting:
+            break
         _learn(studies, tolerance)
         study = min(waiting, key=_priority)
-        met = best is not None and best[1].error <= tolerance
         if best is not None and met and not _worth_trying(study, best, studies):
             break
         if not met and study.description.unit:
@@ -157,18 +183,7 @@ def searched(
             study.closed = _beyond_budget(study)
             continue
         left -= _cost_of_trial(study)
-        try:
-            _tried(study, asked, progress)
-        except StepError as error:
-            failed.append(error)
-            study.failures += 1
-            study.next = study.description.whole(2 * study.next)
-            if study.failures > MAX_FAILURES:
-                study.closed = f"failed: {error.text}"
-            continue
-        except ImpactlabError as error:
-            failed.append(error)
-            study.closed = f"refused: {error.text}"
+        if not _succeeds(study, asked, failed, progress):
             continue
         if study.closed == UNSEEN and study.description.otherwise is not None:
             other = study.description.otherwise(study.levels[-1].history)
@@ -177,6 +192,13 @@ def searched(
             if best is None or _better((study, level), best, tolerance):
                 best = study, level
     return best
+
+
+def _is_sure(studies: list[Study], met: tuple[Study, Level] | None) -> bool:
+    """Return whether no other description can solve much faster than a run that keeps the tolerance, or will do so."""
+    if met is not None:
+        return _seconds(met) <= MAX_SURE_S
+    return min((study.expected_s for study in studies if not study.closed), default=math.inf) <= MAX_SURE_S
 
 
 def _priority(study: Study) -> float:
@@ -270,6 +292,24 @@ def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
     estimate_errors(study, asked)
 
 
+def _succeeds(study: Study, asked: Simulation, failed: list[ImpactlabError], progress: Progress | None) -> bool:
+    """Run the next level and return whether it came to its end; a study whose levels fail is closed."""
+    try:
+        _tried(study, asked, progress)
+    except StepError as error:
+        failed.append(error)
+        study.failures += 1
+        study.next = study.description.whole(2 * study.next)
+        if study.failures > MAX_FAILURES:
+            study.closed = f"failed: {error.text}"
+        return False
+    except ImpactlabError as error:
+        failed.append(error)
+        study.closed = f"refused: {error.text}"
+        return False
+    return True
+
+
 def show_order(study: Study, asked: Simulation) -> None:
     """Run a third level below two, so that errors are estimated by the order that a description shows."""
     if len(study.levels) != 2 or not study.description.unit:
@@ -280,12 +320,15 @@ def show_order(study: Study, asked: Simulation) -> None:
         estimate_errors(study, asked)
 
 
-def _beside(chosen: Candidate, seconds: float, asked: Simulation) -> list[Candidate]:
-    """Return the exact run that was chosen at once, and the descriptions that were not run beside it."""
-    found = [chosen]
-    for study in studies_of(asked, (None, ""))[0]:
-        found.append(candidate(study, None, "not run", longer(study.seconds, seconds)))
-    return found
+def _stepped(asked: Simulation) -> Iterator[Study]:
+    """Give a study of every description that steps."""
+    yield from in_turn(asked, (None, ""))[0]
+
+
+def _ladder(tried: list[Candidate], others: Iterable[Study], seconds: float, why: str) -> list[Candidate]:
+    """Return the candidates that were tried, those that were not, and why the exact solver does not serve."""
+    beside = [candidate(study, None, "not run", longer(study.seconds, seconds)) for study in others]
+    return [*tried, *beside, *not_served(why)]
 
 
 def _nothing_serves(why: str, studies: list[Study]) -> CaseError:

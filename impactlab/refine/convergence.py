@@ -14,11 +14,10 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from impactlab.history.base import AbstractHistory
-from impactlab.refine.descriptions import Description
+from impactlab.refine.description import MIN_ORDER_SHARE, Description
 from impactlab.scene.method import Simulation
 from impactlab.simulate import driver
 
-MIN_ORDER_SHARE = 0.5  # of the declared order: the least that an estimate assumes
 MAX_ORDER = 8.0  # largest order searched for
 MAX_ORDER_RATIO = 1.25  # of the observed to the declared order, either way, up to which the order shows
 SHOWN_SAFETY = 1.6  # factor on an estimate where the order shows; Roache1998 takes 1.25, docs/audit.md needs more
@@ -84,8 +83,7 @@ class Study:
     def expected_s(self) -> float:
         """Predicted time of solving a run that keeps the tolerance [s]."""
         needed = self.wanted if self.reach is None else math.ceil(min(self.reach.needed, 1e9))
-        pair = self.description.alike and not self.levels  # the coarser of the first two may do
-        least = self.description.coarser(self.next)[0] if pair else self.next
+        least = self.next if self.levels else self.description.coarser(self.next)[0]  # of the first two it may do
         return self.description.seconds(min(max(least, needed), self.description.max_fineness))
 
     def run(self, fineness: int, progress: Progress | None = None) -> Level:

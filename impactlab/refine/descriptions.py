@@ -1,4 +1,4 @@
-"""Descriptions of a scene that one number refines: model, integrator and step rule, each with its cost and its order.
+"""Descriptions of scenes with rods and rigid bodies: model, integrator and step rule, each with its cost and its order.
 
 Converged references and the automatic choice climb the levels of the same list. Its order is that in which references
 prefer them; the automatic choice compares predicted costs. Factors of predicted errors were measured on the paper's
@@ -16,8 +16,7 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz
-from impactlab.exact.cost import Begun, begin
-from impactlab.history.base import AbstractHistory
+from impactlab.exact.cost import begin
 from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.base import AbstractScheme
 from impactlab.integrators.central_difference import CentralDifference
@@ -30,6 +29,7 @@ from impactlab.models.mesh.bar_elements import elements_per_segment
 from impactlab.refine import cost
 from impactlab.refine.contact_times import shortest_rise
 from impactlab.refine.cost import Cost
+from impactlab.refine.description import Description
 from impactlab.scene.facts import (
     delay_unit,
     is_a_delay_line,
@@ -43,113 +43,14 @@ from impactlab.scene.method import Method, Simulation, StepRule, force_jumps, is
 from impactlab.scene.problem import RECORDS, Scene
 from impactlab.simulate.stepping.preparation import build_bodies
 
-RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of fineness between neighbouring levels: no step is a multiple of another
 EXACT_ERROR = 1e-9  # stated for the exact solver, whose error is 1e-12 except for instants near a grazing touch
 MAX_RECORDS = 200_000  # instants that are kept, 14 MB for a contact
 OFF_COURANT = 0.95  # courant number at which no wave goes exactly one element in a step
-TWO_LEVEL_SAFETY = 3.0  # factor, at least, on an estimate from two levels, which show no order; Roache1998
-SHORT_S = 3.5e-4  # s of predicted solving: shorter runs take less than another trial
-MAX_SURE_COST = 1.5  # times the predicted cost of a short run, up to which it begins finer, so that two runs suffice
-SURE_RATIO = 4.0  # of its error to one that needs three runs: two are extrapolated by half the order
-START_MARGIN = 1.5  # on predicted errors, as that of peak forces (`impactlab.refine.level_errors`)
-MAX_FREE_COST = 1.4  # times the fixed cost of a run, up to which a finer start is taken at no price
 SMOOTH_FRONT_ELEMENTS = 10  # a rod: damped fronts wider than one of these count as smooth (docs/audit.md)
 TOLERANCE_POWER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
 MIN_FINENESS = 50  # of the first level of a reference: elements, or steps in the shortest transit
 STABLE_TURN = 8.0  # rad of the highest frequency in an adaptive step of the first level; measured: 5 to 10
 MAX_STEPS_RATIO = 20.0  # over the expected number of adaptive steps: a stiffer damping is not for such steps
-
-
-@dataclasses.dataclass(frozen=True)
-class Description:
-    """Model, integrator and step rule for a scene at any fineness."""
-
-    name: str
-    unit: str  # of the fineness; "" of the exact solver, which has none
-    simulation: Callable[[int], Simulation]
-    cost: Cost
-    work: Callable[[int], tuple[float, float]]  # steps of a run, and the size of a step as its cost counts it
-    reference_order: float = 0.0  # of displacements and impulses, at most; 0 where references do not use it
-    per_level: int = 1  # fineness of a level of a reference over that of a mesh at the same level
-    # Of the automatic choice alone:
-    for_choice: bool = True
-    error: Callable[[int], float] = lambda _n: math.inf  # predicted, relative
-    order: float = 2.0  # of the error in the fineness, from below
-    safety: float = 2.0  # factor on its estimated error
-    min_fineness: int = 16  # coarser runs show no order yet
-    max_fineness: int = 10_000_000
-    multiple: int = 1  # that a fineness is of
-    check: Callable[[int], Simulation] | None = None  # the same off the special step, where it has one
-    check_error: Callable[[int], float] = lambda _n: 0.0  # of `check`, at most
-    # Error that runs of neighbouring fineness have in common, at most; by a run, where there is one.
-    unseen: Callable[[int, AbstractHistory | None], float] = lambda _n, _history: 0.0
-    otherwise: Callable[[AbstractHistory], Description] | None = None  # in its place where a run shows that to be large
-    detail: Callable[[int], str] | None = None  # what else a fineness sets, for people
-    finding: Callable[[int], float] = lambda _n: 0.0  # s, predicted, of modes of a mesh, which are found first
-    alike: bool = False  # whether runs differ in their step alone, so that one set-up serves all
-    begun: Begun | None = None  # of the exact solver: its march over the first intervals
-
-    def words(self, fineness: int) -> str:
-        """Return the description with its fineness, for people."""
-        if not self.unit:
-            return self.name
-        detail = "" if self.detail is None else f", {self.detail(fineness)}"
-        return f"{self.name}, {fineness} {self.unit}{detail}"
-
-    def seconds(self, fineness: int) -> float:
-        """Return the predicted time of solving [s]."""
-        return self.cost.seconds(*self.work(fineness))
-
-    def setup_s(self, *fineness: int) -> float:
-        """Return the predicted time of setting up runs [s]."""
-        if self.alike and fineness:
-            return self.cost.setup_s + self.finding(fineness[0]) + (len(fineness) - 1) * cost.ALIKE_S
-        return sum(self.cost.setup_s + self.finding(each) for each in fineness)
-
-    def fineness_for(self, error: float, safety: float) -> int:
-        """Return about the least fineness whose predicted error, times a safety, lies within an error."""
-        low, high = self.min_fineness, self.min_fineness
-        while safety * self.error(high) > error and high < self.max_fineness:
-            low, high = high, min(2 * high, self.max_fineness)
-        while high - low > max(1, low // 16):
-            middle = (low + high) // 2
-            low, high = (middle, high) if safety * self.error(middle) > error else (low, middle)
-        return high
-
-    def start_for(self, error: float) -> int:
-        """Return the finer of the first two runs for an error, finer where this costs little more.
-
-        Of runs that differ in their step alone, so fine that the coarser one is likely to keep it: another run of the
-        same set-up costs little. Of others so fine that the finer one does, up to where two runs suffice for one so
-        short that another trial would take longer than its steps.
-        """
-        safety = self.safety
-        if self.alike:
-            shrinks = RATIO ** (2.0 * self.order)  # of the error from the coarser run to the finer one
-            stated = shrinks - 1.0 + TWO_LEVEL_SAFETY * (math.sqrt(shrinks) + 1.0)  # as two runs state it
-            safety = START_MARGIN * stated
-
-        def seconds(fineness: int) -> float:
-            return self.seconds(self.coarser(fineness)[0] if self.alike else fineness)
-
-        needed = free = self.fineness_for(error, safety)
-        if self.alike or seconds(needed) <= SHORT_S:
-            sure, most = self.fineness_for(error / SURE_RATIO, safety), MAX_SURE_COST * seconds(needed)
-            while free < sure and seconds(free + max(1, free // 8)) <= most:
-                free += max(1, free // 8)
-        while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:
-            free *= 2
-        return self.whole(max(needed, free))
-
-    def coarser(self, fineness: int) -> tuple[int, int]:
-        """Return two lower values of fineness, rising, by the golden section."""
-        second = self.whole(max(round(fineness / RATIO), self.min_fineness // 2 + 1))
-        first = self.whole(max(round(second / RATIO), self.min_fineness // 3))
-        return (first, second) if first < second else (second, self.whole(second + 1))
-
-    def whole(self, fineness: int) -> int:
-        """Return the next fineness that the description may have."""
-        return -(-fineness // self.multiple) * self.multiple
 
 
 def modelled_as(

@@ -5,20 +5,22 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, face_channels, mass_channels, midpoints
-from impactlab.metrics.peaks import Laws, find_peak, near_jumps, smooth_force
+from impactlab.metrics.peaks import Laws, near_jumps
 from impactlab.refine.convergence import Pairs
+from impactlab.refine.force_peaks import forces_at_peaks
 from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.method import COUNTED, Counted, Simulation
 from impactlab.scene.problem import Scene
+from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.types import Array
 
 CELLS = 400  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
-PER_SPAN = 100  # cells of a period of contact in which a peak is sought, beside the middles of its steps
 MIN_IMPULSE = 1e-9  # of the largest impulse: contacts that give less are rounding and have no relative error
 
 
@@ -73,25 +75,33 @@ def _displacements(histories: Sequence[AbstractHistory], scene: Scene) -> Iterat
     """Give the distances of the displacements of faces, relative L2 over [0, duration]."""
     t, touched = midpoints(scene.duration, CELLS), touched_in(histories[-1])
     for name in (*mass_channels(scene), *face_channels(scene)):
-        values = [history.evaluate(t, name) for history in histories]
-        largest = max(float(np.linalg.norm(each)) for each in values)
-        size = float(np.linalg.norm(values[-1]))
-        if size <= ZERO * largest:  # zero except for rounding
+        values = [displacement(history, t, name) for history in histories]
+        sizes = [norm(each) for each in values]
+        least = ZERO * max(sizes)
+        if sizes[-1] <= least:  # zero except for rounding
             continue
-        within = float(np.linalg.norm(values[-1] - common_drift(scene, name, t, touched))) if touched else size
-        yield _pairs(values, within if within > ZERO * largest else size, None)
+        within = norm(values[-1] - common_drift(scene, name, t, touched)) if touched else sizes[-1]
+        yield _pairs(values, within if within > least else sizes[-1])
+
+
+def displacement(history: AbstractHistory, t: Array, name: str) -> Array:
+    """Return a displacement [m] at instants of a run, shape of t; recorded ones are linear between steps."""
+    found = history.recorded.get(name) if isinstance(history, AbstractRecordedHistory) else None
+    if found is None or found.stepped or history.duration < t[-1]:
+        return history.evaluate(t, name)
+    return np.interp(t, found.times, found.values)
 
 
 def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
     """Give the distances of the total impulses of contacts."""
     given = [
-        [np.array([sum(s.impulse for s in history.contacts if s.contact == contact.name)]) for history in histories]
+        [sum(span.impulse for span in history.spans(contact.name)) for history in histories]
         for contact in scene.contacts
     ]
-    least = MIN_IMPULSE * max((float(values[-1][0]) for values in given), default=0.0)
+    least = MIN_IMPULSE * max((values[-1] for values in given), default=0.0)
     for values in given:
-        if values[-1][0] > least:
-            yield _pairs(values, float(values[-1][0]), None)
+        if values[-1] > least:
+            yield _finite({(i, j): abs(values[i] - values[j]) / values[-1] for i, j in _all_pairs(values)})
 
 
 def _peaks(histories: Sequence[AbstractHistory], scene: Scene, laws: Laws, margin: float) -> Iterator[Pairs]:
@@ -104,21 +114,29 @@ def _peaks(histories: Sequence[AbstractHistory], scene: Scene, laws: Laws, margi
         law = laws[contact.name]
         if not law.answers_force:
             continue
-        left_out = near_jumps(histories[-1], scene, laws, contact)
-        peaks = [find_peak(history, contact, left_out, law.hard, CELLS, PER_SPAN) for history in histories]
-        if peaks[-1].force > 0.0:
-            t = np.array([peak.time for peak in peaks])
-            values = np.array([smooth_force(history, t, contact, law.hard) for history in histories])
-            yield {
-                (i, j): float(np.max(np.abs(values[i, [i, j]] - values[j, [i, j]]))) / (peaks[-1].force / margin)
-                for i, j in itertools.combinations(range(len(values)), 2)
-            }
+        values = forces_at_peaks(histories, contact, near_jumps(histories[-1], scene, laws, contact), law.hard)
+        if (peak := float(values[-1, -1])) > 0.0:
+            found = values.tolist()
+            yield _finite({
+                (i, j): max(abs(found[i][i] - found[j][i]), abs(found[i][j] - found[j][j])) / (peak / margin)
+                for i, j in _all_pairs(found)
+            })  # fmt: skip
 
 
-def _pairs(values: Sequence[Array], scale: float, norm: float | None) -> Pairs:
+def _pairs(values: Sequence[Array], scale: float) -> Pairs:
     """Return the norms of all differences over a scale."""
-    found = {
-        (i, j): float(np.linalg.norm(values[i] - values[j], norm)) / scale
-        for i, j in itertools.combinations(range(len(values)), 2)
-    }
+    return _finite({(i, j): norm(values[i] - values[j]) / scale for i, j in _all_pairs(values)})
+
+
+def _all_pairs(values: Sequence[Any]) -> Iterator[tuple[int, int]]:
+    return itertools.combinations(range(len(values)), 2)
+
+
+def _finite(found: Pairs) -> Pairs:
+    """Return distances, inf for what is no number."""
     return {pair: value if math.isfinite(value) else math.inf for pair, value in found.items()}
+
+
+def norm(values: Array) -> float:
+    """Return the root of the sum of squares of values, shape (n,)."""
+    return math.sqrt(np.dot(values, values))

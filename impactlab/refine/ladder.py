@@ -7,15 +7,15 @@ import math
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.choice_record import Candidate, Verdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
-from impactlab.refine.descriptions import TWO_LEVEL_SAFETY
+from impactlab.refine.description import TWO_LEVEL_SAFETY
 from impactlab.refine.level_errors import DONE
 from impactlab.simulate.checks import gain_of
 
 CHEAPEST = "the cheapest found within the tolerance"
 
 
-def candidates(studies: list[Study], chosen: Study, best: Level, why: str) -> list[Candidate]:
-    """Return the outcome of every candidate, those of the chosen description first."""
+def candidates(studies: list[Study], chosen: Study, best: Level) -> list[Candidate]:
+    """Return the outcome of every candidate that was described, those of the chosen description first."""
     found = []
     for study in sorted(studies, key=lambda other: other is not chosen):
         for level in study.levels:
@@ -31,7 +31,7 @@ def candidates(studies: list[Study], chosen: Study, best: Level, why: str) -> li
         elif not study.levels:
             reason = longer(study.seconds, chosen.description.seconds(best.fineness))
             found.append(candidate(study, None, "not run", reason))
-    return found + not_served(why)
+    return found
 
 
 def longer(seconds: float, chosen: float) -> str:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, midpoints
 from impactlab.refine.contact_times import tangent_of
+from impactlab.refine.distances import displacement, norm
+from impactlab.refine.force_peaks import mean_forces
 from impactlab.scene.facts import beams_of
 from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.method import Simulation
@@ -84,15 +84,18 @@ def beside_displacements(asked: Simulation, history: AbstractHistory) -> list[Sh
 
     A stiff beam under a soft contact moves so little that this is far more than the share of the contact's own.
     """
-    scene = asked.scene
+    scene, sizes = asked.scene, dict[str, float]()
     t, touched = midpoints(scene.duration, CELLS), touched_in(history)
     found: list[Share] = []
     for each in left_out(asked):
-        moved = history.evaluate(t, each.channel)
-        own = moved - common_drift(scene, each.channel, t, touched) if touched else moved
-        sizes = [float(np.linalg.norm(values)) for values in (own, moved)]
-        size = sizes[0] if sizes[0] > ZERO * sizes[1] else sizes[1]
-        force = float(np.linalg.norm(history.evaluate(t, f"force:{each.contact.name}")))
+        if each.channel not in sizes:
+            moved = displacement(history, t, each.channel)
+            own = norm(moved - common_drift(scene, each.channel, t, touched)) if touched else 0.0
+            whole = norm(moved)
+            sizes[each.channel] = own if own > ZERO * whole else whole
+        if each.contact.name not in sizes:
+            sizes[each.contact.name] = norm(mean_forces(history, t, each.contact))
+        size, force = sizes[each.channel], sizes[each.contact.name]
         if size > 0.0 and force > 0.0:
             found.append(Share(each.between * each.factor * force / size, each.power))
     return found

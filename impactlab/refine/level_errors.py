@@ -6,7 +6,6 @@ import math
 
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.convergence import (
-    MIN_ORDER_SHARE,
     SHOWN_SAFETY,
     Level,
     Reach,
@@ -14,7 +13,7 @@ from impactlab.refine.convergence import (
     error_of_two,
     finest_error,
 )
-from impactlab.refine.descriptions import RATIO, TWO_LEVEL_SAFETY, Description
+from impactlab.refine.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.distances import counted, difference, distances
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.simulate import driver

@@ -13,7 +13,8 @@ from typing import Any, Literal, NamedTuple
 from impactlab.exact import solve as exact
 from impactlab.exact.cost import INTERVAL_S, begin
 from impactlab.history.base import AbstractHistory
-from impactlab.refine.descriptions import MIN_FINENESS, RATIO, Description
+from impactlab.refine.description import RATIO, Description
+from impactlab.refine.descriptions import MIN_FINENESS
 from impactlab.refine.reference import (
     CHECK_UNCERTAINTY,
     CONVERGED,

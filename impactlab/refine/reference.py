@@ -16,7 +16,8 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics import norms
 from impactlab.refine import beam_descriptions
 from impactlab.refine.convergence import Study, finest_error
-from impactlab.refine.descriptions import MIN_FINENESS, RATIO, Description
+from impactlab.refine.description import RATIO, Description
+from impactlab.refine.descriptions import MIN_FINENESS
 from impactlab.refine.serving import has_unique_solution, stepped
 from impactlab.scene.facts import beams_of, changes
 from impactlab.scene.method import Method, Simulation, is_relative, laws_of, modelled, models_of, theories

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
+
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact.contact_kinds import balanced, first_gap, massless
 from impactlab.refine import beam_descriptions, beam_families, descriptions
-from impactlab.refine.descriptions import Description
+from impactlab.refine.description import Description
 from impactlab.scene.facts import bare_beam, beams_of, changes
 from impactlab.scene.method import Simulation, laws_of
 from impactlab.scene.problem import Scene
@@ -13,13 +16,19 @@ from impactlab.scene.problem import Scene
 
 def stepped(asked: Simulation) -> list[Description]:
     """Return the descriptions that step and serve a scene; none where nothing converges."""
+    return list(_stepped(asked))
+
+
+def _stepped(asked: Simulation) -> Iterator[Description]:
+    """Give the descriptions that step and serve a scene, each made when it is asked for."""
     if not has_unique_solution(asked):
-        return []
+        return
     if changes(asked.scene):
-        return list(descriptions.mechanisms(asked))
-    if beams_of(asked.scene):
-        return [] if beam_descriptions.is_singular(asked) else list(beam_descriptions.stepped(asked))
-    return list(descriptions.stepped(asked))
+        yield from descriptions.mechanisms(asked)
+    elif not beams_of(asked.scene):
+        yield from descriptions.stepped(asked)
+    elif not beam_descriptions.is_singular(asked):
+        yield from beam_descriptions.stepped(asked)
 
 
 def exact_for(asked: Simulation) -> tuple[Description | None, str]:
@@ -35,25 +44,33 @@ def exact_for(asked: Simulation) -> tuple[Description | None, str]:
 def for_choice(
     asked: Simulation, served: tuple[Description | None, str] | None = None
 ) -> tuple[list[Description], str]:
-    """Return the descriptions that are compared, and why a preferred one is not.
+    """Return the descriptions that are compared, and why a preferred one is not; ``served`` as of `in_turn`."""
+    found, why = in_turn(asked, served)
+    return list(found), why
 
-    ``served`` is the exact solver as `exact_for` has found it.
+
+def in_turn(
+    asked: Simulation, served: tuple[Description | None, str] | None = None
+) -> tuple[Iterator[Description], str]:
+    """Return the descriptions that are compared, each made when it is asked for, and why a preferred one is not.
+
+    The one that the physics prefers is the first. ``served`` is the exact solver as `exact_for` has found it.
     """
     if beams_of(asked.scene) and not changes(asked.scene):
         if not has_unique_solution(asked):
-            return [], ""
+            return iter(()), ""
         if not beam_descriptions.is_singular(asked):
-            return list(beam_families.families(asked)), ""
+            return beam_families.families(asked), ""
         beam = beams_of(asked.scene)[0].name
-        return [], (
+        return iter(()), (
             f"a hard contact on the Euler-Bernoulli beam '{beam}' has no converged solution: its faces part and meet "
             "ever more often as the description is refined. Give the contact a law with a stiffness"
         )
-    found = [description for description in stepped(asked) if description.for_choice]
-    if any(law.two_sided for law in laws_of(*asked)):  # estimates read periods of contact, which links have not
-        found = []
     exact, why = exact_for(asked) if served is None else served
-    return [exact, *found] if exact is not None else found, why
+    found: Iterator[Description] = iter(())
+    if not any(law.two_sided for law in laws_of(*asked)):  # estimates read periods of contact, which links have not
+        found = (description for description in _stepped(asked) if description.for_choice)
+    return found if exact is None else itertools.chain((exact,), found), why
 
 
 def has_unique_solution(asked: Simulation) -> bool:

@@ -232,7 +232,7 @@ def test_a_tolerance_that_was_not_met_is_told(monkeypatch):
     scene = struck(AdditionDeletion(), 1e-6, damping=Rayleigh(stiffness=1e-6))
     monkeypatch.setattr(level_errors, "MAX_LEVELS", 2)
     monkeypatch.setattr(level_errors, "MAX_GROWTH", 1.0)
-    monkeypatch.setattr("impactlab.refine.descriptions.Description.start_for", lambda _description, _error: 20)
+    monkeypatch.setattr("impactlab.refine.description.Description.start_for", lambda _description, _error: 20)
     history = solve(*scene)
     assert not history.choice.met
     assert [warned.code for warned in history.warnings].count("tolerance_not_met") == 1
