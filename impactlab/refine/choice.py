@@ -18,8 +18,18 @@ from impactlab.refine.cost import FIXED_S
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import EXACT_ERROR
 from impactlab.refine.ladder import candidate, candidates, longer, not_served, words_of_estimate
-from impactlab.refine.level_errors import DONE, MAX_CHOOSING, MIN_SPEEDUP, UNSEEN, allowed, estimate_errors, spent_s
+from impactlab.refine.level_errors import (
+    DONE,
+    MAX_CHOOSING,
+    MIN_SPEEDUP,
+    UNSEEN,
+    allowed,
+    estimate_errors,
+    keeps_energy,
+    spent_s,
+)
 from impactlab.refine.serving import exact_for
+from impactlab.refine.trial import no_check
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.simulate import driver
@@ -160,8 +170,46 @@ def searched(
     ``others`` are made and compared where the studies that are given do not promise a run that costs little more than
     the least of any run.
     """
+    while True:
+        best = _searched(studies, asked, failed, progress, others)
+        if best is None or _holds(best, allowed(asked.method), failed):
+            return best
+
+
+def _holds(best: tuple[Study, Level], tolerance: float, failed: list[ImpactlabError]) -> bool:
+    """Return whether a run keeps its balances; a study whose run failed begins again, twice as fine."""
+    study, level = best
+    began = clock.perf_counter()
+    try:
+        level.check()
+    except StepError as error:
+        failed.append(error)
+        study.levels, study.first, study.reach, study.falling = [], None, None, {}
+        _failed(study, level.fineness, error)
+        return False
+    level.run_s, level.check = level.run_s + clock.perf_counter() - began, no_check
+    return keeps_energy(study, level, tolerance)
+
+
+def _failed(study: Study, fineness: int, error: StepError) -> None:
+    """Set what follows a level that failed: one of twice the fineness, a few times."""
+    study.failures += 1
+    study.next = study.description.whole(2 * fineness)
+    study.closed = f"failed: {error.text}" if study.failures > MAX_FAILURES else ""
+
+
+def _searched(
+    studies: list[Study],
+    asked: Simulation,
+    failed: list[ImpactlabError],
+    progress: Progress | None,
+    others: Iterable[Study],
+) -> tuple[Study, Level] | None:
+    """Return the best run as `searched`, its balances not checked yet."""
     tolerance, left = allowed(asked.method), BUDGET_S
     best: tuple[Study, Level] | None = None
+    for study in studies:
+        best = _best_of(study, best, tolerance)
     while True:
         met = best is not None and best[1].error <= tolerance
         if not _is_sure(studies, best if met else None):
@@ -188,9 +236,15 @@ def searched(
         if study.closed == UNSEEN and study.description.otherwise is not None:
             other = study.description.otherwise(study.levels[-1].history)
             studies += [_begun(other, tolerance)] if other.alike else []
-        for level in study.levels:  # a finer run may have lowered the errors of coarser ones
-            if best is None or _better((study, level), best, tolerance):
-                best = study, level
+        best = _best_of(study, best, tolerance)  # a finer run may have lowered the errors of coarser ones
+    return best
+
+
+def _best_of(study: Study, best: tuple[Study, Level] | None, tolerance: float) -> tuple[Study, Level] | None:
+    """Return the best of the runs of a study and a run of another one."""
+    for level in study.levels:
+        if best is None or _better((study, level), best, tolerance):
+            best = study, level
     return best
 
 
@@ -288,7 +342,7 @@ def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
         study.next = max(study.next, description.whole(coarser + 1))
         wanted = [coarser, study.next] if description.alike else [study.next, coarser]
     for fineness in wanted:
-        study.run(fineness, progress)
+        study.run(fineness, progress, checked=False)
     estimate_errors(study, asked)
 
 
@@ -298,10 +352,7 @@ def _succeeds(study: Study, asked: Simulation, failed: list[ImpactlabError], pro
         _tried(study, asked, progress)
     except StepError as error:
         failed.append(error)
-        study.failures += 1
-        study.next = study.description.whole(2 * study.next)
-        if study.failures > MAX_FAILURES:
-            study.closed = f"failed: {error.text}"
+        _failed(study, study.next, error)
         return False
     except ImpactlabError as error:
         failed.append(error)

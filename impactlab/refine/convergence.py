@@ -14,9 +14,10 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from impactlab.history.base import AbstractHistory
+from impactlab.refine import trial
 from impactlab.refine.description import MIN_ORDER_SHARE, Description
+from impactlab.refine.trial import Check, no_check
 from impactlab.scene.method import Simulation
-from impactlab.simulate import driver
 
 MAX_ORDER = 8.0  # largest order searched for
 MAX_ORDER_RATIO = 1.25  # of the observed to the declared order, either way, up to which the order shows
@@ -49,6 +50,8 @@ class Level:
     reason: str = ""  # against taking it, for people
     run_s: float = 0.0  # set-up and checks included, as if it were run alone
     made: Simulation | None = None  # that was run
+    check: Check = no_check  # of its balances, left to be called
+    gain: float = 0.0  # of the reference energy, once it was checked
 
 
 class Reach(NamedTuple):
@@ -86,15 +89,19 @@ class Study:
         least = self.next if self.levels else self.description.coarser(self.next)[0]  # of the first two it may do
         return self.description.seconds(min(max(least, needed), self.description.max_fineness))
 
-    def run(self, fineness: int, progress: Progress | None = None) -> Level:
-        """Run a level; raises `CaseError`, `PairingError` or `StepError` as a run does."""
+    def run(self, fineness: int, progress: Progress | None = None, checked: bool = True) -> Level:
+        """Run a level; raises `CaseError`, `PairingError` or `StepError` as a run does.
+
+        Balances are not looked at unless it is to be ``checked``.
+        """
         began = clock.perf_counter()
-        scene, method = self.description.simulation(fineness)
+        made = Simulation(*self.description.simulation(fineness))
         begun = None if self.levels else self.description.begun  # a march goes on once
-        made = Simulation(scene, method)
         like = (made if self.first is None else self.first.made) if self.description.alike else None
-        history = driver.run(scene, method, progress, with_warnings=False, begun=begun, like=like)
-        level = Level(fineness, history, made=made)
+        history, check = trial.run(made, progress, begun, like)
+        if checked:
+            check()
+        level = Level(fineness, history, made=made, check=no_check if checked else check)
         level.run_s = clock.perf_counter() - began + (begun.setup_s + begun.march_s if begun else 0.0)
         if self.first is None:
             self.first = level

@@ -11,16 +11,16 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, face_channels, mass_channels, midpoints
-from impactlab.metrics.peaks import Laws, near_jumps
+from impactlab.metrics.peaks import Laws, find_peak, near_jumps, smooth_force
 from impactlab.refine.convergence import Pairs
-from impactlab.refine.force_peaks import forces_at_peaks
+from impactlab.refine.raw_records import Records, Sizes, records_of
 from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.method import COUNTED, Counted, Simulation
 from impactlab.scene.problem import Scene
-from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.types import Array
 
 CELLS = 400  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
+PER_SPAN = 100  # cells of a period of contact in which a peak is sought, beside the middles of its steps
 MIN_IMPULSE = 1e-9  # of the largest impulse: contacts that give less are rounding and have no relative error
 
 
@@ -53,10 +53,12 @@ def distances(
         frame of the bodies that interact (`impactlab.scene.frame`). Quantities that are zero in the last run are left
         out.
     """
+    raw = [found for found in map(records_of, histories) if found is not None]
+    raw = raw if len(raw) == len(histories) else []
     each = {
-        "displacements": _displacements(histories, scene),
+        "displacements": _displacements(histories, raw, scene),
         "impulses": _impulses(histories, scene),
-        "peak_forces": _peaks(histories, scene, laws, peak_margin),
+        "peak_forces": _peaks(histories, raw, scene, laws, peak_margin),
     }
     return [pairs for name in on for pairs in each[name]]
 
@@ -71,25 +73,29 @@ def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene, laws:
     return max((pairs[0, 1] for pairs in distances((one, other), scene, laws, on)), default=math.inf)
 
 
-def _displacements(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
+def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records], scene: Scene) -> Iterator[Pairs]:
     """Give the distances of the displacements of faces, relative L2 over [0, duration]."""
-    t, touched = midpoints(scene.duration, CELLS), touched_in(histories[-1])
+    t, touched, last = midpoints(scene.duration, CELLS), touched_in(histories[-1]), len(histories) - 1
     for name in (*mass_channels(scene), *face_channels(scene)):
-        values = [displacement(history, t, name) for history in histories]
-        sizes = [norm(each) for each in values]
-        least = ZERO * max(sizes)
-        if sizes[-1] <= least:  # zero except for rounding
-            continue
-        within = norm(values[-1] - common_drift(scene, name, t, touched)) if touched else sizes[-1]
-        yield _pairs(values, within if within > least else sizes[-1])
+        drift = common_drift(scene, name, t, touched) if touched else np.zeros(CELLS)
+        if raw and name in raw[0].columns:
+            found = {(i, j): raw[j].sizes(raw[i], name, drift) for i, j in _all_pairs(histories)}
+        else:
+            found = _sizes([history.evaluate(t, name) for history in histories], drift)
+        own = found[0, last]
+        least = ZERO * max(max(each.other, each.own) for each in found.values())
+        if own.own > least:  # not zero except for rounding
+            scale = own.within if touched and own.within > least else own.own
+            yield _finite({pair: each.apart / scale for pair, each in found.items()})
 
 
-def displacement(history: AbstractHistory, t: Array, name: str) -> Array:
-    """Return a displacement [m] at instants of a run, shape of t; recorded ones are linear between steps."""
-    found = history.recorded.get(name) if isinstance(history, AbstractRecordedHistory) else None
-    if found is None or found.stepped or history.duration < t[-1]:
-        return history.evaluate(t, name)
-    return np.interp(t, found.times, found.values)
+def _sizes(values: Sequence[Array], drift: Array) -> dict[tuple[int, int], Sizes]:
+    """Return the norms of displacements of all pairs of runs at the same instants."""
+    size = [norm(each) for each in values]
+    return {
+        (i, j): Sizes(norm(values[i] - values[j]), size[i], size[j], norm(values[j] - drift))
+        for i, j in _all_pairs(values)
+    }
 
 
 def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
@@ -104,28 +110,32 @@ def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pa
             yield _finite({(i, j): abs(values[i] - values[j]) / values[-1] for i, j in _all_pairs(values)})
 
 
-def _peaks(histories: Sequence[AbstractHistory], scene: Scene, laws: Laws, margin: float) -> Iterator[Pairs]:
+def _peaks(
+    histories: Sequence[AbstractHistory], raw: Sequence[Records], scene: Scene, laws: Laws, margin: float
+) -> Iterator[Pairs]:
     """Give the distances of the peak forces of contacts: of two runs, at the instants of both peaks.
 
     The larger of these two differences bounds that of the peaks. Two peaks may agree by luck while the forces around
     them ring; the forces at the instants of both do not.
     """
-    for contact in scene.contacts:
+    for number, contact in enumerate(scene.contacts):
         law = laws[contact.name]
         if not law.answers_force:
             continue
-        values = forces_at_peaks(histories, contact, near_jumps(histories[-1], scene, laws, contact), law.hard)
-        if (peak := float(values[-1, -1])) > 0.0:
-            found = values.tolist()
+        left_out = near_jumps(histories[-1], scene, laws, contact)
+        if raw:
+            forces = [each.force(number, law.hard) for each in raw]
+            times = [force.peak_time(left_out) for force in forces]
+            found = [[force.at(t) for t in times] for force in forces]
+        else:
+            peaks = [find_peak(history, contact, left_out, law.hard, CELLS, PER_SPAN) for history in histories]
+            t = np.array([peak.time for peak in peaks])
+            found = [smooth_force(history, t, contact, law.hard).tolist() for history in histories]
+        if found[-1][-1] > 0.0:
             yield _finite({
-                (i, j): max(abs(found[i][i] - found[j][i]), abs(found[i][j] - found[j][j])) / (peak / margin)
+                (i, j): max(abs(found[i][i] - found[j][i]), abs(found[i][j] - found[j][j])) / (found[-1][-1] / margin)
                 for i, j in _all_pairs(found)
             })  # fmt: skip
-
-
-def _pairs(values: Sequence[Array], scale: float) -> Pairs:
-    """Return the norms of all differences over a scale."""
-    return _finite({(i, j): norm(values[i] - values[j]) / scale for i, j in _all_pairs(values)})
 
 
 def _all_pairs(values: Sequence[Any]) -> Iterator[tuple[int, int]]:

@@ -6,11 +6,13 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, midpoints
 from impactlab.refine.contact_times import tangent_of
-from impactlab.refine.distances import displacement, norm
-from impactlab.refine.force_peaks import mean_forces
+from impactlab.refine.distances import norm
+from impactlab.refine.raw_records import records_of
 from impactlab.scene.facts import beams_of
 from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.method import Simulation
@@ -85,19 +87,27 @@ def beside_displacements(asked: Simulation, history: AbstractHistory) -> list[Sh
     A stiff beam under a soft contact moves so little that this is far more than the share of the contact's own.
     """
     scene, sizes = asked.scene, dict[str, float]()
-    t, touched = midpoints(scene.duration, CELLS), touched_in(history)
+    t, touched, raw = midpoints(scene.duration, CELLS), touched_in(history), records_of(history)
+    numbers = {contact.name: number for number, contact in enumerate(scene.contacts)}
     found: list[Share] = []
     for each in left_out(asked):
-        if each.channel not in sizes:
-            moved = displacement(history, t, each.channel)
-            own = norm(moved - common_drift(scene, each.channel, t, touched)) if touched else 0.0
-            whole = norm(moved)
-            sizes[each.channel] = own if own > ZERO * whole else whole
-        if each.contact.name not in sizes:
-            sizes[each.contact.name] = norm(mean_forces(history, t, each.contact))
-        size, force = sizes[each.channel], sizes[each.contact.name]
-        if size > 0.0 and force > 0.0:
-            found.append(Share(each.between * each.factor * force / size, each.power))
+        channel, name = each.channel, each.contact.name
+        if channel not in sizes:
+            drift = common_drift(scene, channel, t, touched) if touched else np.zeros(CELLS)
+            if raw is not None and channel in raw.columns:
+                _, _, whole, own = raw.sizes(raw, channel, drift)
+            else:
+                moved = history.evaluate(t, channel)
+                whole, own = norm(moved), norm(moved - drift)
+            sizes[channel] = own if touched and own > ZERO * whole else whole
+        if name not in sizes:
+            sizes[name] = (
+                norm(history.evaluate(t, f"force:{name}"))
+                if raw is None
+                else raw.force(numbers[name], False).size(CELLS)
+            )
+        if sizes[channel] > 0.0 and sizes[name] > 0.0:
+            found.append(Share(each.between * each.factor * sizes[name] / sizes[channel], each.power))
     return found
 
 

@@ -69,9 +69,8 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     least = _distance_to_check(study)
     for level, error in zip(levels, errors, strict=True):
         level.error, level.reason = max(error, least) + description.unseen(level.fineness, finest.history), ""
-        gain = gain_of(level.history)
-        if gain / MAX_GAIN_RATIO > max(level.error, tolerance):
-            level.error, level.reason = gain / MAX_GAIN_RATIO, f"gains {gain:.2g} of the reference energy"
+        if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
+            level.error, level.reason = level.gain / MAX_GAIN_RATIO, gains(level)
         elif not _resolves_contacts(level.history, asked):
             level.error, level.reason = math.inf, f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
         elif level.error > tolerance:
@@ -111,6 +110,26 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
         study.closed = UNSEEN
     if len(levels) > MAX_LEVELS or (not met and finest.fineness >= description.max_fineness):
         study.closed = NOT_CONVERGING
+
+
+def keeps_energy(study: Study, level: Level, tolerance: float) -> bool:
+    """Return whether a run that was checked gains no more energy than its error allows; else state a larger error.
+
+    A study that was done goes on.
+    """
+    level.gain = gain_of(level.history) if study.description.unit else 0.0
+    if level.gain / MAX_GAIN_RATIO <= max(level.error, tolerance):
+        return True
+    level.error, level.reason = level.gain / MAX_GAIN_RATIO, gains(level)
+    if study.closed == DONE:
+        study.closed = ""
+        study.next = study.description.whole(math.ceil(MIN_GROWTH * study.levels[-1].fineness))
+    return False
+
+
+def gains(level: Level) -> str:
+    """Return how much energy a run gains, for people."""
+    return f"gains {level.gain:.2g} of the reference energy"
 
 
 def _reach(study: Study, error: float, tolerance: float) -> Reach:

@@ -399,9 +399,9 @@ def test_rods_whose_transits_are_no_multiples_keep_what_is_stated():
 def test_an_exact_choice_marches_once(monkeypatch):
     """The march whose cost is counted is the run itself, and nothing else is described before it ends."""
     marches, described = [], []
-    begin, stepped = descriptions.begin, serving.stepped
+    begin, stepped = descriptions.begin, serving._stepped
     monkeypatch.setattr(descriptions, "begin", lambda *asked: marches.append(asked) or begin(*asked))
-    monkeypatch.setattr(serving, "stepped", lambda asked: described.append(asked) or stepped(asked))
+    monkeypatch.setattr(serving, "_stepped", lambda asked: described.append(asked) or stepped(asked))
     monkeypatch.setattr("impactlab.exact.solve.build", None)
     scene = struck(AdditionDeletion())
     choice = solve(*scene).choice

@@ -1,0 +1,243 @@
+"""What an estimate reads of a stepped run, by compiled passes over its records: no channel is made of them.
+
+Displacements are linear between records. Forces are means over steps, read with the slopes of
+`impactlab.numerics.slopes`; those of hard contacts are linear between the middles of steps.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from impactlab.history.base import AbstractHistory
+from impactlab.numerics.compiling import ENTRY, PART
+from impactlab.numerics.slopes import MIN_MEANS
+from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.types import Array
+
+
+class Sizes(NamedTuple):
+    """Norms of a displacement at instants, and of its difference to that of another run [m]."""
+
+    apart: float
+    other: float
+    own: float
+    within: float  # of the own one, less the drift of its frame
+
+
+class Steps(NamedTuple):
+    """The force of one contact in the records of a run."""
+
+    record: Array  # (n, columns), time first
+    column: int
+    late: float  # of a step, by which forces act later than in its middle
+    dt: float
+    duration: float
+    hard: bool
+
+    def peak_time(self, left_out: Array) -> float:
+        """Return the instant of the largest force outside intervals (k, 2) [s] that rise and do not overlap."""
+        return peak_time(*self, left_out)
+
+    def at(self, t: float) -> float:
+        """Return the force [N] at an instant of the run [s]."""
+        return force_at(*self, t)
+
+    def size(self, cells: int) -> float:
+        """Return the norm of the mean forces in the middles of equal cells of the run [N]."""
+        return mean_size(*self[:5], cells)
+
+
+class Records(NamedTuple):
+    """The records of a run, and the column of each displacement."""
+
+    history: RecordedHistory
+    record: Array  # (n, columns), time first
+    columns: dict[str, int]
+
+    def sizes(self, other: Records, channel: str, drift: Array) -> Sizes:
+        """Return norms in the middles of as many equal cells of the run as the drift has values, (cells,) [m]."""
+        column, duration = self.columns[channel], self.history.duration
+        found = displacement_sizes(self.record, other.record, column, other.columns[channel], duration, drift)
+        return Sizes(*found)
+
+    def force(self, number: int, hard: bool) -> Steps:
+        """Return the force of a contact by its number in the scene."""
+        assembly = self.history.assembly
+        late = assembly.integrator.load_point - 0.5
+        column = assembly.layout.column_of(number)
+        return Steps(self.record, column, late, assembly.dt, self.history.duration, hard)
+
+
+def records_of(history: AbstractHistory) -> Records | None:
+    """Return the records of a stepped run without rows of beads, and of its whole duration; else None."""
+    if not isinstance(history, RecordedHistory) or "assembly" not in vars(history):
+        return None
+    assembly = history.assembly
+    layout, count = assembly.layout, assembly.clock.n_records
+    if layout.n_beads or count <= MIN_MEANS + 1 or history.duration < history.scene.duration:
+        return None
+    columns: dict[str, int] = {}
+    for number, contact in enumerate(history.scene.contacts):
+        for side, point in enumerate((contact.left, contact.right)):
+            if history.scene.bodies[point.body].elastic is not None:
+                columns[f"displacement:{point.body}@{point.x:.6g}"] = layout.column_of(number) + 2 + 2 * side
+    for probe in layout.recorded:
+        if probe.quantity != "velocity":
+            columns.setdefault(probe.channel, layout.probe_column(probe))
+    return Records(history, assembly.memory.record[:count], columns)
+
+
+@PART
+def _value(record: Array, column: int, at: int, t: float) -> float:
+    """Return a recorded value at an instant between records at and at + 1."""
+    share = (t - record[at, 0]) / (record[at + 1, 0] - record[at, 0])
+    value: float = record[at, column] + min(max(share, 0.0), 1.0) * (record[at + 1, column] - record[at, column])
+    return value
+
+
+@ENTRY
+def displacement_sizes(
+    own: Array, other: Array, column: int, other_column: int, duration: float, drift: Array
+) -> tuple[float, float, float, float]:
+    """Return the norms of `Sizes` of a displacement of two runs."""
+    apart = whole = size = within = 0.0
+    i = j = 0
+    for k in range(drift.size):
+        t = (k + 0.5) * (duration / drift.size)
+        while i + 2 < len(own) and own[i + 1, 0] <= t:
+            i += 1
+        while j + 2 < len(other) and other[j + 1, 0] <= t:
+            j += 1
+        u, v = _value(own, column, i, t), _value(other, other_column, j, t)
+        apart += (u - v) ** 2
+        whole += v**2
+        size += u**2
+        within += (u - drift[k]) ** 2
+    return math.sqrt(apart), math.sqrt(whole), math.sqrt(size), math.sqrt(within)
+
+
+@PART
+def _end(record: Array, step: int, late: float, dt: float) -> float:
+    """Return the end of the interval over which the force of a step acted [s]."""
+    end: float = record[0, 0]
+    if step > 0:
+        end = min(record[step, 0] + late * min(record[step, 0] - record[step - 1, 0], dt), record[-1, 0])
+    return end
+
+
+@PART
+def _middle(record: Array, step: int, late: float, dt: float, duration: float) -> float:
+    """Return the middle of the interval over which the force of a step acted, within the run [s]."""
+    return min(0.5 * (_end(record, step, late, dt) + _end(record, step - 1, late, dt)), duration)
+
+
+@PART
+def _mean_middle(record: Array, step: int, late: float, dt: float) -> float:
+    """Return the instant to which the mean of a step belongs [s]."""
+    length = record[step, 0] - record[step - 1, 0]
+    middle: float = record[step, 0] - 0.5 * length + late * min(length, dt)
+    return middle
+
+
+@PART
+def _step_at(record: Array, late: float, dt: float, t: float) -> int:
+    """Return the step whose force acts at an instant, from 1 on."""
+    low, high = 0, len(record) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if _end(record, middle, late, dt) <= t:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@PART
+def _steepness(record: Array, column: int, step: int, late: float, dt: float) -> float:
+    """Return the slope from the mean of a step to that of the next one [N/s]."""
+    length = _mean_middle(record, step + 1, late, dt) - _mean_middle(record, step, late, dt)
+    steepness: float = (record[step + 1, column] - record[step, column]) / length
+    return steepness
+
+
+@PART
+def _sloped(record: Array, column: int, late: float, dt: float, t: float) -> float:
+    """Return a force with the slope of its step (`impactlab.numerics.slopes`)."""
+    step, last = _step_at(record, late, dt, t), len(record) - 1
+    before = _steepness(record, column, step - 1 if step > 1 else 2, late, dt)
+    after = _steepness(record, column, step if step < last else last - 2, late, dt)
+    slope = min(abs(before), abs(after))
+    if 1 < step < last:
+        slope = min(2.0 * slope, 0.5 * abs(before + after))
+    if before * after <= 0.0:
+        slope = 0.0
+    mean: float = record[step, column]
+    sloped = mean + math.copysign(slope, before + after) * (t - _mean_middle(record, step, late, dt))
+    found: float = max(sloped, min(mean, 0.0))
+    return found
+
+
+@PART
+def _lined(record: Array, column: int, late: float, dt: float, duration: float, t: float) -> float:
+    """Return a force that is linear between the middles of its steps."""
+    step, last = _step_at(record, late, dt, t), len(record) - 1
+    if t < _middle(record, step, late, dt, duration):
+        step -= 1
+    step = min(max(step, 1), last - 1)
+    start, end = _middle(record, step, late, dt, duration), _middle(record, step + 1, late, dt, duration)
+    share = min(max((t - start) / (end - start), 0.0), 1.0) if end > start else 0.0
+    force: float = record[step, column] + share * (record[step + 1, column] - record[step, column])
+    return force
+
+
+@PART
+def _force(record: Array, column: int, late: float, dt: float, duration: float, hard: bool, t: float) -> float:
+    """Return a contact force at an instant [N]."""
+    if hard:
+        return _lined(record, column, late, dt, duration, t)
+    return _sloped(record, column, late, dt, t)
+
+
+@ENTRY
+def force_at(record: Array, column: int, late: float, dt: float, duration: float, hard: bool, t: float) -> float:
+    """Return a contact force at an instant [N]."""
+    return _force(record, column, late, dt, duration, hard, t)
+
+
+@ENTRY
+def peak_time(
+    record: Array, column: int, late: float, dt: float, duration: float, hard: bool, left_out: Array
+) -> float:
+    """Return the instant of the largest force outside intervals that rise; 0 where there is none.
+
+    It is the middle of a step, as slopes keep a force between the means of its neighbours, or the border of an
+    interval.
+    """
+    best, largest, interval = 0.0, -math.inf, 0
+    for step in range(1, len(record)):
+        if record[step, column] > largest:
+            t = _middle(record, step, late, dt, duration)
+            while interval < len(left_out) and left_out[interval, 1] <= t:
+                interval += 1
+            if interval == len(left_out) or t <= left_out[interval, 0]:
+                best, largest = t, record[step, column]
+    for k in range(len(left_out)):
+        for t in left_out[k]:
+            if 0.0 <= t <= duration:
+                force = _force(record, column, late, dt, duration, hard, t)
+                if force > largest:
+                    best, largest = t, force
+    return best
+
+
+@ENTRY
+def mean_size(record: Array, column: int, late: float, dt: float, duration: float, cells: int) -> float:
+    """Return the norm of the mean forces in the middles of equal cells of the run [N]."""
+    total, step = 0.0, 1
+    for k in range(cells):
+        t = (k + 0.5) * (duration / cells)
+        while step + 1 < len(record) and _end(record, step, late, dt) <= t:
+            step += 1
+        total += record[step, column] ** 2
+    return math.sqrt(total)

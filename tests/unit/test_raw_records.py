@@ -1,0 +1,77 @@
+"""Estimates read the records of a run as its channels do, and its peak is the largest force of a fine grid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.power_law import Hertz
+from impactlab.integrators.base import AbstractScheme
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.metrics.norms import midpoints
+from impactlab.metrics.peaks import smooth_force
+from impactlab.models.finite_element import FiniteElement
+from impactlab.refine.raw_records import Records, records_of
+from impactlab.scene.method import StepRule
+from impactlab.simulate import run
+from impactlab.testing.scenes import mass_on_rod
+
+NOTHING, SOME = np.zeros((0, 2)), np.array([[0.0, 2e-5], [6e-5, 9e-5]])
+LAWS = [Hertz(1e11), AdditionDeletion()]
+COMPLIANT_AND_HARD = pytest.mark.parametrize("law", LAWS, ids=["compliant", "hard"])
+
+
+def struck(law: AbstractContactLaw, elements: int = 20, scheme: AbstractScheme = CentralDifference()) -> Records:  # noqa: B008 - frozen
+    """Return the records of some hundred steps of a mass on a rod."""
+    mass = "lumped" if isinstance(scheme, CentralDifference) else "consistent"
+    found = records_of(run(*mass_on_rod(FiniteElement(elements, mass), law, scheme, StepRule(courant=0.9))))
+    assert found is not None
+    return found
+
+
+@COMPLIANT_AND_HARD
+@pytest.mark.parametrize("scheme", [CentralDifference(), Midpoint()], ids=["explicit", "implicit"])
+def test_forces_are_those_of_the_history(law: AbstractContactLaw, scheme: AbstractScheme) -> None:
+    """In every step, the first and the last among them, at their starts and inside: to rounding."""
+    found = struck(law, scheme=scheme)
+    history = found.history
+    contact = history.scene.contacts[0]
+    ends = history.recorded[f"force:{contact.name}"].times
+    t = np.unique(np.concatenate((ends, ends[:-1] + 0.3 * np.diff(ends), ends[:-1] + 0.9 * np.diff(ends))))
+    t = t[t <= history.duration]
+    force = found.force(0, law.hard)
+    known = smooth_force(history, t, contact, law.hard)
+    np.testing.assert_allclose([force.at(each) for each in t], known, rtol=0.0, atol=1e-11 * known.max())
+
+
+@COMPLIANT_AND_HARD
+@pytest.mark.parametrize("left_out", [NOTHING, SOME], ids=["whole", "parts"])
+def test_no_force_of_a_fine_grid_exceeds_the_peak(law: AbstractContactLaw, left_out: np.ndarray) -> None:
+    """Slopes keep a force between the means of its neighbours, so that the largest mean is the largest force."""
+    found = struck(law)
+    force = found.force(0, law.hard)
+    at = force.peak_time(left_out)
+    grid = np.linspace(0.0, found.history.duration, 20001)
+    for start, end in left_out:
+        assert not start < at < end
+        grid = grid[(grid <= start) | (grid >= end)]
+    largest = smooth_force(found.history, grid, found.history.scene.contacts[0], law.hard).max()
+    assert 0.0 < largest <= force.at(at) * (1.0 + 1e-12)
+
+
+def test_norms_are_those_of_the_channels() -> None:
+    """Of two runs with other steps, in the middles of equal cells: to rounding."""
+    fine, coarse = struck(LAWS[0], 31), struck(LAWS[0], 20)
+    t = midpoints(fine.history.duration, 400)
+    drift = 0.3 * t
+    assert set(fine.columns) == {"position:hammer", "displacement:rod@0"}
+    for name in fine.columns:
+        own, other = (each.history.evaluate(t, name) for each in (fine, coarse))
+        known = [np.linalg.norm(each) for each in (own - other, other, own, own - drift)]
+        np.testing.assert_allclose(fine.sizes(coarse, name, drift), known, rtol=1e-9, atol=1e-12 * known[2])
+    mean = fine.history.recorded["force:hammer|rod.left"]
+    stairs = mean.values[np.minimum(np.searchsorted(mean.times, t, side="right"), mean.values.size - 1)]
+    assert fine.force(0, False).size(400) == pytest.approx(np.linalg.norm(stairs), rel=1e-12)
