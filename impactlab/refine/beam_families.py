@@ -37,7 +37,7 @@ from impactlab.refine.beam_descriptions import (
     modal_model,
     shortest_time,
 )
-from impactlab.refine.contact_times import tangent_of
+from impactlab.refine.contact_times import times_of
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import modelled_as, recorded
 from impactlab.refine.distances import counted
@@ -119,7 +119,7 @@ def _modal(asked: Simulation, seen: AbstractHistory | None = None) -> Descriptio
     factor = ERROR_OF_SPRINGS if all(law.is_spring for law in laws_of(*asked)) else ERROR_OF_MODES
     enough = STEPS * math.sqrt(3.0 * factor / tolerance)
     most = MOST_MODES if closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
-    known = not any(math.isnan(tangent_of(*asked, contact)) for contact in scene.contacts)
+    known = not any(math.isnan(times.tangent) for times in times_of(*asked).values())
     # All runs have the same modes, whose error is stated: they are found once, and a run that differs in its step alone
     # is set up in a tenth of the time. Where this would take too many modes, they grow with the steps.
     fixed = known and MISSING_MARGIN * left_out.total(missing, most) <= MAX_UNSEEN_SHARE * tolerance

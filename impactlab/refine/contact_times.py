@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,12 +11,31 @@ from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.scene.facts import field_acceleration, impedance_of, rods_of
 from impactlab.scene.method import Method, stiffness_of
 from impactlab.scene.problem import Contact, Point, Scene
+from impactlab.scene.recent import Recent
+
+
+class Times(NamedTuple):
+    """Rise time [s] and stiffness [N/m] of a contact, as `rise_time` and `tangent_of` give them."""
+
+    rise: float
+    tangent: float
+
+
+def _all_times(scene: Scene, method: Method) -> dict[str, Times]:
+    speed = _meeting_speed(scene) if scene.contacts else 0.0  # once: it looks at all bodies
+    return {
+        contact.name: Times(rise_time(scene, method, contact, speed), tangent_of(scene, method, contact, speed))
+        for contact in scene.contacts
+    }
+
+
+times_of = Recent(_all_times, lambda _times: True)
+"""Times of all contacts of a scene under the laws of a method, by name; found once."""
 
 
 def shortest_rise(scene: Scene, method: Method) -> float:
     """Return the shortest rise time [s] of contacts; the duration without contacts."""
-    speed = _meeting_speed(scene) if len(scene.contacts) > 1 else None  # once: it looks at all bodies
-    return min((rise_time(scene, method, contact, speed) for contact in scene.contacts), default=scene.duration)
+    return min((times.rise for times in times_of(scene, method).values()), default=scene.duration)
 
 
 def rise_time(scene: Scene, method: Method, contact: Contact, speed: float | None = None) -> float:

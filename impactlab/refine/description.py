@@ -94,6 +94,7 @@ class Description:
             needed = free = self.fineness_for(error, safety)
         if self.alike or seconds(needed) <= SHORT_S:
             sure, most = self.fineness_for(error / SURE_RATIO, safety), MAX_SURE_COST * seconds(needed)
+            free = sure if seconds(sure) <= most else free
             while free < sure and seconds(free + max(1, free // 8)) <= most:
                 free += max(1, free // 8)
         while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:

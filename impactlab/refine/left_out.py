@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, midpoints
-from impactlab.refine.contact_times import tangent_of
+from impactlab.refine.contact_times import times_of
 from impactlab.refine.distances import norm
 from impactlab.refine.raw_records import records_of
 from impactlab.scene.facts import beams_of
@@ -54,13 +54,13 @@ def left_out(asked: Simulation) -> Iterator[LeftOut]:
     modes lie below the cut-off frequency. Above it modes that turn sections lie between those that shear them: of n,
     c0/(c0 + cs) shear, with c0 = sqrt(EI/(rho I)) and cs = sqrt(kGA/(rho A)).
     """
-    beams = {beam.name: beam for beam in beams_of(asked.scene)}
+    beams, times = {beam.name: beam for beam in beams_of(asked.scene)}, times_of(*asked)
     for contact in asked.scene.contacts:
         for point in (contact.left, contact.right):
             body = beams.get(point.body)
             if body is None:
                 continue
-            known = contact, tangent_of(*asked, contact), body.face_channel(point.x)
+            known = contact, times[contact.name].tangent, body.face_channel(point.x)
             soft = min(segment.bending_stiffness for segment in body.segments)
             yield LeftOut(*known, 2.0 * body.length**3 / (3.0 * math.pi**4 * soft), 3.0, 1.0)
             if body.theory == "timoshenko":
