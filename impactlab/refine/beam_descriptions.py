@@ -62,10 +62,10 @@ def is_infinite(beam: Beam) -> bool:
     return "infinite" in (beam.left.kind, beam.right.kind)
 
 
-def continuous(asked: Simulation, jumps: bool = False) -> Description | None:
+def continuous(asked: Simulation, jumps: bool = False, unchecked: bool = False) -> Description | None:
     """Return the continuous beams, for hard contacts, infinite beams, and where ``jumps`` of a force send fronts.
 
-    None if not served.
+    None if not served; ``unchecked``, a run may still be refused as it is set up.
     """
     scene, beams = asked.scene, beams_of(asked.scene)
     sheared = [beam for beam in beams if beam.theory == "timoshenko"]
@@ -84,11 +84,7 @@ def continuous(asked: Simulation, jumps: bool = False) -> Description | None:
     def simulation(n: int) -> Simulation:
         return modelled_as(asked, Continuous(), None, StepRule(dt=shortest / n))
 
-    try:
-        driver.prepare(*simulation(MIN_FINENESS))
-    except ImpactlabError:
-        return None
-    return Description(
+    found = Description(
         "continuous beams",
         "steps in the shortest time of the scene",
         simulation,
@@ -97,6 +93,16 @@ def continuous(asked: Simulation, jumps: bool = False) -> Description | None:
         reference_order=2.0,
         for_choice=False,
     )
+    return found if unchecked or can_be_set_up(found) else None
+
+
+def can_be_set_up(description: Description) -> bool:
+    """Return whether the parts of a description serve its scene."""
+    try:
+        driver.prepare(*description.simulation(MIN_FINENESS))
+    except ImpactlabError:
+        return False
+    return True
 
 
 def shortest_time(asked: Simulation) -> float:

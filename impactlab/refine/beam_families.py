@@ -31,6 +31,7 @@ from impactlab.refine.beam_descriptions import (
     MAX_DENSE_ELEMENTS,
     STEPS,
     are_delay_lines,
+    can_be_set_up,
     continuous,
     is_infinite,
     is_lossy,
@@ -51,6 +52,7 @@ COARSEST_MODES, FEWEST_MESHED, COARSEST_ELEMENTS = 24, 18, 10  # at that many st
 COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
 EIGENVECTORS_S = 1e-10  # s, over the cube of the coordinates of that mesh
+CLOSED_FORM_S = 1e-5  # s, of a mode in closed form
 STEPS_PER_ELEMENT = 6  # in the shortest time, of a mesh that shears: its errors in space and time are alike
 STABLE_POINTS = 2.0 * math.pi / (2.0 * 0.95)  # steps in a period: 0.95 of the longest stable one
 MOST_MODES = 1500  # in closed form, some 0.1 ms each to find
@@ -62,16 +64,18 @@ DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
 # Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
 ERROR_OF_MODES, ERROR_OF_SPRINGS, ERROR_OF_MESH, ERROR_OF_SHEARED_MESH, ERROR_OF_GRIDS = 0.15, 0.04, 0.5, 0.08, 0.12
 ERROR_OF_EXPLICIT, ERROR_OF_EXPLICIT_FRONTS = 1.2, 40.0
+ERROR_OF_IMPULSES = 0.2  # of these where impulses alone count: a force that is wrong one way and the other has its sum
 MISSING_MARGIN = 1.5  # on errors by modes left out: measured, 0.1 to 1.2 of the flexibility beside the contact's
 
 
 def families(asked: Simulation) -> Iterator[Description]:
     """Give the descriptions of a scene with beams, in no order."""
     beams = beams_of(asked.scene)
-    grids = continuous(asked, force_jumps(*asked))
+    grids = continuous(asked, force_jumps(*asked), unchecked=True)
     if grids is not None:
         yield _continuous(grids)
-        if any(is_infinite(beam) for beam in beams):  # the absorbing layer of a mesh reflects a little at any fineness
+        grids = grids if can_be_set_up(grids) else None  # looked at only where others are compared
+        if grids is not None and any(is_infinite(beam) for beam in beams):  # a mesh reflects a little at any fineness
             return
     sheared = any(beam.theory == "timoshenko" for beam in beams)
     hard = any(law.hard for law in laws_of(*asked))
@@ -102,6 +106,11 @@ def _continuous(grids: Description) -> Description:
     )
 
 
+def _share(asked: Simulation) -> float:
+    """Return the share of a predicted error that the quantities which count have."""
+    return ERROR_OF_IMPULSES if counted(asked)[2] == ("impulses",) else 1.0
+
+
 def _rises(n: float) -> float:
     """Return the steps in a rise of force."""
     return n / STEPS
@@ -116,7 +125,7 @@ def _modal(asked: Simulation, seen: AbstractHistory | None = None) -> Descriptio
     transit = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
     lossy, closed = any(is_lossy(beam) for beam in beams), all(has_closed_form(beam) for beam in beams)
     tolerance = asked.method.tolerance.error if asked.method.tolerance else DEFAULT_TOLERANCE
-    factor = ERROR_OF_SPRINGS if all(law.is_spring for law in laws_of(*asked)) else ERROR_OF_MODES
+    factor = _share(asked) * (ERROR_OF_SPRINGS if all(law.is_spring for law in laws_of(*asked)) else ERROR_OF_MODES)
     enough = STEPS * math.sqrt(3.0 * factor / tolerance)
     most = MOST_MODES if closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
     known = not any(math.isnan(times.tangent) for times in times_of(*asked).values())
@@ -158,6 +167,11 @@ def _modal(asked: Simulation, seen: AbstractHistory | None = None) -> Descriptio
             found = max(found, left_out.total(beside(history), modes(n)))
         return MISSING_MARGIN * found
 
+    def finding(n: int) -> float:
+        if closed:  # once for all runs that have the same modes: whichever is chosen needs them
+            return 0.0 if fixed else CLOSED_FORM_S * modes(n)
+        return EIGENVECTORS_S * (2.0 * ELEMENTS_PER_MODE * modes(n)) ** 3
+
     def simulation(n: int) -> Simulation:
         if lossy:
             rods = modelled_as(asked, Continuous(), Newmark(), StepRule(dt=dt(n)))
@@ -181,7 +195,7 @@ def _modal(asked: Simulation, seen: AbstractHistory | None = None) -> Descriptio
         alike=fixed,
         otherwise=functools.partial(_modal, asked) if fixed and seen is None else None,
         detail=lambda n: f"{modes(n)} modes",
-        finding=lambda n: 0.0 if closed else EIGENVECTORS_S * (2.0 * ELEMENTS_PER_MODE * modes(n)) ** 3,
+        finding=finding,
     )
 
 
@@ -215,7 +229,7 @@ def _implicit(asked: Simulation, sheared: bool) -> Description:
         simulation,
         cost.BEAM_MESH,
         lambda n: (n * scene.duration / shortest, len(scene.elastic) * elements(n)),
-        error=lambda n: (ERROR_OF_SHEARED_MESH if sheared else ERROR_OF_MESH) / _rises(n) ** order,
+        error=lambda n: _share(asked) * (ERROR_OF_SHEARED_MESH if sheared else ERROR_OF_MESH) / _rises(n) ** order,
         order=order,
         safety=3.0,
         min_fineness=COARSEST,

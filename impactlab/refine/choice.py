@@ -36,7 +36,7 @@ from impactlab.simulate import driver
 
 BUDGET_S = 3.0  # s of predicted solving that may go into one choice
 EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a prediction that is a little lower
-SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred
+SAME_COST_RATIO = 1.5  # of predicted costs, within which the run with less error is preferred: both are made
 FIRST_S = 6.0 * FIXED_S  # s of predicted solving, at most, of the first run of a description
 FIRST_ALIKE_S = 20.0 * FIXED_S  # the same where a third run needs no set-up of its own
 MAX_SURE_S = 2.0 * FIXED_S  # s of predicted solving, up to which no other description solves in less than half of it

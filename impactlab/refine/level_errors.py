@@ -66,7 +66,7 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     description, levels, tolerance = study.description, study.levels, allowed(asked.method)
     finest = levels[-1]
     errors, by_order = _extrapolated(levels, asked, description)
-    least = _distance_to_check(study)
+    least = _distance_to_check(study) if min(errors) <= tolerance else 0.0
     for level, error in zip(levels, errors, strict=True):
         level.error, level.reason = max(error, least) + description.unseen(level.fineness, finest.history), ""
         if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
