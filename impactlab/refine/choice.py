@@ -21,7 +21,6 @@ from impactlab.refine.ladder import candidate, candidates, longer, not_served, w
 from impactlab.refine.level_errors import (
     DONE,
     MAX_CHOOSING,
-    MIN_SPEEDUP,
     UNSEEN,
     allowed,
     estimate_errors,
@@ -36,7 +35,7 @@ from impactlab.simulate import driver
 
 BUDGET_S = 3.0  # s of predicted solving that may go into one choice
 EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a prediction that is a little lower
-SAME_COST_RATIO = 1.5  # of predicted costs, within which the run with less error is preferred: both are made
+SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred
 FIRST_S = 6.0 * FIXED_S  # s of predicted solving, at most, of the first run of a description
 FIRST_ALIKE_S = 20.0 * FIXED_S  # the same where a third run needs no set-up of its own
 MAX_SURE_S = 2.0 * FIXED_S  # s of predicted solving, up to which no other description solves in less than half of it
@@ -307,9 +306,9 @@ def _worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study])
 
     All trials together may take `MAX_CHOOSING` times the solving of the chosen run.
     """
-    if study is best[0] and study.description.alike:  # set up already: its estimate has seen what a run promises
+    if study is best[0]:  # its estimate has seen what a run promises
         return True
-    if _seconds(best) <= (MIN_SPEEDUP if study is best[0] else MIN_GAIN) * study.expected_s:
+    if _seconds(best) <= MIN_GAIN * study.expected_s:
         return False
     return spent_s(studies, study) <= MAX_CHOOSING * study.expected_s
 

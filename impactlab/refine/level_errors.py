@@ -13,15 +13,19 @@ from impactlab.refine.convergence import (
     error_of_two,
     finest_error,
 )
+from impactlab.refine.cost import ALIKE_S
 from impactlab.refine.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.distances import counted, difference, distances
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.simulate import driver
 from impactlab.simulate.checks import gain_of
 
-MIN_SPEEDUP = 1.6  # predicted, of a description that is tried although a run keeps the tolerance
+MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the tolerance, where choosing stays short
 MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
-MIN_SAVING = 2.5  # times cheaper a run must promise to be, to be tried although the choice has taken long
+MIN_SAVING = 1.6  # the same where choosing takes longer than that
+MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
+ESTIMATE_S = 2e-4  # s, of an estimate of errors
+DESCRIBED_S = 3e-4  # s, of describing a scene
 MIN_LEFT = 0.1  # of a tolerance, beside an error that is stated
 MAX_TELLING = 0.1  # of an error: coarser runs say nothing of how it falls
 MIN_GROWTH = 1.6  # of the same where no level keeps the tolerance: a finer run also shows the errors of coarser ones
@@ -59,6 +63,13 @@ def spent_s(studies: list[Study], following: Study) -> float:
             each.description.seconds(level.fineness) for level in each.levels
         )
     return found
+
+
+def choosing_s(study: Study) -> float:
+    """Return the predicted seconds of choosing with one more run: all runs except the one that is chosen."""
+    description, count = study.description, len(study.levels)
+    one_s = ESTIMATE_S + (ALIKE_S if description.alike else description.cost.setup_s)
+    return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
 
 
 def estimate_errors(study: Study, asked: Simulation) -> None:
@@ -99,17 +110,36 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     elif not met:
         study.next = promised = max(study.next, math.ceil(MIN_GROWTH * finest.fineness))
     study.next = min(description.whole(study.next), description.max_fineness)
-    # A run that is cheaper by little is not worth the time of another level.
-    cheapest, promised_s = description.seconds(min(met)) if met else math.inf, description.seconds(promised)
-    dear = not description.alike and spent_s([study], study) > MAX_CHOOSING * promised_s
-    if cheapest <= (MIN_SAVING if dear else MIN_SPEEDUP) * promised_s:
-        study.closed = DONE
+    study.closed = _why_closed(study, met, promised, unseen > MAX_UNSEEN * tolerance)
+
+
+def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> str:
+    """Return why no level follows, empty where one does.
+
+    Parameters
+    ----------
+    study : Study
+        With its next fineness.
+    met : list of int
+        Fineness of the levels that keep the tolerance.
+    promised : int
+        Fineness of the run that the next level may show to be enough.
+    too_few : bool
+        Whether the error that all levels have in common is too large.
+    """
+    description, levels = study.description, study.levels
+    if len(levels) > MAX_LEVELS or (not met and levels[-1].fineness >= description.max_fineness):
+        return NOT_CONVERGING
+    if description.otherwise is not None and not met and too_few:
+        return UNSEEN
     if study.next in [level.fineness for level in levels]:
-        study.closed = DONE if met else NOT_CONVERGING
-    if description.otherwise is not None and not met and unseen > MAX_UNSEEN * tolerance:
-        study.closed = UNSEEN
-    if len(levels) > MAX_LEVELS or (not met and finest.fineness >= description.max_fineness):
-        study.closed = NOT_CONVERGING
+        return DONE if met else NOT_CONVERGING
+    # A run that is cheaper by little is not worth the time of another level.
+    promised_s = description.seconds(promised)
+    least = MIN_SAVING if description.alike else MIN_SAVING_OF_SETUP
+    if choosing_s(study) <= MAX_CHOOSING * promised_s:
+        least = MIN_SPEEDUP
+    return DONE if met and description.seconds(min(met)) <= least * promised_s else study.closed
 
 
 def keeps_energy(study: Study, level: Level, tolerance: float) -> bool:
