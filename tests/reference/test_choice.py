@@ -17,12 +17,12 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.contact.wave_identification import WaveIdentification
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, StepError
 from impactlab.exact.cost import predicted_s
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
+from impactlab.refine import beam_families, descriptions, level_errors, reference, serving, trial
 from impactlab.refine import choice as automatic
-from impactlab.refine import descriptions, level_errors, reference, serving
 from impactlab.refine.contact_times import rise_time
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
 from impactlab.refine.distances import counted, difference
@@ -422,3 +422,52 @@ def test_a_long_march_goes_on_from_its_first_intervals():
     assert gone_on.events == whole.events
     t = np.linspace(0.0, scene.scene.duration, 999)
     assert np.array_equal(gone_on.evaluate(t, "displacement:rod@0"), whole.evaluate(t, "displacement:rod@0"))
+
+
+def test_a_short_run_is_chosen_without_describing_others(monkeypatch):
+    """No other description could solve in less than half of its time; the ladder describes them when it is read."""
+    described = []
+    families = beam_families.families
+    monkeypatch.setattr(
+        beam_families, "families", lambda asked: (described.append(each.name) or each for each in families(asked))
+    )
+    scene = ball_on_beam(Hertz(1e8), "euler_bernoulli").but(tolerance=Tolerance(1e-2))
+    choice = solve(*scene).choice
+    assert choice.met
+    assert described == ["modes under exact steps"]
+    verdicts = [rung.verdict for rung in choice.ladder]
+    assert (verdicts.count("chosen"), verdicts.count("not run")) == (1, 1)
+    assert len(described) == 2
+
+
+def test_a_run_that_breaks_a_balance_is_not_chosen(monkeypatch):
+    """Trials are not checked; the one that is about to be chosen is, and its study begins again, twice as fine."""
+    checks, check_run = [], trial.check_run
+
+    def failing_once(status, assembly, history):
+        checks.append(history.dt)
+        if len(checks) == 1:
+            raise StepError("energy grew", remedy="Give a smaller step.", time=0.0, step=0, history=history)
+        check_run(status, assembly, history)
+
+    monkeypatch.setattr(trial, "check_run", failing_once)
+    history = solve(*struck(Hertz(1e11), tolerance=1e-2))
+    assert history.choice.met
+    assert len(checks) == 2
+    assert history.dt == checks[1] < checks[0]
+
+
+def test_a_run_that_gains_energy_states_an_error_of_a_tenth_of_it(monkeypatch):
+    """The tolerance is not kept by it, and finer runs follow until one gains less."""
+    gains = []
+
+    def gain_of(history):
+        gains.append(0.5 if not gains else 0.0)
+        return gains[-1]
+
+    monkeypatch.setattr(level_errors, "gain_of", gain_of)
+    history = solve(*struck(Hertz(1e11), tolerance=1e-2))
+    assert history.choice.met
+    assert gains == [0.5, 0.0]
+    reasons = [rung.reason for rung in history.choice.ladder if rung.verdict == "trial"]
+    assert "gains 0.5 of the reference energy" in reasons
