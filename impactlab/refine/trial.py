@@ -11,16 +11,13 @@ from functools import partial
 
 from impactlab.exact.cost import Begun
 from impactlab.history.base import AbstractHistory
-from impactlab.numerics.addresses import entered
 from impactlab.numerics.collection import Uncollected
 from impactlab.scene.method import Simulation
 from impactlab.simulate import driver
 from impactlab.simulate.checks import check_run
-from impactlab.simulate.plan import is_stepped
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.history import RecordedHistory
-from impactlab.simulate.stepping.preparation import self_stepping
 from impactlab.wall_time import spent_on
 
 Check = Callable[[], None]  # of a run, once; raises `StepError` where it broke a balance
@@ -39,21 +36,7 @@ def run(
         if plan.march is not None or plan.integrator is None or assembly is None:
             history = driver.run(*made, progress, with_warnings=False, begun=begun, like=like)
             return history, no_check
-        stepped = RecordedHistory(assembly, plan.integrator)
-        stepped.warnings.extend(plan.warnings)
-        stepped.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
-        entered(loop.start, assembly.memory, assembly.dt)
-        # Compiled here, so that the first run's solve time is that of the steps.
-        entered(driver.advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
-    set_up = clock.perf_counter()
-    with spent_on("solving"):
-        status = driver.walk(assembly, stepped, progress)
-        with Uncollected():
-            stepped.finish()
-    cost = stepped.cost
-    cost.setup_s, cost.solve_s = set_up - began, clock.perf_counter() - set_up
-    cost.steps = assembly.clock.step
-    cost.unknowns = sum(body.system.load.size for body in plan.built.values())
+    stepped, status = driver.step_through(plan, assembly, progress, began, with_warnings=False)
     if status in (loop.LAW_FAILED, loop.NOT_FINITE):
         check_run(status, assembly, stepped)
     return stepped, partial(_checked, status, assembly, stepped)

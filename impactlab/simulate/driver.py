@@ -152,32 +152,45 @@ def run(
         exact.cost.setup_s += planned - began
         exact.cost.checks_s += clock.perf_counter() - solved
         return exact
+    history, status = step_through(plan, assembly, progress, began, with_warnings)
+    solved = clock.perf_counter()
+    with spent_on("checks"), Uncollected():
+        if with_warnings:
+            add_warnings(history)
+        history.cost.checks_s = clock.perf_counter() - solved
+        check_run(status, assembly, history)
+    return history
+
+
+def step_through(
+    plan: Plan, assembly: Assembly, progress: Progress | None, began: float, with_warnings: bool
+) -> tuple[RecordedHistory, int]:
+    """Take all steps of a run whose set-up ``began`` at a reading of the clock [s].
+
+    Return its history, whose balances are not checked yet, and the status with which the loop ended.
+    """
+    assert plan.integrator is not None  # noqa: S101 - a plan without steps has no arrays
     if progress is not None:
         progress(0.0)
     with spent_on("set-up"), Uncollected():
         if with_warnings:  # runs for a reference or for the choice measure nothing
-            check_rates(scene, 1.0 / (assembly.stride * assembly.dt))
+            check_rates(plan.scene, 1.0 / (assembly.stride * assembly.dt))
         history = RecordedHistory(assembly, plan.integrator)
         history.warnings.extend(plan.warnings)
         history.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
         entered(loop.start, assembly.memory, assembly.dt)
         if not is_loaded(advance_of(assembly)):  # here, so that the first run's solve time is that of the steps
             entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
-    history.cost.setup_s = clock.perf_counter() - began
-    began = clock.perf_counter()
+    set_up = clock.perf_counter()
     with spent_on("solving"):
         status = walk(assembly, history, progress)
         with Uncollected():
             history.finish()
-    solved = clock.perf_counter()
-    with spent_on("checks"), Uncollected():
-        if with_warnings:
-            add_warnings(history)
-        history.cost.solve_s, history.cost.checks_s = solved - began, clock.perf_counter() - solved
-        history.cost.steps = assembly.clock.step
-        history.cost.unknowns = sum(body.system.load.size for body in plan.built.values())
-        check_run(status, assembly, history)
-    return history
+    cost = history.cost
+    cost.setup_s, cost.solve_s = set_up - began, clock.perf_counter() - set_up
+    cost.steps = assembly.clock.step
+    cost.unknowns = sum(body.system.load.size for body in plan.built.values())
+    return history, status
 
 
 def advance_of(assembly: Assembly) -> Callable[..., int]:
