@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 import time as clock
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from impactlab.exact.arrays import MORE_EVENTS, MORE_POOL, MORE_RECORDS, PAUSED
 from impactlab.exact.build import build
@@ -31,7 +32,8 @@ FIRST_COUNT = 128  # intervals up to the first count; doubled for each further o
 MAX_POWER = 6.0  # power of time with which the cost may grow: fronts in rods of four or more incommensurate transits
 
 
-class Begun(NamedTuple):
+@dataclass
+class Begun:
     """A march over its first intervals, which `impactlab.exact.solve.solve` goes on with, once."""
 
     layout: Layout
@@ -40,6 +42,7 @@ class Begun(NamedTuple):
     predicted_s: float  # s, of the whole solution, without its set-up
     setup_s: float  # s, measured
     march_s: float  # s, measured
+    used: bool = False  # its arrays are those of a march that has gone on
 
 
 def spent(log: Log) -> float:

@@ -72,7 +72,8 @@ def solve(
 
     If the waves need more than a tenth of the memory allowed, the run is sampled at its ``records`` instants as it
     proceeds (`impactlab.exact.thinned`), unless it must be kept ``whole``. ``progress`` is called with the fraction of
-    the duration that every body has reached. A march of the same scene that has ``begun`` is gone on with, and used up.
+    the duration that every body has reached. A march of the same scene that has ``begun`` is gone on with, unless it
+    has been used already.
 
     Raises
     ------
@@ -87,12 +88,15 @@ def solve(
     intervals by hand; here any number of them, contacts and rods is solved.
     """
     began, run = clock.perf_counter(), Simulation(scene, method)
+    if begun is not None and begun.used:
+        begun = None
     with spent_on("set-up"):
         if begun is None:
             layout, log = network(scene, method)
             log = march.prepared(log)
         else:
             layout, log = begun.layout, begun.log
+            begun.used = True
     ready = clock.perf_counter()
     with spent_on("solving"):
         history = marched(run, layout, log, whole, progress, begun)

@@ -191,10 +191,10 @@ def _holds(best: tuple[Study, Level], tolerance: float, failed: list[ImpactlabEr
 
 
 def _failed(study: Study, fineness: int, error: StepError) -> None:
-    """Set what follows a level that failed: one of twice the fineness, a few times."""
+    """Set what follows a level that failed: one of twice the fineness, a few times; nothing after an exact run."""
     study.failures += 1
     study.next = study.description.whole(2 * fineness)
-    study.closed = f"failed: {error.text}" if study.failures > MAX_FAILURES else ""
+    study.closed = f"failed: {error.text}" if study.failures > MAX_FAILURES or not study.description.unit else ""
 
 
 def _searched(

@@ -96,7 +96,8 @@ class Study:
         """
         began = clock.perf_counter()
         made = Simulation(*self.description.simulation(fineness))
-        begun = None if self.levels else self.description.begun  # a march goes on once
+        begun = self.description.begun
+        begun = None if begun is None or begun.used else begun  # a march goes on once
         like = (made if self.first is None else self.first.made) if self.description.alike else None
         history, check = trial.run(made, progress, begun, like)
         if checked:

@@ -18,7 +18,8 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError, StepError
-from impactlab.exact.cost import predicted_s
+from impactlab.exact.cost import begin, predicted_s
+from impactlab.exact.solve import solve as solve_exactly
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine import beam_families, descriptions, level_errors, reference, serving, trial
@@ -471,3 +472,29 @@ def test_a_run_that_gains_energy_states_an_error_of_a_tenth_of_it(monkeypatch):
     assert gains == [0.5, 0.0]
     reasons = [rung.reason for rung in history.choice.ladder if rung.verdict == "trial"]
     assert "gains 0.5 of the reference energy" in reasons
+
+
+def test_a_march_that_has_gone_on_once_is_not_gone_on_with_again():
+    # The choice tried a failed exact run again with the arrays of its first march, and wrote beyond them.
+    scene, method = struck(AdditionDeletion())
+    begun = begin(scene, method)
+    first, second = (solve_exactly(scene, method, begun=begun) for _ in range(2))
+    assert begun.used
+    assert [event.time for event in second.events] == [event.time for event in first.events]
+    assert second.log is not first.log
+
+
+def test_an_exact_run_that_fails_is_not_tried_again(monkeypatch):
+    tried = []
+
+    def failing(*_, **__):
+        tried.append(True)
+        raise StepError("the wave fronts take too much", time=0.0, step=0, remedy="Give a shorter duration.")
+
+    monkeypatch.setattr(trial, "run", failing)
+    asked = struck(AdditionDeletion())
+    exact, _ = serving.exact_for(asked)
+    study = Study(exact, 0)
+    assert automatic.searched([study], asked, []) is None
+    assert len(tried) == 1
+    assert study.closed == "failed: the wave fronts take too much"
