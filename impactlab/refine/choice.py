@@ -391,6 +391,6 @@ def _nothing_serves(why: str, studies: list[Study]) -> CaseError:
         )
     return CaseError(
         f"no description serves this scene: {why or 'its contacts have no unique solution'}",
-        remedy="Give the contact a law with a stiffness or a restitution, or model, integrator and step of your own.",
+        remedy="Give the contact a law with a stiffness, or model, integrator and step of your own.",
         path="solve.tolerance",
     )

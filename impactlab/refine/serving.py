@@ -9,7 +9,7 @@ from impactlab.errors import CaseError, PairingError
 from impactlab.exact.contact_kinds import balanced, first_gap, massless
 from impactlab.refine import beam_descriptions, beam_families, descriptions
 from impactlab.refine.description import Description
-from impactlab.scene.facts import bare_beam, beams_of, changes
+from impactlab.scene.facts import bare_beam, beams_of, changes, rods_of
 from impactlab.scene.method import Simulation, laws_of
 from impactlab.scene.problem import Scene
 
@@ -67,6 +67,8 @@ def in_turn(
             "ever more often as the description is refined. Give the contact a law with a stiffness"
         )
     exact, why = exact_for(asked) if served is None else served
+    if exact is None and not rods_of(asked.scene) and not has_unique_solution(asked):
+        why = "masses in hard contact part by a restitution, and an impulse cannot be refined"
     found: Iterator[Description] = iter(())
     if not any(law.two_sided for law in laws_of(*asked)):  # estimates read periods of contact, which links have not
         found = (description for description in _stepped(asked) if description.for_choice)

@@ -172,7 +172,7 @@ def test_masses_that_meet_through_one_bare_face_are_refused(tmp_path, place, sec
     file.write_text(BARE_FACE.replace("PLACE", place).replace("SECOND", second), encoding="utf-8")
     with pytest.raises(CaseError, match="a coefficient of restitution decides") as caught:
         il.run(il.load_case(file))
-    assert "Give the contact a law with a stiffness or a restitution" in str(caught.value)
+    assert "Give the contact a law with a stiffness, or model" in str(caught.value)
 
 
 def test_a_face_between_two_stops_with_room_has_a_unique_solution(tmp_path):
@@ -183,3 +183,18 @@ def test_a_face_between_two_stops_with_room_has_a_unique_solution(tmp_path):
     text = text.replace("[SECOND]", "[rod.at(0.1), two], gap: 1.0e-6").replace("7900}}", "7900}, velocity: 1.0}")
     file.write_text(text, encoding="utf-8")
     assert has_unique_solution(il.load_case(file).simulation())
+
+
+@pytest.mark.parametrize("kind", ["velocity_complementarity", "impulse_momentum"])
+def test_masses_that_part_by_impulses_are_refused_without_a_law_to_refine(tmp_path, kind):
+    file = tmp_path / "case.yaml"
+    text = """
+schema_version: 1
+bodies: {a: {kind: mass, mass: 1.0, velocity: 1.0}, b: {kind: mass, mass: 1.0}}
+contacts: [{between: [a, b], law: {kind: KIND, restitution: 0.5}}]
+solve: {duration: 1.0e-3, tolerance: 1.0e-3}
+"""
+    file.write_text(text.replace("KIND", kind), encoding="utf-8")
+    with pytest.raises(CaseError, match="masses in hard contact part by a restitution") as caught:
+        il.run(il.load_case(file))
+    assert "a law with a stiffness" in str(caught.value)
