@@ -197,7 +197,8 @@ def mean_velocity(
         loads = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
         loads += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
         return body.velocity + (float(given.impulses[begun]) + loads) / mass
-    if "velocity" in given.recorded and body.elastic is None:  # of a rigid mass: at more instants than its momentum
+    # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
+    if "velocity" in given.recorded and body.elastic is None and time < history.duration:
         return _known(scene, history, f"velocity:{name}", time)
     if "momentum" not in given.recorded:
         return None
@@ -206,8 +207,6 @@ def mean_velocity(
 
 def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) -> float | None:
     """Return a velocity of the record [m/s]; None where it changes much between the instants around a time."""
-    if time >= history.duration:  # the last instant is recorded
-        return float(history.evaluate([history.duration], channel)[0])
     apart = 1.0 / history.record_rate if history.record_rate > 0.0 else 0.0
     around = np.clip([time - apart, time, time + apart], 0.0, history.duration)
     before, now, after = history.evaluate(around, channel)

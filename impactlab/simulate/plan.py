@@ -255,8 +255,8 @@ def _prepared(scene: Scene, method: Method) -> Plan:
             check_explicit_spring(law, facts, dt, path)
         found.append(start_law(law, facts, path, dt))
         alike[key] = law, found[-1]
-    reduced = any(laws[name] is not law for name, law in method.laws.items())
-    acting, starts = replace(method, laws=laws) if reduced else method, tuple(found)
+    as_given = len(laws) == len(method.laws) and all(law is method.laws[name] for name, law in laws.items())
+    acting, starts = method if as_given else replace(method, laws=laws), tuple(found)
     warnings += check_messengers(scene, built, starts)
     pushes = pushes_of(scene, built, starts)
     check_closed(scene, laws_of(scene, acting), built, starts, pushes, integrator, dt)
