@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -343,4 +344,6 @@ def page(_: str) -> str:
 STUDY = Study(
     {"beam-bases.md": page},
     {"figures/beam_bases_errors": basis_figure, "figures/beam_bases_kicks": kick_figure},
+    # Ritz vectors are orthogonalised one by one and lose digits: their last columns differ between processors.
+    comparable=lambda text: re.sub(r"(?m)^(\|.*\britz \|).*$", r"\1", text),
 )

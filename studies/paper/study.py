@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Sequence
 
 from studies.pages import Study
@@ -30,4 +31,6 @@ STUDY = Study(
     },
     {f"paper/figures/figure_{item.number:02d}": item.draw for item in FIGURES},
     command=command,
+    # Of a hard mass on a slender beam, whose contact chatters: digits beyond the third differ between processors.
+    comparable=lambda text: re.sub(r'"(eigenvectors|ritz)": (0\.0*\d{3})\d*', r'"\1": \2', text),
 )
