@@ -41,6 +41,8 @@ MAX_GAIN_RATIO = 10.0  # of the energy that a run gains, over the reference ener
 MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order shows
 MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: shorter periods that give less need no such resolution
 PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
+UNEVEN_SAFETY = 3.0  # of descriptions whose errors fall unevenly, as fronts fall elsewhere in an element in each run
+UNEVEN_MARGIN = 1.5  # on the distance of their runs from the finest: two runs that are wrong alike lie close together
 NOT_CONVERGING = "does not converge to the tolerance"
 MAX_UNSEEN = 0.6  # of a tolerance, beside which the errors that runs show have no room
 UNSEEN = "the error that its runs have in common is too large"
@@ -194,7 +196,11 @@ def _extrapolated(levels: list[Level], asked: Simulation, description: Descripti
         found.append((pairs, error))
     if not found:
         return [math.inf] * len(levels), math.inf
-    errors = [max((pairs[i, last] if i < last else 0.0) + error for pairs, error in found) for i in range(len(levels))]
+    margin = UNEVEN_MARGIN if safety >= UNEVEN_SAFETY and last > 1 else 1.0
+    errors = [
+        max((margin * pairs[i, last] if i < last else 0.0) + error for pairs, error in found)
+        for i in range(len(levels))
+    ]
     return errors, max(by_order)
 
 
