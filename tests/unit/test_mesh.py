@@ -269,3 +269,14 @@ def test_one_segment_has_all_elements():
     assert placed.borders[-1] == 0.5
     assert np.diff(placed.borders) == pytest.approx(placed.lengths, rel=1e-12)
     assert placed.shortest == placed.lengths.min()
+
+
+def test_a_mesh_gives_the_constants_of_every_element():
+    two = (Segment(0.1, 9e-4, 2.1e11, 7900.0), Segment(0.2, 5e-4, 7e10, 2700.0))
+    for segments in (two[:1], two):
+        mesh = Mesh(Rod("rod", segments, End("free"), End("clamped")), 6, "lumped", 0.0)
+        of = [segments[number] for number in mesh.of_segment]
+        assert mesh.young.tolist() == [each.young for each in of]
+        assert mesh.area.tolist() == [each.area for each in of]
+        assert mesh.density.tolist() == [each.density for each in of]
+        assert len(mesh.area) == len(mesh.lengths) == 6

@@ -124,6 +124,21 @@ class Mesh(AbstractMesh):
         if not kinds & {"clamped", "spring"}:
             self.rigid, self.pins = np.full((inertia.size, 1), 1.0 / np.sqrt(inertia.sum())), (0,)
 
+    @property
+    def young(self) -> Array:
+        """Young's modulus of each element, (n_elements,) [Pa]."""
+        return np.full(self.lengths.size, self._young)
+
+    @property
+    def area(self) -> Array:
+        """Section of each element, (n_elements,) [m2]."""
+        return np.full(self.lengths.size, self._area)
+
+    @property
+    def density(self) -> Array:
+        """Density of each element, (n_elements,) [kg/m3]."""
+        return np.full(self.lengths.size, self._density)
+
     def operators(self) -> Operators:
         return self.stated(
             self._highest_frequency(),
