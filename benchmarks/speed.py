@@ -44,6 +44,11 @@ not eight rows at a time as the package does.
 
 {loop}
 
+The ratios depend on the width of the vector registers and on how busy the machine is. On an Intel Xeon with registers
+of 512 bits, two days before, this program gave 0.117, 0.136 and 0.293 us with 100, 400 and 1600 elements, 3.7, 1.4 and
+0.8 times the best loop by hand. On an AMD EPYC with 256 bits, interleaved processes gave 0.144, 0.184 and 0.471 us in
+its quick moments, 3.9, 1.7 and 1.1 times the best loop by hand.
+
 ## Scaling
 
 Set-up is the time before the first step. The columns are not proportional to the elements: a step costs about 0.1
@@ -89,6 +94,9 @@ between the smallest and the largest mesh (`benchmarks/schemes.py`).
 
 {schemes}
 """
+
+
+OTHERS = "\n## Pages and first use\n"  # heading of the part of the page that other programs give
 
 
 def loops_of(tree: Path, repeats: int) -> dict[tuple[str, int], float]:
@@ -163,7 +171,9 @@ def main() -> None:
         laws=laws.shown(laws.measure(given.elements, given.repeats)),
         schemes=schemes.shown(schemes.measure(given.repeats)),
     )
-    given.out.write_text(page, encoding="utf-8")
+    kept = given.out.read_text(encoding="utf-8") if given.out.exists() else ""
+    by_other_programs = kept[kept.index(OTHERS) :] if OTHERS in kept else ""
+    given.out.write_text(page + by_other_programs, encoding="utf-8")
 
 
 if __name__ == "__main__":
