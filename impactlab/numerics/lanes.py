@@ -87,11 +87,6 @@ def after_last(before: Array, lanes: Array) -> Array:
     return np.append(before[-1:], lanes[:-1])
 
 
-def before_first(lanes: Array, after: Array) -> Array:
-    """Return the lanes moved back by one, with the first one of the lanes after them in the last."""
-    return np.append(lanes[1:], after[:1])
-
-
 def all_first(lanes: Array) -> Array:
     """Return the first value in all lanes."""
     return np.full(LANES, lanes[0])
@@ -181,10 +176,6 @@ def _after_last(_: Any, builder: Any, values: Any) -> Any:
     return builder.shuffle_vector(*values, ir.Constant(_PLACES, list(range(LANES - 1, 2 * LANES - 1))))
 
 
-def _before_first(_: Any, builder: Any, values: Any) -> Any:
-    return builder.shuffle_vector(*values, ir.Constant(_PLACES, list(range(1, LANES + 1))))
-
-
 def _spread(_: Any, builder: Any, values: Any) -> Any:
     alone = builder.insert_element(_ZERO, values[0], ir.Constant(ir.IntType(32), 0))
     return builder.shuffle_vector(alone, _ZERO, ir.Constant(_PLACES, [0] * LANES))
@@ -219,7 +210,6 @@ for _function, _by in ((later_one, 1), (later_two, 2), (later_four, 4)):
 for _function, _by in ((earlier_one, 1), (earlier_two, 2), (earlier_four, 4)):
     _known(_function, LANES_TYPE, (LANES_TYPE,), _shuffled(list(range(_by, LANES + _by))))
 _known(after_last, LANES_TYPE, (LANES_TYPE, LANES_TYPE), _after_last)
-_known(before_first, LANES_TYPE, (LANES_TYPE, LANES_TYPE), _before_first)
 _known(all_first, LANES_TYPE, (LANES_TYPE,), _shuffled([0] * LANES))
 _known(all_last, LANES_TYPE, (LANES_TYPE,), _shuffled([LANES - 1] * LANES))
 _known(lane, types.float64, (LANES_TYPE, types.intp), lambda _, builder, values: builder.extract_element(*values))
