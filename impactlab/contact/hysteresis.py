@@ -28,7 +28,8 @@ COWPER_SYMONDS = 1.0
 # Memory.
 SET, FORCE, SLID = 0, 1, 2  # m, N, m: of the element at the end of the last step; SLID is the way of the slider so far
 FREE = 1e300  # N: a yield force that is never reached
-MAX_TURNS = 200  # of the root finding; regula falsi needs a few, bisection alone sixty
+MAX_TURNS = 200  # of the root finding; it needs some ten, bisection alone sixty
+NARROW = 2.0**-52  # of a way that is sought
 
 
 @UNPACK
@@ -38,7 +39,9 @@ def flow_stress(port: Port, strain: float, rate: float) -> float:
     if p[FLOW] == LINEAR:
         stress = p[at] + p[at + 1] * strain
     elif p[FLOW] == JOHNSON_COOK:
-        stress = p[at] + p[at + 1] * strain ** p[at + 2]
+        stress = p[at]
+        if p[at + 1] != 0.0:
+            stress += p[at + 1] * strain ** p[at + 2]
         if rate > p[at + 4]:
             stress *= 1.0 + p[at + 3] * math.log(rate / p[at + 4])
     else:  # straight lines between the points of a table, level after its last one
@@ -73,34 +76,54 @@ def stress_in_step(port: Port, sign: float, force: float, slid: float) -> float:
     return flow_stress(port, (port.memory[SLID] + slid) / p[LENGTH], max(0.0, rate) / p[LENGTH])
 
 
+@UNPACK
+def left_over(port: Port, sign: float, force: float, slid: float) -> float:
+    """Return by how much the elastic force exceeds the flow stress, over the stiffness [m], once the slider moved."""
+    left = force - port.parameters[STIFFNESS] * slid
+    return (left - port.parameters[AREA] * stress_in_step(port, sign, left, slid)) / port.parameters[STIFFNESS]
+
+
 @LAW_PART
 def slid_in_step(port: Port, trial: float) -> float:
     """Return the way of the slider of a specimen in this step [m], for its elastic trial force.
 
-    It solves |trial| - k y = A Y by regula falsi; Y never falls with y.
+    It solves |trial| - k y = A Y. As the flow stress Y never falls with y, that at y = 0 gives an upper bound of the
+    way, and that at the upper bound a lower one.
+
+    References
+    ----------
+    Chandrupatla1997 (inverse quadratic interpolation where it is safe, else bisection).
     """
-    p, sign = port.parameters, 1.0 if trial > 0.0 else -1.0
-    force = abs(trial)
-    low, high = 0.0, force / p[STIFFNESS]
-    at_low = force - p[AREA] * stress_in_step(port, sign, force, 0.0)
-    at_high = -p[AREA] * stress_in_step(port, sign, 0.0, high)
-    if at_low <= 0.0:
+    sign, force = 1.0 if trial > 0.0 else -1.0, abs(trial)
+    last = left_over(port, sign, force, 0.0)  # the bound of the way without a rise of the flow stress
+    if last <= 0.0:
         return 0.0
-    for turn in range(MAX_TURNS):
-        middle = low + (high - low) * at_low / (at_low - at_high) if turn % 8 != 7 else 0.5 * (low + high)
-        if not low < middle < high:
-            return middle
-        left = force - p[STIFFNESS] * middle
-        value = left - p[AREA] * stress_in_step(port, sign, left, middle)
-        if abs(value) <= 1e-14 * force:
-            return middle
-        if value > 0.0:
-            low, at_low = middle, value
-            at_high *= 0.5
+    near, near_value = last, left_over(port, sign, force, last)
+    far = max(0.0, near + near_value)
+    far_value = left_over(port, sign, force, far) if far > 0.0 else last
+    if far_value <= 0.0 or near_value >= 0.0:  # the flow stress is level between the bounds, except for rounding
+        return far
+    share = 0.5
+    for _ in range(MAX_TURNS):
+        way = near + share * (far - near)
+        value = left_over(port, sign, force, way)
+        if (value > 0.0) == (near_value > 0.0):
+            old, old_value = near, near_value
         else:
-            high, at_high = middle, value
-            at_low *= 0.5
-    return 0.5 * (low + high)
+            old, old_value, far, far_value = far, far_value, near, near_value
+        near, near_value = way, value
+        least = NARROW * max(near, far)
+        if value == 0.0 or abs(far - near) <= 2.0 * least:
+            break
+        share = 0.5
+        place, part = (near - far) / (old - far), (near_value - far_value) / (old_value - far_value)
+        if part * part < place and (1.0 - part) * (1.0 - part) < 1.0 - place:
+            share = near_value / (far_value - near_value) * old_value / (far_value - old_value)
+            beyond = near_value / (old_value - near_value) * far_value / (old_value - far_value)
+            share += (old - near) / (far - near) * beyond
+        closest = least / abs(far - near)
+        share = min(max(share, closest), 1.0 - closest)
+    return far if abs(far_value) < abs(near_value) else near
 
 
 @UNPACK
