@@ -110,6 +110,7 @@ def march(net, rule, duration, stage, out, u0, v0):  # noqa: C901 - one loop, on
     nodes, contacts, ends = net.kind.size, net.left.size, net.node.size
     mode = np.full(contacts, OPEN)
     approach, floors, last = np.ones(contacts), np.full(contacts, 1e-6), np.zeros(contacts)
+    least_jump = max(1e-5, 30.0 * rule.rough / rule.speed)  # of the force: smaller ones are the roughness of the steps
     for c in range(contacts):
         # Faces that lie against each other at rest touch from the start on, with the least speed of approach.
         if net.law[c] not in (HARD, DASHPOT) and net.gap[c] == 0.0 and v0[net.left[c]] == v0[net.right[c]]:
@@ -187,7 +188,7 @@ def march(net, rule, duration, stage, out, u0, v0):  # noqa: C901 - one loop, on
         for c in range(contacts):
             first, end, most = ends_of(stage, c)
             strongest, out.peak[c] = max(strongest, most), max(out.peak[c], most)
-            if abs(first - last[c]) > 1e-5 * strongest and jumps < out.jumps.shape[0]:
+            if abs(first - last[c]) > least_jump * strongest and jumps < out.jumps.shape[0]:
                 out.jumps[jumps, 0], out.jumps[jumps, 1], out.jumps[jumps, 2] = t, c, first - last[c]
                 jumps += 1
             last[c] = end
