@@ -20,7 +20,7 @@ from impactlab.history import dataset as data
 from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampled import SampledHistory
-from impactlab.history.sampling import page_times
+from impactlab.history.sampling import MAX_FORCES, file_times, page_times
 from impactlab.history.units import UNITS
 from impactlab.refine.reference import Reference
 from impactlab.report.summary import summarise
@@ -63,12 +63,13 @@ def write_netcdf(
         Without xarray or h5netcdf.
     """
     known = history.case.label if history.case is not None else history.scene.name
-    kept = data.to_xarray(history, page_times(history.duration))
+    times = file_times(history.duration, len(history.channels()))
+    kept = data.to_xarray(history, times)
     kept.attrs["summary"] = json.dumps(summary if summary is not None else summarise(known, history.scene, history))
     kept.attrs["texts"] = json.dumps(dict(texts or {}))
     data.write(Path(path), kept)
     if reference is not None:
-        answer = data.to_xarray(reference.history, page_times(reference.history.duration))
+        answer = data.to_xarray(reference.history, times)
         answer.attrs["reference"] = json.dumps([reference.name, *reference[2:]], default=dict)
         data.write(Path(path), answer, data.REFERENCE)
 
@@ -113,6 +114,8 @@ def _case(path: str, attributes: Mapping[str, Any]) -> Case:
 def write_tables(folder: Path, history: AbstractHistory) -> None:
     """Write contacts.csv, the periods of contact, and probes.csv, the probes and contact forces over time.
 
+    The forces of more than `MAX_FORCES` contacts stand in history.npz and history.nc alone.
+
     Each probe that is an instrument has its measured signal in a file of its own, `measured_file`.
 
     The first line of each names the columns, with units: ``start [s]``, ``strain:bar@0.5 [1]``.
@@ -121,7 +124,8 @@ def write_tables(folder: Path, history: AbstractHistory) -> None:
     _write_csv(folder / "contacts.csv", [data.with_unit(field) for field in ContactSpan._fields], rows)
     time = page_times(history.duration)
     wanted = [probe.channel for probe in history.scene.probes]
-    wanted += [f"force:{contact.name}" for contact in history.scene.contacts]
+    if len(history.scene.contacts) <= MAX_FORCES:
+        wanted += [f"force:{contact.name}" for contact in history.scene.contacts]
     recorded = frozenset(history.channels())
     names = [name for name in dict.fromkeys(wanted) if name in recorded]
     columns = [time, *(history.evaluate(time, name) for name in names)]

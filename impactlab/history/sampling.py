@@ -10,11 +10,18 @@ FRAMES = 240
 """Steps between the frames of fields along bodies: eight seconds at 30 frames per second."""
 HISTORY_POINTS = 8 * FRAMES + 1
 """Instants of a time trace, one per pixel of a wide screen; every eighth is that of a frame."""
+MAX_FORCES = 200  # contacts whose forces stand in a table of probes; nobody reads one with more columns
+MIN_POINTS, MAX_NUMBERS = 101, 20_000_000  # of a file: at least these instants, else at most 160 MB
 
 
 def page_times(duration: float, points: int = HISTORY_POINTS) -> NDArray[float64]:
     """Return the instants of time traces, shape (points,) [s]."""
     return np.linspace(0.0, duration, points)
+
+
+def file_times(duration: float, channels: int, points: int = HISTORY_POINTS) -> NDArray[float64]:
+    """Return the instants of a file [s]: fewer where it holds thousands of channels, as of a chain of many bodies."""
+    return page_times(duration, min(points, max(MIN_POINTS, MAX_NUMBERS // max(1, channels))))
 
 
 def frame_times(duration: float) -> NDArray[float64]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import instrumented, measured_file
+from impactlab.history.sampling import MAX_FORCES, file_times
 from impactlab.refine.reference import Reference
 from impactlab.report import facts, fields, plates
 from impactlab.report.drawn_part import drawn_part
@@ -23,8 +24,7 @@ from impactlab.report.summary import cell, comparison
 from impactlab.scene.problem import Scene
 
 MAX_SENTENCES = 5  # of the periods of contact and of the collisions
-HISTORY_POINTS = 4001  # instants at which history.npz holds every channel; fewer of thousands of channels
-MIN_POINTS, MAX_NUMBERS = 101, 20_000_000  # of history.npz: at least these instants, else at most 160 MB
+NPZ_POINTS = 4001  # instants at which history.npz holds every channel; fewer of thousands of channels
 
 
 def write_run(
@@ -85,7 +85,7 @@ def _data(folder: Path, scene: Scene, data: Callable[[], None] | None) -> list[t
     known = [
         ("history.nc", "channels, fields and case, for xarray and `impactlab report`"),
         ("contacts.csv", "the periods of contact"),
-        ("probes.csv", "probes and contact forces over time"),
+        ("probes.csv", f"probes{' and contact forces' if len(scene.contacts) <= MAX_FORCES else ''} over time"),
     ]
     known += [
         (measured_file(number), f"{probe.quantity}, {place(probe, scene)}, as its instrument measures it")
@@ -110,8 +110,7 @@ def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
     ``field/quantity:body@t`` with its places ``field/x:body``, at the snapshots.
     """
     channels, book = history.channels(), history.energy
-    points = min(HISTORY_POINTS, max(MIN_POINTS, MAX_NUMBERS // max(1, len(channels))))
-    time = np.linspace(0.0, history.duration, points)
+    time = file_times(history.duration, len(channels), NPZ_POINTS)
     arrays: dict[str, Any] = {"time": time}
     arrays |= {channel: history.evaluate(time, channel) for channel in channels}
     arrays |= {

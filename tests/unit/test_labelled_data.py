@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from impactlab.errors import CaseError, ImpactlabError
 from impactlab.files import open_netcdf, read_netcdf, write_netcdf, write_tables
 from impactlab.history import AbstractHistory
 from impactlab.history.sampled import SampledHistory
-from impactlab.history.sampling import frame_times, page_times
+from impactlab.history.sampling import file_times, frame_times, page_times
 from impactlab.scene.method import Simulation
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -194,6 +195,20 @@ def test_tables(tmp_path: Path, struck: AbstractHistory) -> None:
     column = headings.index("stress:rod@0.15 [Pa]")
     t = page_times(struck.duration)
     assert [float(row[column]) for row in rows] == struck.evaluate(t, "stress:rod@0.15").tolist()
+
+
+def test_files_of_a_long_chain_hold_fewer_instants_and_no_table_of_its_forces(tmp_path: Path) -> None:
+    """A chain of 300 beads has 300 forces; its 1200 channels at 1921 instants are 2.3 million numbers."""
+    written = (CASES.parent / "impactlab" / "casefile" / "starters" / "chain.yaml").read_text(encoding="utf-8")
+    (tmp_path / "chain.yaml").write_text(re.sub(r"repeat: \d+", "repeat: 300", written), encoding="utf-8")
+    history = il.run(il.load_case(tmp_path / "chain.yaml"))
+    write_tables(tmp_path, history)
+    with (tmp_path / "probes.csv").open() as file:
+        headings = next(csv.reader(file))
+    assert headings == ["time [s]", "velocity:bead_25@0 [m/s]"]
+    assert file_times(1.0, 10).size == page_times(1.0).size
+    assert file_times(1.0, 40_000).size == 500
+    assert file_times(1.0, 10**7).size == 101
 
 
 def test_the_text_of_a_history_says_what_it_is(struck: AbstractHistory) -> None:
