@@ -36,11 +36,11 @@ from impactlab.mechanisms.layout import (
     dot,
     times,
 )
-from impactlab.numerics.compiling import INLINE
+from impactlab.numerics.compiling import MERGED
 from impactlab.types import Array
 
 
-@INLINE
+@MERGED
 def contract(k: Constants, w: Work, p: Array, v: Array, na: int, all_of_it: bool) -> None:
     """Write the products of the integrals with the shapes' amplitudes p and rates v, psi's before phi's.
 
@@ -61,7 +61,7 @@ def contract(k: Constants, w: Work, p: Array, v: Array, na: int, all_of_it: bool
     contracted(w.s[3 * q.size :], q.size, a, w.thrown)
 
 
-@INLINE
+@MERGED
 def stretching(k: Constants, w: Work, p: Array, v: Array, na: int, th1: float, th2: float) -> None:
     """Write the rows of the axial shapes: integrals, coupling with the angle, forces."""
     a, q, q1 = p[:na], p[na:], v[na:]
@@ -75,7 +75,7 @@ def stretching(k: Constants, w: Work, p: Array, v: Array, na: int, th1: float, t
         w.hf[i] = inertia + dot(k.ka[i * na : (i + 1) * na], a)
 
 
-@INLINE
+@MERGED
 def bending(k: Constants, w: Work, p: Array, na: int, th1: float, th2: float) -> None:
     """Write the rows of the bending shapes.
 
@@ -91,7 +91,7 @@ def bending(k: Constants, w: Work, p: Array, na: int, th1: float, th2: float) ->
         hf[i] = inertia + k.kb[i] * q[i]
 
 
-@INLINE
+@MERGED
 def spun(k: Constants, w: Work, p: Array, v: Array, na: int) -> tuple[float, float]:
     """Return the integrals of xi^2 beyond that of x^2, and of xi xi'."""
     a, a1, q, q1 = p[:na], v[:na], p[na:], v[na:]
@@ -107,7 +107,7 @@ def spun(k: Constants, w: Work, p: Array, v: Array, na: int) -> tuple[float, flo
     return square, change
 
 
-@INLINE
+@MERGED
 def add_own_mass(mass: Array, n: int, first: int, k: Constants, w: Work, end: Spot, heavy: float, na: int) -> None:
     """Add the mass of the shapes among themselves, with that of a point of some mass at the end."""
     m, nb = end.along.size, end.along.size - na
@@ -126,7 +126,7 @@ def add_own_mass(mass: Array, n: int, first: int, k: Constants, w: Work, end: Sp
                 row[j] += along * end.along[j] + across * end.across[j]
 
 
-@INLINE
+@MERGED
 def add_outer(mass: Array, w: Work, turn: Array, led: int, reach: int) -> None:
     """Add a b^T + b a^T to the mass matrix: of a link's origin along e and across it, and of its angle.
 
@@ -143,7 +143,7 @@ def add_outer(mass: Array, w: Work, turn: Array, led: int, reach: int) -> None:
             row[j] += e * w.row_e[j] + across * w.row_n[j] + angle * turn[j]
 
 
-@INLINE
+@MERGED
 def add_link(
     P: Array, link: int, room: int, k: Constants, w: Work, end: Spot, p: Array, v: Array, mass: Array, force: Array
 ) -> float:
@@ -211,7 +211,7 @@ def add_link(
     return float(fallen) + twist(P[link + TORQUE], k.root, P[room + TH], turn, q, first + na, force)
 
 
-@INLINE
+@MERGED
 def twist(torque: float, slopes: Array, angle: float, turn: Array, q: Array, at: int, force: Array) -> float:
     """Add a torque on a section with some slopes; return torque times the angle of the section."""
     if torque == 0.0:

@@ -30,11 +30,11 @@ from impactlab.mechanisms.layout import (
     add,
     dot,
 )
-from impactlab.numerics.compiling import INLINE
+from impactlab.numerics.compiling import MERGED
 from impactlab.types import Array
 
 
-@INLINE
+@MERGED
 def write_place(
     P: Array, link: int, shapes: Array, sq: Array, sd: Array, x: float, p: Array, v: Array, room: int, to: Spot
 ) -> None:
@@ -58,7 +58,7 @@ def write_place(
     to.at[ACROSS2] = 2.0 * th1 * xi1 - th1 * th1 * d + th2 * xi
 
 
-@INLINE
+@MERGED
 def write_row(P: Array, link: int, room: int, place: Spot, to_x: float, to_y: float, out: Array) -> None:
     """Write the row of a place along a direction, over the coordinates of the chain."""
     n, m, first = out.size, place.along.size, int(P[link + FIRST])
@@ -75,7 +75,7 @@ def write_row(P: Array, link: int, room: int, place: Spot, to_x: float, to_y: fl
     add(out[first : first + m], across, place.across)
 
 
-@INLINE
+@MERGED
 def slide(P: Array, link: int, room: int, n: int, end: Spot, v: Array) -> None:
     """Give the last link the angle that leaves its end on the slide, with its row and its acceleration.
 
@@ -99,7 +99,7 @@ def slide(P: Array, link: int, room: int, n: int, end: Spot, v: Array) -> None:
     P[room + TH2] = -(P[room + Y2] + along * s + across * c) / lever
 
 
-@INLINE
+@MERGED
 def follow(P: Array, before: int, old: int, room: int, n: int, end: Spot) -> None:
     """Give a link its origin: the end of the link before it."""
     c, s = P[old + COS], P[old + SIN]

@@ -57,11 +57,11 @@ from impactlab.mechanisms.layout import (
     work_of,
 )
 from impactlab.mechanisms.places import follow, slide, write_place, write_row
-from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.compiling import MERGED, PART
 from impactlab.types import Array
 
 
-@INLINE
+@MERGED
 def turn_link(P: Array, link: int, before: int, room: int, old: int, n: int, p: Array, v: Array) -> None:
     """Give a link the angle that is a coordinate, or that of the end before it; one on a slide gets it later."""
     turn = P[room + ROWS + 2 * n : room + ROWS + 3 * n]
@@ -79,7 +79,7 @@ def turn_link(P: Array, link: int, before: int, room: int, old: int, n: int, p: 
         P[room + TH2] = P[old + TH2]
 
 
-@INLINE
+@MERGED
 def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates: Array) -> None:
     """Write rows, values and rates of all readings."""
     size, first_room = size_of(n), int(P[ROOM_AT])

@@ -15,6 +15,7 @@ from numba.core.registry import CPUDispatcher
 
 from impactlab.numerics.addresses import FAST
 from impactlab.numerics.cache import kept
+from impactlab.numerics.part_code import as_parts
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -33,6 +34,12 @@ EXACTLY = {"_nrt": False, "error_model": "numpy"}  # no sum reordered; a divisio
 
 class OnceCompiled(CPUDispatcher):
     """A function that is compiled once for its types; numba compiles one more for each constant that it is given."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile a function for a signature as a part of its callers, or read it from disk."""
+        context: Any = self.targetctx
+        with as_parts(context.codegen()):
+            return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return the template of a call from compiled code, with the types of constants in place of their values."""

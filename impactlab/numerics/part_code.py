@@ -1,0 +1,97 @@
+"""Code of parts, functions that compiled functions alone call: kept as LLVM's intermediate code.
+
+Numba makes machine code of every function that it compiles, also of a part, which it then copies into each caller and
+optimises there once more. A part needs the second alone, so that compiling takes three quarters of the time. Where a
+part has a wrapper for Python after all, its machine code is made when that is first asked for.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import require_global_compiler_lock
+
+Library: Any = JITCodeLibrary
+locked: Any = require_global_compiler_lock
+parsed: Any = llvm.parse_bitcode
+IN_BITCODE = "bitcode"  # numba's word for a kernel on disk that holds intermediate code alone
+
+
+class WithoutEnvironments:
+    """Numba's code generator for a part: it has no code of its own that could look for its Python environment."""
+
+    def __init__(self, generator: Any) -> None:
+        self._generator = generator
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._generator, name)
+
+    def set_env(self, _name: str, _environment: Any) -> None:
+        """Set nothing."""
+
+
+class PartLibrary(Library):  # type: ignore[misc] # numba has types in some versions
+    """Code of a part and of all that it calls, as intermediate code until machine code is asked for."""
+
+    _waits = False
+
+    @property
+    def codegen(self) -> Any:
+        """Numba's code generator."""
+        return WithoutEnvironments(self._codegen) if self._waits else self._codegen
+
+    def finalize(self) -> None:
+        """Take in the code of what is called; nothing can be added afterwards."""
+        locked()
+        self._raise_if_finalized()
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalized = self._waits = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return the address of a function, 0 if it is not here: that of the wrapper which a part does not have."""
+        self._ensure_finalized()
+        if self._waits:
+            if not any(each.name == name and not each.is_declaration for each in self._final_module.functions):
+                return 0
+            self._make_machine_code()
+        return int(super().get_pointer_to_function(name))
+
+    def serialize_using_object_code(self) -> tuple[str, str, Any]:
+        """Return what is kept on disk: the intermediate code, if there is no other."""
+        found: tuple[str, str, Any] = (
+            self.serialize_using_bitcode() if self._waits else super().serialize_using_object_code()
+        )
+        return found
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: tuple[str, str, Any]) -> Any:
+        name, kind, data = state
+        if kind != IN_BITCODE:
+            return super()._unserialize(codegen, state)
+        made = codegen.create_library(name)
+        made._final_module = parsed(data)
+        made._finalized = made._waits = True
+        return made
+
+    def _make_machine_code(self) -> None:
+        self._waits = False
+        self._optimize_final_module()
+        self._final_module.verify()
+        self._finalize_final_module()
+
+
+@contextlib.contextmanager
+def as_parts(generator: Any) -> Iterator[None]:
+    """Let what a code generator of numba compiles or reads from disk inside be code of parts."""
+    before = generator._library_class
+    generator._library_class = PartLibrary
+    try:
+        yield
+    finally:
+        generator._library_class = before
