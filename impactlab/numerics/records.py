@@ -22,9 +22,7 @@ def records(kind: type[Record], count: int) -> tuple[Sequence[Record], Sequence[
     if not COMPILED:
         made: Any = array_of(kind, count)()
         return made, made
-    dtype = dtype_of(kind)
-    memory = np.zeros(count * dtype.itemsize, np.uint8)
-    return array_of(kind, count).from_buffer(memory), memory.view(dtype)
+    return _both_of(kind, count, bytearray(count * dtype_of(kind).itemsize))
 
 
 def structures(kind: type[Record], taken: Any) -> Sequence[Record]:
@@ -46,7 +44,17 @@ def copied(array: Any) -> Any:
     """Return a copy of an array, (n,) if of records: byte by byte, where numpy copies field by field."""
     if array.dtype.names is None:
         return array.copy()
-    return np.frombuffer(bytearray(array), array.dtype) if array.size else array
+    return np.frombuffer(bytearray(array.tobytes()), array.dtype) if array.size else array
+
+
+def copied_records(kind: type[Record], taken: Any) -> tuple[Sequence[Record], Any]:
+    """Return a copy of records in the form that the loop takes, (n,), as `records` does."""
+    return _both_of(kind, taken.size, bytearray(taken.tobytes())) if taken.size else _none(kind)
+
+
+def _both_of(kind: type[Record], count: int, memory: bytearray) -> tuple[Sequence[Record], Any]:
+    """Return C structures and records for the loop on the same bytes: a view of a numpy array takes far longer."""
+    return array_of(kind, count).from_buffer(memory), np.frombuffer(memory, dtype_of(kind))
 
 
 def columns(kind: type[Record], count: int) -> tuple[Sequence[Record], Any]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from impactlab.history.base import Warned
 from impactlab.scene.facts import impedance_of, striker_of
 from impactlab.scene.method import is_relative, stiffness_at, stiffness_of
@@ -16,7 +14,6 @@ from impactlab.simulate.channels import AbstractRecordedHistory
 COARSE_WARN = 0.25  # of a contact's time: the error of a position is then about a quarter of its change in it
 COMPLIANCE_WARN = 0.05  # of the bodies' own compliance, for a spring in place of a hard contact
 MIN_STORED = 0.01  # of the energy, in an initial overlap: less (a tenth of the speeds) need not be resolved
-INSTANTS = 2001  # of the gap of a run
 
 
 def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -72,8 +69,8 @@ def _stiffness(history: AbstractRecordedHistory, contact: Contact) -> float | No
     known = stiffness_of(history.scene, history.method, contact)
     if known is not None:
         return known
-    gap = history.evaluate(np.linspace(0.0, history.duration, INSTANTS), f"gap:{contact.name}")
-    return stiffness_at(history.scene, history.method, contact, max(0.0, -contact.gap, -float(np.min(gap))))
+    smallest = float(history.recorded[f"gap:{contact.name}"].values.min())  # a gap is linear between its records
+    return stiffness_at(history.scene, history.method, contact, max(0.0, -contact.gap, -smallest))
 
 
 def _too_compliant(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:

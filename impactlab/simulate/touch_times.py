@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from impactlab.history.base import ContactSpan, Warned
 from impactlab.metrics.norms import midpoints
@@ -36,7 +37,8 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
     resolutions = {contact.name: resolution(history, contact) for contact in scene.contacts}
     touches = {contact.name: _touches(history, contact) for contact in scene.contacts}
     yield from _shifted(history, resolutions, touches)
-    if not any(touches.values()):
+    late, doubtful = _late(history, resolutions, touches), _doubtful(history, resolutions)
+    if not late and not doubtful.passed:  # so it is of most runs: no displacement is read
         return
     t, found = midpoints(history.duration, _instants(history)), frames(scene, touched_in(history))
     motions: dict[str, dict[str, Array]] = {}  # m, of each body by channel, in the frame of the bodies that interact
@@ -45,8 +47,8 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
             for name in moving_faces(scene, point):
                 moved = in_frame(found, name, t, history.evaluate(t, name))
                 motions.setdefault(point.body, {})[name] = moved
-    yield from _displaced(history, resolutions, touches, motions)
-    yield from _chattering(history, resolutions, motions)
+    yield from _displaced(history, late, motions)
+    yield from _chattering(doubtful, motions)
 
 
 def _instants(history: AbstractRecordedHistory) -> int:
@@ -105,11 +107,25 @@ def _mean(values: Array) -> float:
     return math.sqrt(float(values @ values) / values.size)
 
 
-def _displaced(
+def _late(
     history: AbstractRecordedHistory,
     resolutions: Mapping[str, float],
     touches: Mapping[str, Sequence[tuple[float, float | None]]],
-    motions: Mapping[str, Mapping[str, Array]],
+) -> dict[str, list[float]]:
+    """Return the errors of the touch times of each body [s]; bodies without any are left out."""
+    late: dict[str, list[float]] = {}
+    for contact in history.scene.contacts:
+        if not history.method.laws[contact.name].force_jumps:
+            continue  # next to no force acts around a touch whose time is in doubt
+        found = [end for touch in touches[contact.name] for end in touch if end]  # that at t = 0 is given
+        if found:
+            for point in (contact.left, contact.right):
+                late.setdefault(point.body, []).extend([resolutions[contact.name]] * len(found))
+    return late
+
+
+def _displaced(
+    history: AbstractRecordedHistory, late: Mapping[str, Sequence[float]], motions: Mapping[str, Mapping[str, Array]]
 ) -> Iterator[Warned]:
     """Warn where a face moves little beside its body.
 
@@ -118,15 +134,8 @@ def _displaced(
     A touch or opening that comes too late by a time s leaves the faces of its body displaced by its speed times s;
     those of several, of either sign, add up in squares. So a face that is brought back to where it was, or moves little
     beside the others of its body, has the largest relative error. Displacements and speeds are square means over the
-    run. Touches whose force grows from zero have no such instant.
+    run. Touches whose force grows from zero have no such instant. ``late`` are the errors of touch times by body [s].
     """
-    late: dict[str, list[float]] = {}  # s, of each body: the errors of its touch times
-    for contact in history.scene.contacts:
-        if not history.method.laws[contact.name].force_jumps:
-            continue  # next to no force acts around a touch whose time is in doubt
-        for point in (contact.left, contact.right):
-            found = [end for touch in touches[contact.name] for end in touch if end]  # that at t = 0 is given
-            late.setdefault(point.body, []).extend([resolutions[contact.name]] * len(found))
     worst = (0.0, "")
     for body, faces in motions.items():
         doubt = math.hypot(*late.get(body, ()))
@@ -144,18 +153,22 @@ def _displaced(
         yield Warned("drift", text)
 
 
-def _chattering(
-    history: AbstractRecordedHistory, resolutions: Mapping[str, float], motions: Mapping[str, Mapping[str, Array]]
-) -> Iterator[Warned]:
-    """Warn where the impulses of touches that a method cannot resolve move a face by more than its whole motion.
+class Doubtful(NamedTuple):
+    """Touches that a method cannot resolve, by body."""
+
+    passed: dict[str, list[float]]  # m, square means of its displacements by them; bodies without any are left out
+    counts: dict[str, tuple[int, int]]  # how many of its touches
+
+
+def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]) -> Doubtful:
+    """Return the displacements by touches that a method cannot resolve.
 
     The impulse J of a touch that is short, or that follows a short opening, may belong to the touch before or after, or
     to none. That changes the velocity of a free body of mass M by J/M from there on; of one that is held, for half a
     round trip. Several add up in squares.
     """
     scene = history.scene
-    passed: dict[str, list[float]] = {}  # m, of each body: square means of its displacements by the touches
-    counts: dict[str, tuple[int, int]] = {}
+    passed, counts = dict[str, list[float]](), dict[str, tuple[int, int]]()
     for contact in scene.contacts:
         spans = _spans(history, contact)
         found = list(_unresolved(spans, RESOLVED * (resolutions[contact.name] + _delay(history, contact))))
@@ -170,13 +183,18 @@ def _chattering(
                 lasts = left / math.sqrt(3.0) if body.is_free else min(left, 0.5 * scene.round_trip)
                 moved = impulse / body.moving_mass * lasts * math.sqrt(left / scene.duration)
                 passed.setdefault(point.body, []).append(moved)
+    return Doubtful(passed, counts)
+
+
+def _chattering(doubtful: Doubtful, motions: Mapping[str, Mapping[str, Array]]) -> Iterator[Warned]:
+    """Warn where the impulses of touches that a method cannot resolve move a face by more than its whole motion."""
     worst = (0.0, "", "")
-    for body_name, moved_by in passed.items():
+    for body_name, moved_by in doubtful.passed.items():
         shares = _shares(motions[body_name], math.hypot(*moved_by))
         worst = max([worst, *((share, name, body_name) for share, name in shares)])
     share, name, body_name = worst
     if share > MOVED_WARN:
-        unresolved, of = counts[body_name]
+        unresolved, of = doubtful.counts[body_name]
         text = (
             f"{name}: {unresolved} of {of} touches of this body, or openings before them, are not resolved, and their "
             f"impulses may change it by {share:.2g} times its size; their number follows the mesh and the step: "

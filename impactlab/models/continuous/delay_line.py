@@ -137,19 +137,21 @@ class DelayLine(AbstractSelfStepping):
         share = max(0.0, self.transit / dt - whole)
         ends = [self._end(end, dt) for end in (rod.left, rod.right)]
         parameters = np.array([float(whole), share, dt, impedance, *ends[0], *ends[1], rod.left.force, rod.right.force])
-        # A wave that arrives j steps from now is on its way: its mean over the piece of rod it fills now.
-        edges = np.arange(whole + 3) * dt * speed
         state = np.zeros(7 + 2 * (whole + 2))
-        state[:2] = self.operators().displacement
         state[2:4] = [0.0 if end.kind == "clamped" else rod.velocity for end in (rod.left, rod.right)]
-        for way, x in enumerate((edges, rod.length - edges)):
-            u = np.zeros_like(x) if rod.displacement is None else rod.displacement(np.clip(x, 0.0, rod.length))
-            slopes = np.diff(u) / np.diff(x)
-            sent = 0.5 * (rod.velocity + (speed if way else -speed) * slopes)
-            state[4 + way] = sent[0]
-            # The head stands at 0: entry -j holds the wave sent j steps before the newest.
-            before = np.arange(1, whole + 2)
-            state[7 + way * (whole + 2) + (-before) % (whole + 2)] = sent[before]
+        if rod.displacement is None:
+            state[4:6] = state[8 : 9 + whole] = state[10 + whole :] = 0.5 * rod.velocity
+        else:
+            state[:2] = self.operators().displacement
+            edges = np.arange(whole + 3) * dt * speed
+            for way, x in enumerate((edges, rod.length - edges)):
+                # A wave that arrives j steps from now is on its way: its mean over the piece of rod it fills now.
+                slopes = np.diff(rod.displacement(np.clip(x, 0.0, rod.length))) / np.diff(x)
+                sent = 0.5 * (rod.velocity + (speed if way else -speed) * slopes)
+                state[4 + way] = sent[0]
+                # The head stands at 0: entry -j holds the wave sent j steps before the newest.
+                before = np.arange(1, whole + 2)
+                state[7 + way * (whole + 2) + (-before) % (whole + 2)] = sent[before]
         force_response = np.zeros((len(ports), state.size))
         for port, row in enumerate(ports):
             end = int(np.argmax(row))

@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.addresses import COMPILED, LawAddress, entered
-from impactlab.numerics.records import copied, records, structures
+from impactlab.numerics.records import copied, copied_records, records
 from impactlab.scene.method import laws_of
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
@@ -33,18 +33,18 @@ from impactlab.simulate.stepping.pairs import arranged, find_pairs
 from impactlab.simulate.stepping.pieces import fill_pieces
 from impactlab.simulate.stepping.response_ranges import describe, write_ranges
 from impactlab.simulate.stepping.unfilled import addresses_without
-from impactlab.types import Port, Reply
+from impactlab.types import Array, Port, Reply
 
 MANY = 100  # contacts, from which the room for events is that of a few steps
-MIN_EVENTS = 4096  # room for events between two returns of the loop
+MIN_EVENTS = 512  # room for events between two returns of the loop
 MAX_COPIED = 2e6  # bytes of the arrays of an assembly that is kept for the next run
-NAMED: Mapping[str, type[Any]] = {
-    "events": EventRecord, "faces": FaceRecord, "contacts": ContactRecord, "ports": Port, "replies": Reply,
-    "snapshots": SnapshotRecord, "loads": LoadRecord,
+COPIED: Mapping[str, type[Any]] = {
+    "faces": FaceRecord, "contacts": ContactRecord, "ports": Port, "replies": Reply, "snapshots": SnapshotRecord,
+    "loads": LoadRecord,
 }  # fmt: skip
-"""Records that are also read and written by name."""
-WRITTEN = ("events", "record", "sample", "snapshot_state")
-"""Arrays that a run writes to."""
+"""Records that are also read and written by name, and hold more than zeros before a run."""
+WRITTEN = ("record", "sample", "snapshot_state")
+"""Arrays that a run writes to, zero before it."""
 
 
 @final
@@ -72,7 +72,7 @@ class Assembly:
         self.clock.timed, self.clock.steps = dt, plan.steps
         self.clock.changes = int(any(stepper.columns is not None for stepper in steppers.values()))
         located = plan.method.events == "located"
-        per_contact = 1024 if located or len(scene.contacts) <= MANY else 16
+        per_contact = 1024 if located else 256 if len(scene.contacts) <= MANY else 16
         self.events, events = records(EventRecord, max(MIN_EVENTS, per_contact * len(scene.contacts)))
         self.faces, faces, pushes = face_records(layout)
         self.loads, loads, load_times, load_forces = load_records(layout, integrator)
@@ -145,19 +145,23 @@ class Assembly:
         small = COMPILED and sum([each.nbytes for each in arrays]) <= MAX_COPIED
         self.can_repeat = small and all(law.compiled for law in laws_of(scene, plan.acting))  # whether `again` serves
 
-    def again(self) -> Assembly:
-        """Return an assembly for another run of the same plan, with arrays of its own; this one must not have run."""
-        other = copy.copy(self)
-        arrays: dict[str, Any] = {
-            name: np.zeros(old.shape, old.dtype) if name in WRITTEN else copied(old)
-            for name, old in self.memory._asdict().items()
-        }
-        arrays["state"] = self.layout.state()
-        memory: Any = StepArrays(**arrays)
-        other.memory = memory
-        (other.clock,) = structures(ClockRecord, memory.clock)
-        for name, kind in NAMED.items():
-            setattr(other, name, structures(kind, getattr(memory, name)))
+    def again(self, **given: Array) -> Assembly:
+        """Return an assembly for another run of the same plan, with arrays of its own; this one must not have run.
+
+        ``given`` are arrays of other sizes in place of new ones.
+        """
+        other, old = copy.copy(self), self.memory._asdict()
+        arrays: dict[str, Any] = {"state": self.layout.state(), **given}
+        (other.clock,), arrays["clock"] = copied_records(ClockRecord, old["clock"])
+        other.events, arrays["events"] = records(EventRecord, old["events"].size)
+        for name, kind in COPIED.items():
+            by_name, arrays[name] = copied_records(kind, old[name])
+            setattr(other, name, by_name)
+        for name, array in old.items():
+            if name not in arrays:  # those without entries serve all runs
+                written = name in WRITTEN and array.size
+                arrays[name] = np.zeros(array.shape) if written else copied(array) if array.size else array
+        other.memory = StepArrays(**arrays)
         return other
 
     def grow(self) -> None:

@@ -83,19 +83,18 @@ def retimed(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> Ass
     assert method.step.dt is not None  # noqa: S101 - as `serves` has seen
     dt, steps = method.step.dt, max(math.ceil(scene.duration / method.step.dt - 1e-9), 1)
     check_records(scene, steps)
-    other, layout = assembly.again(), copy.copy(assembly.layout)
+    layout = copy.copy(assembly.layout)
     layout.plan = replace(plan, scene=scene, method=method, dt=dt, steps=steps)
     layout.scene, layout.dt, layout.steps = scene, dt, steps
     layout.stride = math.ceil(steps / scene.records)
     layout.sample_stride = steps_per_sample(steps, len(layout.built))
+    other = assembly.again(
+        record=np.zeros((steps // layout.stride + 8 + 256, layout.n_columns)),
+        sample=np.zeros((steps // layout.sample_stride + 8, SAMPLED + 3 * len(layout.built))),
+    )
     other.layout, other.scene, other.method, other.dt, other.steps = layout, scene, method, dt, steps
     other.stride, other.sample_stride = layout.stride, layout.sample_stride
     other.can_repeat = False
     other.clock.steps = steps
-    memory = other.memory
-    other.memory = memory._replace(
-        record=np.zeros((steps // layout.stride + 8 + 256, layout.n_columns)),
-        sample=np.zeros((steps // layout.sample_stride + 8, SAMPLED + 3 * len(layout.built))),
-    )
     entered(rewrite, other.memory, dt)
     return other
