@@ -46,7 +46,7 @@ def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group,
 
     ``touched`` are the names of the contacts that were closed in a run; all contacts of the scene if not given.
     """
-    key = None if touched is None else frozenset(touched)
+    key = _closed(scene, touched)
     if key not in scene.groups_found:
         scene.groups_found[key] = _groups(scene, key)
     found: tuple[Group, ...] = scene.groups_found[key]
@@ -55,11 +55,17 @@ def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group,
 
 def frames(scene: Scene, touched: Collection[str] | None = None) -> Mapping[str, Group]:
     """Return the group of each body by its name; ``touched`` as of `groups`."""
-    key = "frames", None if touched is None else frozenset(touched)
+    key = "frames", _closed(scene, touched)
     if key not in scene.groups_found:
         scene.groups_found[key] = {name: group for group in groups(scene, touched) for name in group.bodies}
     found: Mapping[str, Group] = scene.groups_found[key]
     return found
+
+
+def _closed(scene: Scene, touched: Collection[str] | None) -> frozenset[str] | None:
+    """Return the contacts that join bodies; None of all."""
+    closed = None if touched is None else frozenset(touched)
+    return None if closed is None or len(closed) == len(scene.contacts) else closed
 
 
 def _groups(scene: Scene, touched: frozenset[str] | None) -> tuple[Group, ...]:

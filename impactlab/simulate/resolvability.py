@@ -78,8 +78,8 @@ def _too_compliant(history: AbstractRecordedHistory, contact: Contact) -> Iterat
 
     Its stiffness was taken from a mesh.
     """
-    scene, stiffness = history.scene, stiffness_of(history.scene, history.method, contact)
-    if stiffness is None or not is_relative(history.method.laws[contact.name]):
+    scene, method = history.scene, history.method
+    if not is_relative(method.laws[contact.name]) or (stiffness := stiffness_of(scene, method, contact)) is None:
         return
     compliance = sum(scene.bodies[point.body].static_compliance for point in (contact.left, contact.right))
     if compliance > 0.0 and 1.0 / stiffness > COMPLIANCE_WARN * compliance * (1.0 + 1e-9):

@@ -209,9 +209,10 @@ def _delay(history: AbstractRecordedHistory, contact: Contact) -> float:
     A spring given in N/m is physics, and so is its delay.
     """
     scene, method = history.scene, history.method
+    if not is_relative(method.laws[contact.name]):
+        return 0.0
     stiffness, impedance = stiffness_of(scene, method, contact), impedance_of(scene, contact)
-    relative = is_relative(method.laws[contact.name])
-    return impedance / stiffness if stiffness and impedance < math.inf and relative else 0.0
+    return impedance / stiffness if stiffness and impedance < math.inf else 0.0
 
 
 def _unresolved(spans: Sequence[ContactSpan], limit: float) -> Iterator[tuple[float, float]]:

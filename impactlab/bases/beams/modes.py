@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import lru_cache
 from typing import cast, final
 
@@ -10,9 +11,9 @@ import numpy as np
 from impactlab.bases.base import Coordinates, even_grid, quadrature
 from impactlab.bases.beams.kept import elastic_modes
 from impactlab.bases.beams.roots import Held
-from impactlab.bases.beams.shapes import Layout
+from impactlab.bases.beams.shapes import Layout, sines_alone
 from impactlab.bases.beams.statics import WORDS, BeamStatics
-from impactlab.bases.beams.waves import BeamNumbers, even_odd, field, shapes_at
+from impactlab.bases.beams.waves import BeamNumbers, even_odd, field, quantity_of, shapes_at
 from impactlab.errors import CaseError
 from impactlab.models.mesh.beams import no_such
 from impactlab.scene.bodies import Beam, BeamSegment, Profile
@@ -52,6 +53,7 @@ class BeamModes(Coordinates):
         )
         self._squared, self._waves, shares = elastic_modes(numbers, self._kinds, modes)
         self._shares = shares / np.sqrt(line_mass * unit)
+        self._sines = sines_alone(shares)
         self._rotary = numbers.rotary * layout.unit**2
         self._rigid = rigid_motions(self._kinds, self._rotary)
         self._scales = (1.0, 1.0 / unit, segment.bending_stiffness / unit**2, segment.bending_stiffness / unit**3)
@@ -86,13 +88,15 @@ class BeamModes(Coordinates):
         segment, mass = self._segment, self._segment.mass
         rigid = [np.sqrt(mass) * (offset + 0.5 * slope) for offset, slope in self._rigid]
         momenta = []
-        for square, even, odd in zip(self._waves.squares, self._shares[:2], self._shares[2:], strict=True):
+        each = zip(self._waves.squares, self._shares[:2], self._shares[2:], strict=True)
+        for square, even, odd in itertools.islice(each, int(self._sines), None):
             cosine, sine = even_odd(square, 1.0)
             if self._layout.central:
                 momenta.append(2.0 * even * sine)  # odd fields cancel
             else:
                 momenta.append(odd * (cosine - even_odd(square, 0.0)[0]))
-        total = segment.density * segment.area * self._layout.unit * segment.length * (momenta[0] + momenta[1])
+        scale = segment.density * segment.area * self._layout.unit * segment.length
+        total = scale * (momenta[0] if self._sines else momenta[0] + momenta[1])
         return np.concatenate((rigid, total))
 
     def grid(self) -> Array:
@@ -109,11 +113,18 @@ class BeamModes(Coordinates):
                 rigid[:, number] = slope / (length * np.sqrt(mass))
         layout = self._layout
         place = layout.sign * (x[:, None] / length - layout.origin) / layout.unit
-        elastic, shapes = np.zeros((x.size, self._squared.size)), shapes_at(self._waves, place)
-        for even, shares in ((True, self._shares[:2]), (False, self._shares[2:])):
-            if np.count_nonzero(shares):
-                pair = field(self._waves, self._squared, shapes, even, which)
-                elastic += shares[0] * pair[0] + shares[1] * pair[1]
+        elastic = np.zeros((x.size, self._squared.size))
+        if self._sines:  # the other wave and the even fields have no share
+            square, turning = self._waves.squares[1], self._waves.turning[1]
+            elastic += self._shares[3] * quantity_of(
+                which, False, self._squared, square, turning, even_odd(square, place)
+            )
+        else:
+            shapes = shapes_at(self._waves, place)
+            for even, shares in ((True, self._shares[:2]), (False, self._shares[2:])):
+                if np.count_nonzero(shares):
+                    pair = field(self._waves, self._squared, shapes, even, which)
+                    elastic += shares[0] * pair[0] + shares[1] * pair[1]
         turned = layout.sign if which in (1, 3) else 1.0
         return np.hstack((rigid, elastic * (turned * self._scales[which])))
 

@@ -118,9 +118,19 @@ def null_vectors(matrix: Array) -> Array:
     return np.asarray(np.linalg.svd(matrix)[2][:, -1, :].T)
 
 
+def sines_alone(shares: Array) -> bool:
+    """Return whether modes are sines from a pinned end: both ends are pinned, and no mode is above the cut-off."""
+    return not np.count_nonzero(shares[:3])
+
+
 def normalised(beam: BeamNumbers, carried: Waves, shares: Array, layout: Layout) -> Array:
     """Return shares (4, n) such that the integral of w2 + r2 theta2 over the beam is 1."""
     (p, q), (t, u) = carried.squares, carried.turning
+    if sines_alone(shares):
+        d, e = even_odd(q, 1.0)
+        total = (shares[3] * q) ** 2 * (0.5 * (d * e - 1.0) / q)
+        total = total + beam.rotary * ((shares[3] * u) ** 2 * (0.5 * (d * e + 1.0)))
+        return np.asarray(shares / np.sqrt(total))
     (c, s), (d, e) = even_odd(p, 1.0), even_odd(q, 1.0)
     start = even_odd(p, 0.0)[0] ** 2, even_odd(q, 0.0)[0] ** 2  # cosh2 - p sinh2/p, the same everywhere
     cosines = 0.5 * (c * s + start[0]), 0.5 * (d * e + start[1]), (q * c * e - p * s * d) / (q - p)

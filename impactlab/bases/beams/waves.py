@@ -112,14 +112,15 @@ def field(found: Waves, squared: Array, shapes: Shapes, even: bool, which: int) 
     ``shapes`` are those of `shapes_at`.
     """
     first, second = (
-        _quantity(which, even, squared, *wave) for wave in zip(found.squares, found.turning, shapes, strict=True)
+        quantity_of(which, even, squared, *wave) for wave in zip(found.squares, found.turning, shapes, strict=True)
     )
     return first, second
 
 
-def _quantity(
+def quantity_of(
     which: int, even: bool, squared: Array, square: Array, turning: Array, shapes: tuple[Array, Array]
 ) -> Array:
+    """Return one quantity of one wave, as `field` does of both; ``shapes`` are those of `even_odd`."""
     cosine, sine = shapes
     if which == 0:
         return cosine if even else square * sine
