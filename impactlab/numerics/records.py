@@ -25,14 +25,6 @@ def records(kind: type[Record], count: int) -> tuple[Sequence[Record], Sequence[
     return _both_of(kind, count, bytearray(count * dtype_of(kind).itemsize))
 
 
-def structures(kind: type[Record], taken: Any) -> Sequence[Record]:
-    """Return records in the form that the loop takes as C structures to read and write by name, on the same memory."""
-    of_kind: Any = array_of(kind, taken.size)
-    # Of an array of records numpy first writes out the format, which takes five times as long as all else.
-    made: Sequence[Record] = of_kind.from_buffer(taken.view(np.uint8)) if taken.size else of_kind()
-    return made
-
-
 def on_lines(size: int) -> Array:
     """Return zeros (size,) that begin with a line of memory: writing eight entries across two lines takes twice."""
     room = np.zeros(size + FLOATS_PER_LINE)
