@@ -58,7 +58,7 @@ STABLE_POINTS = 2.0 * math.pi / (2.0 * 0.95)  # steps in a period: 0.95 of the l
 MOST_MODES = 1500  # in closed form, some 0.1 ms each to find
 MAX_STEPS = 1_000_000  # in the shortest time
 MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
-STATED_SHARE = 0.45  # the same where it is stated
+STATED_SHARE, STATED_SHARE_OF_SHEAR = 0.25, 0.45  # the same where it is stated: of errors of order 3 and of order 1
 MAX_UNSEEN_SHARE = 0.5  # the same where no more modes may be taken, and their error is stated by their flexibility
 DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
 # Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
@@ -142,9 +142,7 @@ def _modal(asked: Simulation, seen: AbstractHistory | None = None) -> Descriptio
         fine = (max(enough, COARSEST) if fixed else n) / COARSEST
         few = coarsest * math.pow(fine, 2.0 / 3.0) if closed else FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
         if fixed:
-            return math.ceil(
-                max([few, *(share.modes_for(STATED_SHARE * tolerance / MISSING_MARGIN) for share in missing)])
-            )
+            return math.ceil(max([few, *(share.modes_for(_stated(share) * tolerance) for share in missing)]))
         # As the steps that the tolerance is predicted to need grow finer or coarser, so do the modes.
         needed = [
             share.modes_for(MISSING_SHARE * tolerance) * math.pow(n / enough, 1.0 / min(share.power, 1.5))
@@ -187,7 +185,7 @@ def _modal(asked: Simulation, seen: AbstractHistory | None = None) -> Descriptio
         cost.BEAM_DAMPED_MODES if lossy else cost.BEAM_MODES,
         lambda n: (scene.duration / dt(n), len(beams) * modes(n)),
         error=lambda n: factor / _rises(n) ** 2 + (0.0 if fixed else left_out.total(missing, modes(n))),
-        safety=3.0,
+        safety=2.0,
         min_fineness=COARSEST,
         # Two runs with as many modes do not show the error of the others, which is then stated by their flexibility.
         max_fineness=MAX_STEPS if fixed else _finest(wanted, most),
@@ -197,6 +195,11 @@ def _modal(asked: Simulation, seen: AbstractHistory | None = None) -> Descriptio
         detail=lambda n: f"{modes(n)} modes",
         finding=finding,
     )
+
+
+def _stated(share: left_out.Share) -> float:
+    """Return the share of a tolerance for modes left out that costs least: more modes, or more steps for the rest."""
+    return (STATED_SHARE if share.power > 1.0 else STATED_SHARE_OF_SHEAR) / MISSING_MARGIN
 
 
 def _finest(modes: Callable[[int], int], most: int) -> int:
@@ -227,7 +230,7 @@ def _implicit(asked: Simulation, sheared: bool) -> Description:
         "consistent mesh under the midpoint rule",
         UNIT,
         simulation,
-        cost.BEAM_MESH,
+        cost.BEAM_DAMPED_MESH if any(beam.is_damped for beam in beams_of(scene)) else cost.BEAM_MESH,
         lambda n: (n * scene.duration / shortest, len(scene.elastic) * elements(n)),
         error=lambda n: _share(asked) * (ERROR_OF_SHEARED_MESH if sheared else ERROR_OF_MESH) / _rises(n) ** order,
         order=order,

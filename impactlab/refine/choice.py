@@ -36,9 +36,9 @@ from impactlab.simulate import driver
 BUDGET_S = 3.0  # s of predicted solving that may go into one choice
 EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a prediction that is a little lower
 SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred
-FIRST_S = 6.0 * FIXED_S  # s of predicted solving, at most, of the first run of a description
-FIRST_ALIKE_S = 20.0 * FIXED_S  # the same where a third run needs no set-up of its own
-MAX_SURE_S = 2.0 * FIXED_S  # s of predicted solving, up to which no other description solves in less than half of it
+FIRST_S = 12.0 * FIXED_S  # s of predicted solving, at most, of the first run of a description
+FIRST_ALIKE_S = 40.0 * FIXED_S  # the same where a third run needs no set-up of its own
+MAX_SURE_S = 4.0 * FIXED_S  # s of predicted solving, up to which no other description solves in less than half of it
 MIN_GAIN = 2.0  # predicted, over a run that keeps the tolerance, of another description that is tried all the same
 MAX_LEARNT = 10.0  # of an estimated over a predicted error, that other descriptions start with
 PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description

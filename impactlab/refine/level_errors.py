@@ -188,17 +188,18 @@ def _extrapolated(levels: list[Level], asked: Simulation, description: Descripti
     found, by_order = [], []
     for pairs in distances([level.history for level in levels], *counted(asked), PEAK_MARGIN) if last else ():
         if last == 1:
-            error = error_of_two(pairs[0, 1], fineness[0], fineness[1], order) * max(safety, TWO_LEVEL_SAFETY)
+            error, margin = error_of_two(pairs[0, 1], fineness[0], fineness[1], order) * max(safety, TWO_LEVEL_SAFETY), 1.0
             by_order.append(SHOWN_SAFETY * pairs[0, 1] / ((fineness[1] / fineness[0]) ** order - 1.0))
         else:
-            error = finest_error(pairs, fineness, order).with_safety(safety)
+            estimate = finest_error(pairs, fineness, order)
+            error = estimate.with_safety(safety)
+            margin = UNEVEN_MARGIN if safety >= UNEVEN_SAFETY and not estimate.shown else 1.0
             by_order.append(error)
-        found.append((pairs, error))
+        found.append((pairs, error, margin))
     if not found:
         return [math.inf] * len(levels), math.inf
-    margin = UNEVEN_MARGIN if safety >= UNEVEN_SAFETY and last > 1 else 1.0
     errors = [
-        max((margin * pairs[i, last] if i < last else 0.0) + error for pairs, error in found)
+        max((margin * pairs[i, last] if i < last else 0.0) + error for pairs, error, margin in found)
         for i in range(len(levels))
     ]
     return errors, max(by_order)
