@@ -22,7 +22,7 @@ from impactlab.simulate.checks import gain_of
 
 MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the tolerance, where choosing stays short
 MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
-MIN_SAVING = 1.6  # the same where choosing takes longer than that
+MIN_SAVING = 1.4  # the same where choosing takes longer than that
 MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
 ESTIMATE_S = 4e-4  # s, of an estimate of errors, and of a run beside its set-up and steps
 DESCRIBED_S = 3e-4  # s, of describing a scene
@@ -188,7 +188,8 @@ def _extrapolated(levels: list[Level], asked: Simulation, description: Descripti
     found, by_order = [], []
     for pairs in distances([level.history for level in levels], *counted(asked), PEAK_MARGIN) if last else ():
         if last == 1:
-            error, margin = error_of_two(pairs[0, 1], fineness[0], fineness[1], order) * max(safety, TWO_LEVEL_SAFETY), 1.0
+            error = error_of_two(pairs[0, 1], fineness[0], fineness[1], order) * max(safety, TWO_LEVEL_SAFETY)
+            margin = 1.0
             by_order.append(SHOWN_SAFETY * pairs[0, 1] / ((fineness[1] / fineness[0]) ** order - 1.0))
         else:
             estimate = finest_error(pairs, fineness, order)
