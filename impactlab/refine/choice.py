@@ -42,7 +42,8 @@ MAX_SURE_S = 4.0 * FIXED_S  # s of predicted solving, up to which no other descr
 MIN_GAIN = 2.0  # predicted, over a run that keeps the tolerance, of another description that is tried all the same
 MAX_LEARNT = 10.0  # of an estimated over a predicted error, that other descriptions start with
 PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description
-MAX_FAILURES = 3  # levels of a description that may fail, each followed by one of twice the fineness
+MAX_FAILURES = 3  # levels of a description that may fail
+FINER = 3  # times the fineness of a level that failed is that of the next: the coarser one beside it is finer, too
 
 
 def first_guess(scene: Scene, method: Method) -> Simulation:
@@ -176,7 +177,7 @@ def searched(
 
 
 def _holds(best: tuple[Study, Level], tolerance: float, failed: list[ImpactlabError]) -> bool:
-    """Return whether a run keeps its balances; a study whose run failed begins again, twice as fine."""
+    """Return whether a run keeps its balances; a study whose run failed begins again, finer."""
     study, level = best
     began = clock.perf_counter()
     try:
@@ -191,9 +192,9 @@ def _holds(best: tuple[Study, Level], tolerance: float, failed: list[ImpactlabEr
 
 
 def _failed(study: Study, fineness: int, error: StepError) -> None:
-    """Set what follows a level that failed: one of twice the fineness, a few times; nothing after an exact run."""
+    """Set what follows a level that failed: a finer one, a few times; nothing after an exact run."""
     study.failures += 1
-    study.next = study.description.whole(2 * fineness)
+    study.next = study.description.whole(FINER * fineness)
     study.closed = f"failed: {error.text}" if study.failures > MAX_FAILURES or not study.description.unit else ""
 
 

@@ -78,9 +78,9 @@ def refusal(tolerance: float, studies: Sequence[Study], best: tuple[Study, Level
 
 
 def _rounded_up(value: float) -> float:
-    """Return the value with a margin of a quarter, its first digit rounded up."""
-    scale = 10.0 ** math.floor(math.log10(1.25 * value))
-    return math.ceil(1.25 * value / scale) * scale
+    """Return the value with a margin of a half, its first digit rounded up."""
+    scale = 10.0 ** math.floor(math.log10(1.5 * value))
+    return math.ceil(1.5 * value / scale) * scale
 
 
 def _whole(study: Study, fineness: float) -> int:

@@ -442,7 +442,7 @@ def test_a_short_run_is_chosen_without_describing_others(monkeypatch):
 
 
 def test_a_run_that_breaks_a_balance_is_not_chosen(monkeypatch):
-    """Trials are not checked; the one that is about to be chosen is, and its study begins again, twice as fine."""
+    """Trials are not checked; the one that is about to be chosen is, and its study begins again, finer."""
     checks, check_run = [], trial.check_run
 
     def failing_once(status, assembly, history):
