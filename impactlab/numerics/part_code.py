@@ -13,10 +13,11 @@ from typing import Any
 
 import llvmlite.binding as llvm
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler_lock import require_global_compiler_lock
+from numba.core.compiler_lock import global_compiler_lock, require_global_compiler_lock
 
 Library: Any = JITCodeLibrary
 locked: Any = require_global_compiler_lock
+compiler_lock: Any = global_compiler_lock
 parsed: Any = llvm.parse_bitcode
 IN_BITCODE = "bitcode"  # numba's word for a kernel on disk that holds intermediate code alone
 
@@ -88,10 +89,11 @@ class PartLibrary(Library):  # type: ignore[misc] # numba has types in some vers
 
 @contextlib.contextmanager
 def as_parts(generator: Any) -> Iterator[None]:
-    """Let what a code generator of numba compiles or reads from disk inside be code of parts."""
-    before = generator._library_class
-    generator._library_class = PartLibrary
-    try:
-        yield
-    finally:
-        generator._library_class = before
+    """Let what a code generator of numba compiles or reads from disk inside be code of parts, one thread at a time."""
+    with compiler_lock:
+        before = generator._library_class
+        generator._library_class = PartLibrary
+        try:
+            yield
+        finally:
+            generator._library_class = before

@@ -13,7 +13,7 @@ from impactlab.refine.cost import Cost
 from impactlab.scene.method import Simulation
 
 RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of fineness between neighbouring levels: no step is a multiple of another
-TWO_LEVEL_SAFETY = 2.0  # factor, at least, on an estimate from two levels by half the order; Roache1998: 3 by all of it
+TWO_LEVEL_SAFETY = 2.0  # factor, at least, on an estimate from two levels by half the order; Roache1998: 3 by the order
 MIN_ORDER_SHARE = 0.5  # of the declared order: the least that an estimate assumes
 SHORT_S = 3.5e-4  # s of predicted solving: shorter runs take less than another trial
 MIN_GROWTH = 1.06  # of a fineness that is sought

@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray
 from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab.cli import app
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.files import open_netcdf, read_netcdf, write_netcdf, write_tables
-from impactlab.history import AbstractHistory
+from impactlab.history import AbstractHistory, sampling
 from impactlab.history.sampled import SampledHistory
 from impactlab.history.sampling import file_times, frame_times, page_times
 from impactlab.scene.method import Simulation
@@ -197,8 +198,10 @@ def test_tables(tmp_path: Path, struck: AbstractHistory) -> None:
     assert [float(row[column]) for row in rows] == struck.evaluate(t, "stress:rod@0.15").tolist()
 
 
-def test_files_of_a_long_chain_hold_fewer_instants_and_no_table_of_its_forces(tmp_path: Path) -> None:
-    """A chain of 300 beads has 300 forces; its 1200 channels at 1921 instants are 2.3 million numbers."""
+def test_files_of_a_long_chain_hold_fewer_instants_and_no_table_of_its_forces(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A chain of 300 beads has 300 forces, and more channels than a small file has room for."""
     written = (CASES.parent / "impactlab" / "casefile" / "starters" / "chain.yaml").read_text(encoding="utf-8")
     (tmp_path / "chain.yaml").write_text(re.sub(r"repeat: \d+", "repeat: 300", written), encoding="utf-8")
     history = il.run(il.load_case(tmp_path / "chain.yaml"))
@@ -206,6 +209,15 @@ def test_files_of_a_long_chain_hold_fewer_instants_and_no_table_of_its_forces(tm
     with (tmp_path / "probes.csv").open() as file:
         headings = next(csv.reader(file))
     assert headings == ["time [s]", "velocity:bead_25@0 [m/s]"]
+    monkeypatch.setattr(sampling, "MAX_NUMBERS", 150 * len(history.channels()))
+    history.to_netcdf(tmp_path / "chain.nc")
+    kept = open_netcdf(tmp_path / "chain.nc")
+    assert xarray.open_dataset(tmp_path / "chain.nc").sizes["time"] == 150
+    t = sampling.page_times(history.duration, 150)
+    assert np.array_equal(kept.evaluate(t, "position:bead_3"), history.evaluate(t, "position:bead_3"))
+
+
+def test_a_file_of_few_channels_has_all_instants_and_one_of_many_has_enough() -> None:
     assert file_times(1.0, 10).size == page_times(1.0).size
     assert file_times(1.0, 40_000).size == 500
     assert file_times(1.0, 10**7).size == 101
