@@ -94,16 +94,16 @@ def free(parameters: Array, state: Array) -> None:
     is walked as a chain of springs, tied to the ground at its ends (and, rarely, inside); a
     wider one band by band, as springs too.
     """
-    n, bandwidth, dt = int(parameters[N]), int(parameters[BANDWIDTH]), parameters[DT]
-    rare, loaded = parameters[RARE], parameters[LOADED]
+    n, dt = state.size // 2, parameters[DT]
     u, v = window(state, 0, n), window(state, n, n)
-    if rare != 0.0 or loaded != 0.0:
+    if parameters[RARE] != 0.0 or parameters[LOADED] != 0.0:
         add_rare(parameters, u, v)
-    _, gain, chain, _, _, _, rest = split(parameters)
-    if bandwidth == 1 and n > 1:
-        step_chain(rest, gain, chain, dt, u, v)
+    gain, done = window(parameters, LOAD + n, n), LOAD + 6 * n + 1
+    rest = window(parameters, done, parameters.size - done)
+    if parameters[BANDWIDTH] == 1.0 and n > 1:
+        step_chain(rest, gain, window(parameters, LOAD + 2 * n, n + 1), dt, u, v)
         return
-    along_bands(n, bandwidth, rest, gain, u, v)
+    along_bands(n, int(parameters[BANDWIDTH]), rest, gain, u, v)
     for i in range(n):
         u[i] += dt * v[i]
 

@@ -60,8 +60,10 @@ def test_each_face_has_the_responses_of_its_own_port() -> None:
     assert found[1].high[:] == [2, 0, 0, 0, 0, 0, 1, 0, 0]
 
 
-def described(momentum: np.ndarray, rows: list[dict[int, float]], phased: int = 0) -> tuple[float, tuple[int, int]]:
-    """Return the even momentum of a body, and the entries of its one face whose two rows are given."""
+def described(
+    momentum: np.ndarray, rows: list[dict[int, float]], phased: int = 0
+) -> tuple[float, tuple[int, int], list[int]]:
+    """Return the even momentum of a body, the entries of its one face whose two rows come first, and of its probes."""
     n_dof = momentum.size
     body, bodies = body_of(n_dof, 2 * n_dof)
     (face,), faces = records(FaceRecord, 1)
@@ -69,8 +71,9 @@ def described(momentum: np.ndarray, rows: list[dict[int, float]], phased: int = 
     index = np.array([each for row in rows for each in row], np.int64)
     value = np.array([each for row in rows for each in row.values()])
     whole = np.concatenate((np.zeros(n_dof), momentum))
-    describe(bodies, faces, np.array([phased]), whole, np.zeros(6 * n_dof), start, index, value)
-    return body.even, (face.u_at, face.v_at)
+    probe_at = np.full(len(rows) - 2, -1)
+    describe(bodies, faces, np.array([phased]), whole, np.zeros(6 * n_dof), start, index, value, probe_at, 2)
+    return body.even, (face.u_at, face.v_at), [*probe_at]
 
 
 NODE = [{3: 1.0}, {23: 1.0}]
@@ -91,7 +94,12 @@ def test_a_face_at_a_node_is_one_entry_of_the_state(rows: list[dict[int, float]]
 
 
 def test_with_two_phases_no_entry_stands_alone() -> None:
-    assert described(np.ones(20), NODE, phased=1) == (0.0, (-1, -1))
+    assert described(np.ones(20), [*NODE, {4: 1.0}], phased=1) == (0.0, (-1, -1), [-1])
+
+
+def test_a_probe_at_a_node_is_one_entry_of_the_state() -> None:
+    probes = [{4: 1.0}, {4: 0.5, 5: 0.5}, {7: 2.0}, {}]
+    assert described(np.ones(20), [*NODE, *probes])[2] == [4, -1, -1, -1]
 
 
 def test_momenta_that_differ_by_rounding_are_even() -> None:

@@ -268,6 +268,7 @@ class StepArrays(NamedTuple):
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state
     row_value: Floats
+    probe_at: Ints  # (n_recorded,) entry of the state that each probe or wave is; -1 where it is a sum over several
     load_times: Floats  # s, samples of the loads, one after the other
     load_forces: Floats  # N
     left_out: Floats  # (n_readings, n_contacts) static response of the modes left out per force of the step before

@@ -79,7 +79,10 @@ class Assembly:
         bodies = body_records(layout, values.starts)
         phased = np.array([body.system.phases is not None for body in built.values()], np.int64)
         rows = row_start, row_index, row_value
-        entered(describe, bodies, faces, phased, values.momentum, values.responses, *rows)
+        readings = reading_records(layout)
+        probe_at = np.full(layout.n_columns - layout.first_probe, -1)
+        first_probe = 2 * len(faces) + len(readings)
+        entered(describe, bodies, faces, phased, values.momentum, values.responses, *rows, probe_at, first_probe)
         for moved in (pushes, loads):
             if len(moved):
                 entered(write_ranges, moved, 1, bodies, phased, values.responses)
@@ -98,7 +101,7 @@ class Assembly:
             contacts=contacts,
             ports=ports,
             replies=replies,
-            readings=reading_records(layout),
+            readings=readings,
             pushes=pushes,
             loads=loads,
             phases=phases,
@@ -123,6 +126,7 @@ class Assembly:
             row_start=row_start,
             row_index=row_index,
             row_value=row_value,
+            probe_at=probe_at,
             load_times=load_times,
             load_forces=load_forces,
             left_out=values.left_out,

@@ -24,8 +24,6 @@ from impactlab.simulate.stepping.arrays import (
     REWRITE_COLUMNS,
     SHOW_ROWS,
     STEP_ROWS,
-    U_FORCE,
-    V_FORCE,
     Floats,
     StepArrays,
 )
@@ -110,7 +108,7 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
     for number in range(n_faces):
         face = m.faces[number]
         if face.u_at >= 0:
-            face.free_u, face.free_v = m.state[face.u_at], m.state[face.v_at]
+            face.free_u, face.free_v = window(m.state, face.u_at, 1)[0], window(m.state, face.v_at, 1)[0]
         elif face.moves != 0:
             face.free_u, face.free_v = row_times_state(m, number), row_times_state(m, n_faces + number)
     if rare and len(m.pushes) > 0:
@@ -145,28 +143,23 @@ def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
         add_responses(m, body.state_start, start, face.sign * given, face.low[part], face.high[part])
 
 
-@INLINE
-def read_faces(m: StepArrays) -> None:
-    """Read the faces at the end of the step, with all contact forces.
-
-    Free values and influence, as a law reckons: read from the state, a gap that a law has closed would be a rounding.
-    """
-    for number in range(len(m.contacts)):
-        contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
-        left_u, left_v, right_u, right_v = left.free_u, left.free_v, right.free_u, right.free_v
-        for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
-            other = m.contacts[m.coupled[pair]]
-            if other.impulse == 0.0 and other.projection == 0.0 and other.push == 0.0:
-                left_u += m.influence[pair, 0, U_FORCE] * other.force
-                left_v += m.influence[pair, 0, V_FORCE] * other.force
-                right_u += m.influence[pair, 1, U_FORCE] * other.force
-                right_v += m.influence[pair, 1, V_FORCE] * other.force
-            else:
-                left_u += effect_of(m, pair, 0, 0, other)
-                left_v += effect_of(m, pair, 0, 1, other)
-                right_u += effect_of(m, pair, 1, 0, other)
-                right_v += effect_of(m, pair, 1, 1, other)
-        left.u, left.v, right.u, right.v = left_u, left_v, right_u, right_v
+@PART
+def answer_fully(m: StepArrays, number: int) -> None:
+    """Add the responses to an impulse and a projection to the state; read the faces with all that acts on them."""
+    contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
+    if contact.impulse != 0.0 or contact.projection != 0.0:
+        for face in range(2 * number, 2 * number + 2):
+            if m.faces[face].moves != 0:
+                respond_to(m, face, 1, contact.impulse)
+                respond_to(m, face, 2, contact.projection)
+    left_u, left_v, right_u, right_v = left.free_u, left.free_v, right.free_u, right.free_v
+    for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
+        other = m.contacts[m.coupled[pair]]
+        left_u += effect_of(m, pair, 0, 0, other)
+        left_v += effect_of(m, pair, 0, 1, other)
+        right_u += effect_of(m, pair, 1, 0, other)
+        right_v += effect_of(m, pair, 1, 1, other)
+    left.u, left.v, right.u, right.v = left_u, left_v, right_u, right_v
 
 
 @INLINE
@@ -188,19 +181,26 @@ def push_face(m: StepArrays, number: int, force: float) -> None:
 
 @INLINE
 def correct(m: StepArrays) -> None:
-    """Add the responses to the forces, impulses, projections and pushes of the step to the state at its end."""
+    """Add the responses to the replies of the step to the state at its end, and read the faces there.
+
+    Faces are free values and influence, as a law reckons: read from the state, a gap that a law has closed would be a
+    rounding.
+    """
     for number in range(len(m.contacts)):
-        contact = m.contacts[number]
-        for face in range(2 * number, 2 * number + 2):
-            push_face(m, face, contact.force)
-        if contact.impulse != 0.0 or contact.projection != 0.0:
-            for face in range(2 * number, 2 * number + 2):
-                if m.faces[face].moves != 0:
-                    respond_to(m, face, 1, contact.impulse)
-                    respond_to(m, face, 2, contact.projection)
+        contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
+        force = contact.force
+        push_face(m, 2 * number, force)
+        push_face(m, 2 * number + 1, force)
+        if contact.coupled == 1 and contact.impulse == 0.0 and contact.projection == 0.0 and contact.push == 0.0:
+            port = m.ports[number]
+            left.u = left.free_u - port.left.displacement_per_force * force
+            left.v = left.free_v - port.left.velocity_per_force * force
+            right.u = right.free_u + port.right.displacement_per_force * force
+            right.v = right.free_v + port.right.velocity_per_force * force
+        else:
+            answer_fully(m, number)
     if m.clock[0].rare != 0 and len(m.pushes) > 0:
         call(m.pieces[PUSH_ROWS], m)
-    read_faces(m)
     if m.clock[0].changes != 0:
         call(m.pieces[READ_AGAIN], m)
 
@@ -216,7 +216,7 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
     clock.time = end
 
 
-@PART
+@MERGED
 def write_record(m: StepArrays, dt: float) -> None:
     """Write one record at the end of a step."""
     clock, n_contacts = m.clock[0], len(m.contacts)
@@ -234,10 +234,11 @@ def write_record(m: StepArrays, dt: float) -> None:
     if len(m.bead_rows) > 0:
         call(m.pieces[RECORD_ROWS], m, first_column, elapsed / dt)
         first_column += m.clock[0].bead_columns
-    first_probe = 2 * len(m.faces) + len(m.readings)
-    probes = window(row, first_column, row.size - first_column)
-    for probe in range(probes.size):
-        probes[probe] = row_times_state(m, first_probe + probe)
+    first_probe, n_probes = 2 * len(m.faces) + len(m.readings), len(m.probe_at)
+    probes = window(row, first_column, n_probes)
+    for probe in range(n_probes):
+        at = m.probe_at[probe]
+        probes[probe] = window(m.state, at, 1)[0] if at >= 0 else row_times_state(m, first_probe + probe)
     clock.recorded = clock.time
     clock.n_records += 1
 

@@ -105,8 +105,13 @@ def describe(
     row_start: Ints,
     row_index: Ints,
     row_value: Floats,
+    probe_at: Ints,
+    first_probe: int,
 ) -> None:
-    """Write the even momenta of bodies, and ranges and entries of faces; rows of two phases have no lone entry."""
+    """Write the even momenta of bodies, ranges of faces, and entries of faces and of probes, whose rows begin at one.
+
+    Rows of two phases have no lone entry.
+    """
     write_even(bodies, phased, momentum)
     write_ranges(faces, 3, bodies, phased, responses)
     write_entries(faces, row_start, row_index, row_value)
@@ -114,3 +119,6 @@ def describe(
         if phased[number] != 0:
             for face in range(len(faces)):
                 faces[face].u_at, faces[face].v_at = -1, -1
+            return
+    for probe in range(len(probe_at)):
+        probe_at[probe] = alone(first_probe + probe, row_start, row_index, row_value)
