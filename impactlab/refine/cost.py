@@ -34,10 +34,10 @@ ADAPTIVE = Cost(6e-4)
 MECHANISM = Cost(1e-3, 1e-5)  # of adaptive steps; size: coordinates of all bodies
 DELAY_LINE = Cost(1.5e-7, 2.5e-7, setup_s=1.0e-3)  # size: rods
 LUMPED_MESH = Cost(1.7e-7, 0.65e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods
-IMPLICIT_MESH = Cost(2.3e-7, 7e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods
+IMPLICIT_MESH = Cost(3.5e-7, 2.2e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods
 BEAM_MODES = Cost(0.9e-7, 1.25e-9, setup_s=1.4e-3, margin=1.2)  # size: modes of all beams
-BEAM_DAMPED_MODES = Cost(1.6e-7, 6.5e-9, setup_s=1.4e-3, margin=1.2)  # size: modes of all beams
+BEAM_DAMPED_MODES = Cost(1.6e-7, 3e-9, setup_s=1.4e-3, margin=1.2)  # size: modes of all beams
 BEAM_MESH = Cost(2e-7, 9e-9, setup_s=1.6e-3, margin=1.2)  # size: elements of all bodies
-BEAM_DAMPED_MESH = Cost(3e-7, 4e-8, setup_s=1.6e-3, margin=1.2)  # size: elements of all bodies
+BEAM_DAMPED_MESH = Cost(5e-7, 1.8e-8, setup_s=1.6e-3, margin=1.2)  # size: elements of all bodies
 BEAM_EXPLICIT = Cost(1.5e-7, 0.8e-9, setup_s=1.8e-3, margin=1.2)  # size: elements of all bodies
 BEAM_GRIDS = Cost(4e-7, 2.2e-8, setup_s=2e-3)  # size: cells of the grids of all continuous beams

@@ -81,11 +81,13 @@ class PlainLoop:
         for name, stepper in plan.steppers.items():
             first, n_dof = self.assembly.layout.shift[name], stepper.jump.shape[1]
             self.parts[name] = slice(first, first + stepper.state.size)
-            for i, j, damping, inside in dashpots(plan.built[name].system):
-                units = np.eye(self.state.size)
-                row = units[first + i] - (j >= 0) * units[first + j]
-                self.dashpots.append((row, damping, "damping" if inside else "ends"))
-                self.stretched.append(self.dt * float(np.roll(row, n_dof) @ self.state))
+            units = np.eye(self.state.size)
+            for group in dashpots(plan.built[name].system):
+                for number, damping in enumerate(group.damping):
+                    other = group.other >= 0
+                    row = units[first + group.first + number] - other * units[first + group.other + number]
+                    self.dashpots.append((row, float(damping), "damping" if group.inside else "ends"))
+                    self.stretched.append(self.dt * float(np.roll(row, n_dof) @ self.state))
         columns = np.zeros((len(plan.scene.contacts), 5, self.state.size))
         taken = dict.fromkeys(plan.built, 0)  # responses of a body: its faces in the order of contacts, then its pushes
         for own, contact in zip(columns, plan.scene.contacts, strict=True):

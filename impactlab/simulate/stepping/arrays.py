@@ -170,15 +170,14 @@ class PhaseRecord(ctypes.Structure):
 
 @record
 class DamperRecord(ctypes.Structure):
-    """A dashpot between two coordinates, or to the ground: the entries of the state it moves with."""
+    """Dashpots side by side, from coordinates that follow each other to others that do, or to the ground."""
 
-    index: int
-    other: int  # -1 for the ground
+    first: int  # in `dashpots`
+    count: int
+    index: int  # entry of the state that the first one moves with
+    other: int  # that of its other end; -1 for the ground
     inside: int  # 1 for damping inside the body, 0 for a dashpot at its end
-    damping: float
-    old: float  # m, at the start of the step
-    straddles: float  # 1 if it acts on the mean velocity of this step and the one before (leapfrog)
-    before: float  # m, moved in the step before
+    straddles: int  # 1 if they act on the mean velocity of this step and the one before (leapfrog)
 
 
 @record
@@ -247,7 +246,8 @@ class StepArrays(NamedTuple):
     pushes: Sequence[PushRecord]  # (n_pushes,)
     loads: Sequence[LoadRecord]  # (n_loads,)
     phases: Sequence[PhaseRecord]  # (n_phases,)
-    dampers: Sequence[DamperRecord]  # (n_dampers,)
+    dampers: Sequence[DamperRecord]  # (n_groups,) groups of dashpots
+    dashpots: Floats  # (3, n_dashpots) in the layers below
     bead_rows: Sequence[BeadRowRecord]  # (n_rows,)
     events: Sequence[EventRecord]  # (room,)
     snapshots: Sequence[SnapshotRecord]  # (n_snapshots,)
@@ -297,6 +297,9 @@ class StepArrays(NamedTuple):
 # coarse steps, force of the last step [N], 1 at the first slot of a block that nothing has reached.
 KICK, LOAD, MASS, U, V = range(5)
 GAP, STIFFNESS, RECENT, PEAK, SPAN, TOTAL, COMPLIANCE, COARSE, MOST, COUNT, FORCE, REST = range(12)
+
+# Layers of `dashpots`: damping [N s/m], length at the start of the step [m], change of it in the step before [m].
+DAMPING, LENGTH, CHANGE = range(3)
 
 # Pieces of the loop that are called by address (`pieces`).
 SOLVE_SEVERAL, CHANGE_PHASES, REWRITE_COLUMNS, READ_AGAIN, STEP_ROWS, RECORD_ROWS, SAMPLE_ROWS = range(7)

@@ -77,6 +77,7 @@ class Assembly:
         self.faces, faces, pushes = face_records(layout)
         self.loads, loads, load_times, load_forces = load_records(layout, integrator)
         bodies = body_records(layout, values.starts)
+        dampers, dashpots = damper_records(layout, integrator, state)
         phased = np.array([body.system.phases is not None for body in built.values()], np.int64)
         rows = row_start, row_index, row_value
         readings = reading_records(layout)
@@ -105,7 +106,8 @@ class Assembly:
             pushes=pushes,
             loads=loads,
             phases=phases,
-            dampers=damper_records(layout, integrator, state),
+            dampers=dampers,
+            dashpots=dashpots,
             bead_rows=beads.rows,
             events=events,
             snapshots=snapshots,

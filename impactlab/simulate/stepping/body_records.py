@@ -12,6 +12,8 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, MEASURE, RETIME, kernel_address
 from impactlab.numerics.records import records
 from impactlab.simulate.stepping.arrays import (
+    CHANGE,
+    DAMPING,
     BodyRecord,
     DamperRecord,
     Floats,
@@ -49,18 +51,23 @@ def body_records(layout: Layout, starts: list[list[int]]) -> Sequence[BodyRecord
     return bodies
 
 
-def damper_records(layout: Layout, integrator: AbstractIntegrator, state: Floats) -> Sequence[DamperRecord]:
-    """Return the dashpots of all bodies."""
-    found = [(name, *each) for name, body in layout.built.items() for each in dashpots(body.system)]
+def damper_records(
+    layout: Layout, integrator: AbstractIntegrator, state: Floats
+) -> tuple[Sequence[DamperRecord], Floats]:
+    """Return the groups of dashpots of all bodies, and the values of each dashpot."""
+    found = [(name, each) for name, body in layout.built.items() for each in dashpots(body.system)]
     by_name, dampers = records(DamperRecord, len(found))
-    for damper, (name, i, j, damping, inside) in zip(by_name, found, strict=True):
-        shift, n_dof = layout.shift[name], layout.n_dof(name)
-        damper.index, damper.other = shift + i, shift + j if j >= 0 else -1
-        damper.damping, damper.inside = damping, int(inside)
-        damper.straddles = float(integrator.velocity_point < 1.0)
-        rate = state[damper.index + n_dof] - (state[damper.other + n_dof] if j >= 0 else 0.0)
-        damper.before = layout.dt * rate
-    return dampers
+    values, first = np.zeros((3, sum(each.damping.size for _, each in found))), 0
+    for damper, (name, each) in zip(by_name, found, strict=True):
+        shift, n_dof, count = layout.shift[name], layout.n_dof(name), each.damping.size
+        damper.first, damper.count = first, count
+        damper.index, damper.other = shift + each.first, shift + each.other if each.other >= 0 else -1
+        damper.inside, damper.straddles = int(each.inside), int(integrator.velocity_point < 1.0)
+        rates = state[shift + n_dof : shift + 2 * n_dof]
+        rate = rates[each.first :][:count] - (rates[each.other :][:count] if each.other >= 0 else 0.0)
+        values[DAMPING, first : first + count], values[CHANGE, first : first + count] = each.damping, layout.dt * rate
+        first += count
+    return dampers, values
 
 
 def phase_records(layout: Layout) -> tuple[Sequence[PhaseRecord], Floats]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 from numpy import bool_
@@ -20,8 +21,17 @@ def flat(arrays: list[Array]) -> tuple[Floats, list[int]]:
     return np.concatenate([array.ravel() for array in arrays]) if arrays else np.zeros(0), starts
 
 
-def dashpots(system: Operators) -> list[tuple[int, int, float, bool]]:
-    """Return the damping of a body as dashpots: coordinate, other one (-1: the ground), damping [N s/m], inside or not.
+class Dashpots(NamedTuple):
+    """Dashpots side by side: the first coordinate, the first other one (-1: the ground), damping [N s/m] of each."""
+
+    first: int
+    other: int
+    damping: Array
+    inside: bool  # of the body, not at its ends
+
+
+def dashpots(system: Operators) -> list[Dashpots]:
+    """Return the damping of a body as dashpots, grouped where their coordinates follow each other.
 
     v C v is the sum of c (v_i - v_j)^2 over the pairs, with c = -C_ij, and of the row sums times v_i^2. Of these row
     sums the dashpots at the ends are a part, the rest acts inside the body.
@@ -31,10 +41,18 @@ def dashpots(system: Operators) -> list[tuple[int, int, float, bool]]:
     ground, ends, found = system.dashpots_inside(), system.dashpots_at_ends(), []
     n_dof = ends.size
     for offset in range(1, system.damping.shape[0]):
-        couplings = system.damping[offset, : n_dof - offset]
-        found += [(int(i) + offset, int(i), -float(couplings[i]), True) for i in np.flatnonzero(couplings)]
-    found += [(int(i), -1, float(ground[i]), True) for i in np.flatnonzero(ground)]
-    return found + [(int(i), -1, float(ends[i]), False) for i in np.flatnonzero(ends)]
+        couplings = -system.damping[offset, : n_dof - offset]
+        found += [Dashpots(offset + first, first, values, True) for first, values in groups(couplings)]
+    for values, inside in ((ground, True), (ends, False)):
+        found += [Dashpots(first, -1, group, inside) for first, group in groups(values)]
+    return found
+
+
+def groups(values: Array) -> list[tuple[int, Array]]:
+    """Return the groups of values without a zero between them, each with its first index."""
+    kept = values.nonzero()[0]
+    parts = np.split(kept, (np.diff(kept) != 1).nonzero()[0] + 1) if kept.size else []
+    return [(int(part[0]), values[part]) for part in parts]
 
 
 def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None = None) -> tuple[Ints, Ints, Floats]:

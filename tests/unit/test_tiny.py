@@ -1,0 +1,56 @@
+"""Numbers too small for full speed are zero in the loop, and only there."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import pytest
+
+from impactlab.contact.power_law import Hertz
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.modal import Modal
+from impactlab.numerics.tiny import SERVES, control_word, tiny_as_zero
+from impactlab.scene import Contact, Mass, Rayleigh, Rod, Segment
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import FREE, face, simulation
+from impactlab.testing.trace import begun, walk_to
+
+LEAST = np.finfo(float).tiny
+needs_it = pytest.mark.skipif(not SERVES, reason="only compiled code on processors of the x86 family")
+
+
+@numba.njit
+def half(value: float) -> float:
+    return 0.5 * value
+
+
+@needs_it
+def test_a_tiny_result_is_zero_inside_alone() -> None:
+    assert half(LEAST) == 0.5 * LEAST > 0.0
+    with tiny_as_zero():
+        assert half(LEAST) == 0.0
+    assert half(LEAST) > 0.0
+
+
+@needs_it
+def test_an_exception_leaves_the_processor_as_it_was() -> None:
+    before = control_word()
+    with pytest.raises(ZeroDivisionError), tiny_as_zero():
+        raise ZeroDivisionError
+    assert control_word() & ~0x3F == before & ~0x3F  # the six lowest bits remember what has happened
+    assert half(LEAST) > 0.0
+
+
+@needs_it
+def test_modes_that_have_faded_away_are_at_rest() -> None:
+    """Once the mass has left, the highest of 40 modes loses a factor of e in some 0.5 us."""
+    rod = Rod("rod", (Segment(0.3, 9e-4, 2.1e11, 7850.0),), FREE, FREE, damping=Rayleigh(stiffness=1e-7))
+    bodies = {"mass": Mass("mass", 0.1, 1.0), "rod": rod}
+    contact = Contact(face(bodies["mass"]), face(rod), 0.0)
+    step = StepRule(dt=1e-7)
+    struck = simulation("faded", bodies, (contact,), 6e-3, Newmark(), step, model=Modal(None, 40), law=Hertz(1e10))
+    _, assembly, history = begun(struck)
+    walk_to(assembly, history, assembly.steps, assembly.sample_stride)
+    state = np.abs(assembly.memory.state)
+    assert np.count_nonzero(state == 0.0) > 40
+    assert state[state > 0.0].min() >= LEAST
