@@ -14,6 +14,7 @@ from impactlab.numerics.banded_kernels import add_matrix, factorise, in_motion, 
 from impactlab.numerics.chain_forces import pull_chain
 from impactlab.numerics.compiling import UNPACK
 from impactlab.numerics.three_bands import LEAST, pull_three
+from impactlab.numerics.tiny import restore_tiny, take_tiny_as_zero
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
@@ -103,6 +104,7 @@ def alpha_free(parameters: Array, state: Array) -> None:
     (1 - am) a_new + am a = (1 - af) w_new + af w, M w = load - C v - K u at the same instant, and Newmark's formulas
     with a. The state is u, v, a, and unless am = af = 0 also w and y, where (1 - am) y_new + am y = u_new - u.
     """
+    before = take_tiny_as_zero()
     n, _, _, _, wide = sizes(parameters)
     dt, af, am, beta, gamma = parameters[DT], parameters[AF], parameters[AM], parameters[BETA], parameters[GAMMA]
     _, _, _, _, _, factors = split(parameters)
@@ -117,6 +119,7 @@ def alpha_free(parameters: Array, state: Array) -> None:
         for i in range(n):
             u[i] += new_u * a[i]
             v[i] += new_v * a[i]
+        restore_tiny(before)
         return
     w, y = window(state, 3 * n, n), window(state, 4 * n, n)
     share, of_w, of_a = (1.0 - af) / (1.0 - am), af / (1.0 - am), am / (1.0 - am)
@@ -124,6 +127,7 @@ def alpha_free(parameters: Array, state: Array) -> None:
     free_forces(parameters, factors, u, v, w)
     solve(n, wide, factors, w)
     correct((share * new_u, share * new_v, share, 1.0 / (1.0 - am)), u, v, a, w, y)
+    restore_tiny(before)
 
 
 def alpha_derive(parameters: Array, state: Array) -> None:
@@ -149,6 +153,7 @@ def theta_free(parameters: Array, state: Array) -> None:
 
     v_theta = theta v_new + (1 - theta) v and u_theta likewise.
     """
+    before = take_tiny_as_zero()
     n, _, _, _, wide = sizes(parameters)
     dt, theta = parameters[DT], parameters[THETA]
     _, _, _, _, _, factors = split(parameters)
@@ -162,6 +167,7 @@ def theta_free(parameters: Array, state: Array) -> None:
     for i in range(n):
         u[i] += rest * v[i] + whole * gained[i]
         v[i] += dt * gained[i]
+    restore_tiny(before)
 
 
 def theta_retime(parameters: Array, dt: float) -> None:
@@ -181,6 +187,7 @@ def theta_retime(parameters: Array, dt: float) -> None:
 
 def bathe_free(parameters: Array, state: Array) -> None:
     """Step of the composite scheme: the trapezoidal rule over a first part, then the three-point backward formula."""
+    before = take_tiny_as_zero()
     n, _, _, _, wide = sizes(parameters)
     dt, part = parameters[DT], parameters[PART]
     _, _, _, _, _, factors = split(parameters)
@@ -209,3 +216,4 @@ def bathe_free(parameters: Array, state: Array) -> None:
     for i in range(n):
         u[i] += lag * lag * gained[i]
         v[i] += lag * gained[i]
+    restore_tiny(before)

@@ -139,6 +139,25 @@ def in_motion(n: int, bandwidth: int, masses: Array, v: Array) -> float:
 
 
 @HELPER
+def solve_narrow(n: int, below: Array, above: Array, inverse: Array, x: Array) -> None:
+    """Solve with L D L^T of at most four bands, in place: the last four values stay in registers.
+
+    Four entries a row, from beside the diagonal outwards: ``below`` of the rows of L, ``above`` of its columns;
+    ``inverse`` that of D.
+    """
+    one, two, three, four = 0.0, 0.0, 0.0, 0.0
+    for j in range(n):
+        rest = x[j] - below[4 * j + 3] * four - below[4 * j + 2] * three - below[4 * j + 1] * two
+        one, two, three, four = rest - below[4 * j] * one, one, two, three
+        x[j] = one * inverse[j]
+    one, two, three, four = 0.0, 0.0, 0.0, 0.0
+    for j in range(n - 1, -1, -1):
+        rest = x[j] - above[4 * j + 3] * four - above[4 * j + 2] * three - above[4 * j + 1] * two
+        one, two, three, four = rest - above[4 * j] * one, one, two, three
+        x[j] = one
+
+
+@HELPER
 def solve_by_rows(n: int, band: int, factor: Array, x: Array) -> None:
     """Solve with a banded Cholesky factor by rows, which end with the inverse of their diagonal, in place."""
     for j in range(n):

@@ -1,78 +1,70 @@
 """Numbers below 2.2e-308, which have fewer digits: a processor takes a hundred times as long over each of them.
 
-The coordinates of damped modes fade away into this range when nothing excites them any more.
+The coordinates of damped modes fade away into this range when nothing excites them any more, and a mesh is in it some
+way ahead of a wave. Steps of bodies take such numbers for zero. Contact laws do not: of two numbers that differ the
+difference may be taken for zero, and a law may divide by it.
 """
 
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from typing import Any, cast
 
 from llvmlite import ir
 from numba import types
+from numba.extending import lower_builtin, type_callable
 
-from impactlab.numerics.addresses import COMPILED, entered
-from impactlab.numerics.compiling import ENTRY
-from impactlab.numerics.windows import typed
-
-SERVES = COMPILED and platform.machine().lower() in ("x86_64", "amd64")
+ON_X86 = platform.machine().lower() in ("x86_64", "amd64")
 AS_ZERO = 0x8040  # in the control word of a thread: results, and operands, of this size are zero
-WORD = ir.IntType(32)
+WORD, WHOLE, BYTE = ir.IntType(32), ir.IntType(64), ir.IntType(8)
+_typing, _lowering = cast(tuple[Any, Any], (type_callable, lower_builtin))
+
+
+def take_tiny_as_zero() -> int:
+    """Let this thread take numbers below 2.2e-308 for zero; return what `restore_tiny` needs.
+
+    This holds in compiled code on processors of the x86 family; elsewhere nothing changes.
+    """
+    return 0
+
+
+def restore_tiny(before: int) -> None:
+    """Let this thread reckon with tiny numbers as it did before."""
 
 
 def _access(builder: Any, name: str, room: Any) -> None:
     """Let the processor store its control word in memory, or load it from there."""
-    at = builder.bitcast(room, ir.IntType(8).as_pointer())
+    at = builder.bitcast(room, BYTE.as_pointer())
     kind = ir.FunctionType(ir.VoidType(), [at.type])
     builder.call(builder.module.declare_intrinsic(f"llvm.x86.sse.{name}", fnty=kind), [at])
 
 
-def _read(_: Any) -> Any:
-    def generate(_context: Any, builder: Any, _signature: Any, _values: Any) -> Any:
-        room = builder.alloca(WORD)
-        _access(builder, "stmxcsr", room)
-        return builder.zext(builder.load(room), ir.IntType(64))
+def _take(_context: Any, builder: Any, _signature: Any, _values: Any) -> Any:
+    if not ON_X86:
+        return ir.Constant(WHOLE, 0)
+    from numba.core import cgutils
 
-    return types.int64(), generate
+    allocate: Any = cgutils.alloca_once
+    room = allocate(builder, WORD)
+    _access(builder, "stmxcsr", room)
+    before = builder.load(room)
+    builder.store(builder.or_(before, ir.Constant(WORD, AS_ZERO)), room)
+    _access(builder, "ldmxcsr", room)
+    return builder.zext(before, WHOLE)
 
 
-def _write(_: Any, word: Any) -> Any:  # noqa: ARG001 - numba's signature
-    def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
-        room = builder.alloca(WORD)
+def _restore(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+    if ON_X86:
+        from numba.core import cgutils
+
+        allocate: Any = cgutils.alloca_once
+        room = allocate(builder, WORD)
         builder.store(builder.trunc(values[0], WORD), room)
         _access(builder, "ldmxcsr", room)
-        return context.get_dummy_value()
-
-    return types.void(types.int64), generate
+    return context.get_dummy_value()
 
 
-read: Any = typed(_read)
-write: Any = typed(_write)
-
-
-@ENTRY
-def control_word() -> int:
-    """Return the control word of floating point of this thread."""
-    return int(read())
-
-
-@ENTRY
-def set_control_word(word: int) -> None:
-    """Set it."""
-    write(word)
-
-
-@contextmanager
-def tiny_as_zero() -> Iterator[None]:
-    """Take numbers below 2.2e-308 for zero inside, in compiled code on processors of the x86 family."""
-    if not SERVES:
-        yield
-        return
-    before = entered(control_word)
-    entered(set_control_word, before | AS_ZERO)
-    try:
-        yield
-    finally:
-        set_control_word(before)
+_typing(take_tiny_as_zero)(lambda context: lambda: types.int64)  # noqa: ARG005 - numba's signature
+_typing(restore_tiny)(lambda context: lambda before: types.none)  # noqa: ARG005
+_lowering(take_tiny_as_zero)(_take)
+_lowering(restore_tiny, types.Integer)(_restore)

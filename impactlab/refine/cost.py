@@ -40,4 +40,4 @@ BEAM_DAMPED_MODES = Cost(1.6e-7, 3e-9, setup_s=1.4e-3, margin=1.2)  # size: mode
 BEAM_MESH = Cost(2e-7, 9e-9, setup_s=1.6e-3, margin=1.2)  # size: elements of all bodies
 BEAM_DAMPED_MESH = Cost(5e-7, 1.8e-8, setup_s=1.6e-3, margin=1.2)  # size: elements of all bodies
 BEAM_EXPLICIT = Cost(1.5e-7, 0.8e-9, setup_s=1.8e-3, margin=1.2)  # size: elements of all bodies
-BEAM_GRIDS = Cost(4e-7, 2.2e-8, setup_s=2e-3)  # size: cells of the grids of all continuous beams
+BEAM_GRIDS = Cost(4e-7, 1.1e-8, setup_s=2e-3)  # size: cells of the grids of all continuous beams

@@ -15,7 +15,6 @@ from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import entered, is_loaded
 from impactlab.numerics.collection import Uncollected
-from impactlab.numerics.tiny import tiny_as_zero
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import Recent
@@ -212,8 +211,7 @@ def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None
         first = assembly.clock.step
         began = clock.perf_counter()
         last = min(first + chunk, assembly.steps)
-        with tiny_as_zero():
-            status = advance(assembly.memory, assembly.dt, last, assembly.stride, assembly.sample_stride)
+        status = advance(assembly.memory, assembly.dt, last, assembly.stride, assembly.sample_stride)
         spent = clock.perf_counter() - began
         check_called(assembly.clock)
         history.drain()

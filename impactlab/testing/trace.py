@@ -9,7 +9,6 @@ import numpy as np
 
 from impactlab.errors import CaseError, StepError
 from impactlab.integrators.base import AbstractIntegrator
-from impactlab.numerics.tiny import tiny_as_zero
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
 from impactlab.simulate.checks import SMALLER_STEP
@@ -115,8 +114,7 @@ def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stri
     """Call the loop up to a step, with more room where needed."""
     advance = advance_of(assembly)
     while assembly.clock.step < step:
-        with tiny_as_zero():
-            status = advance(assembly.memory, assembly.dt, step, assembly.stride, sample_stride)
+        status = advance(assembly.memory, assembly.dt, step, assembly.stride, sample_stride)
         history.drain()
         if status == loop.RECORDS_FULL:
             assembly.grow()

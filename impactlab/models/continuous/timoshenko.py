@@ -19,8 +19,9 @@ from impactlab.models.continuous.base import (
     under_waves,
     without_mass,
 )
-from impactlab.models.continuous.timoshenko_grids import Coupling, Grid, coupling, factor
+from impactlab.models.continuous.timoshenko_grids import Coupling, Grid, coupling, factor, in_blocks, transposed
 from impactlab.models.continuous.timoshenko_kernel import DEFLECTION, ENDS, MOMENT, ROTATION, SHEAR
+from impactlab.numerics.lanes import LANES
 from impactlab.scene.bodies import Beam, End
 from impactlab.scene.problem import Probe
 from impactlab.scene.sizes import check_cells
@@ -143,19 +144,22 @@ class TimoshenkoWaves(AbstractSelfStepping):
         weight = dt**2 * stiffness / (4.0 * turning) * share
         numbers, n = self._numbered(shear, bend), self.n_dof
         ends = np.array([self._end(end, family, impedances, dt) for family in range(2) for _, end in self._beam.ends])
+        blocks, forth = in_blocks(couple)
+        back_blocks, back = in_blocks(transposed(couple, bend.cells))
+        bands, factors = factor(couple, bend.cells, weight)
         parameters = np.concatenate(
             [
-                [float(shear.cells), float(bend.cells), float(couple.rows.shape[1]), float(couple.rows.shape[1] - 1)],
+                [float(each) for each in (shear.cells, bend.cells, blocks, back_blocks, bands)],
                 [dt, *impedances, 0.5 * dt * stiffness, dt / turning * share, float(n), 0.5 * self._beam.velocity],
                 ends.ravel(),
                 numbers.ravel(),
-                couple.first,
-                couple.rows.ravel(),
-                factor(couple, bend.cells, weight).ravel(),
+                forth,
+                back,
+                factors,
             ]
         )
         at = 2 * n + ENDS
-        state = np.zeros(at + 2 * shear.cells + 3 * bend.cells)
+        state = np.zeros(at + 3 * shear.cells + 3 * bend.cells + LANES * (blocks + back_blocks))
         system = self.operators()
         state[:n], state[n : 2 * n] = system.displacement, system.velocity
         for number, (x, end) in enumerate(self._beam.ends):
@@ -167,7 +171,8 @@ class TimoshenkoWaves(AbstractSelfStepping):
         if self._beam.displacement is not None:
             moment = [self._initial(float(x), "bending_moment", bend.spacing) for x in bend.centres]
             waves = state[at + 2 * shear.cells : at + 2 * shear.cells + 2 * bend.cells]
-            waves[::2], waves[1::2] = -0.5 * np.array(moment) / impedances[1], 0.5 * np.array(moment) / impedances[1]
+            half = 0.5 * np.array(moment) / impedances[1]
+            waves[: bend.cells], waves[bend.cells :] = -half, half
         responses = np.array([self._response(row, numbers, shear, ends, impedances[0], dt, couple) for row in ports])
         force_response = np.zeros((len(ports), state.size))
         force_response[:, : at + 2 * shear.cells] = responses.reshape(len(ports), at + 2 * shear.cells)
@@ -267,7 +272,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         response, at = np.zeros(2 * n + ENDS + 2 * count), 2 * n + ENDS
         if 0 < node < count:
             velocity = 0.5 / impedance
-            response[at + 2 * node] = response[at + 2 * node - 1] = velocity
+            response[at + node] = response[at + count + node - 1] = velocity
         else:
             side = 0 if node == 0 else 1
             velocity, inertia = float(ends[side, 1]), float(ends[side, 3])
@@ -280,5 +285,5 @@ class TimoshenkoWaves(AbstractSelfStepping):
                 response[c] = dt * response[n + c]
             elif kind == SHEAR:
                 for cell, part in ((int(index), 1.0 - share), (int(index) + 1, share)):
-                    response[c] += part * impedance * (response[at + 2 * cell + 1] - response[at + 2 * cell])
+                    response[c] += part * impedance * (response[at + count + cell] - response[at + cell])
         return response

@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from impactlab.models.continuous.timoshenko_kernel import NARROW
+from impactlab.numerics.lanes import LANES
 from impactlab.types import Array
 
 
@@ -74,10 +76,35 @@ def _hats(grid: Array, middle: Array, left: Array, right: Array) -> list[tuple[A
     return [(below, 1.0 - shares[0], 1.0 - shares[1]), (below + 1, shares[0], shares[1])]
 
 
-def factor(couple: Coupling, count: int, weight: float) -> Array:
-    """Return the banded Cholesky factor of 1 + weight P^T P, shape (count, bandwidth + 1).
+def transposed(couple: Coupling, count: int) -> Coupling:
+    """Return the transpose of a coupling, of so many columns."""
+    n, width = couple.rows.shape
+    row, column = np.repeat(np.arange(n), width), (couple.first.astype(int)[:, None] + np.arange(width)).ravel()
+    value = couple.rows.ravel()
+    used = value != 0.0
+    row, column, value = row[used], column[used], value[used]
+    first, last = np.full(count, n), np.zeros(count, int)
+    np.minimum.at(first, column, row)
+    np.maximum.at(last, column, row)
+    rows = np.zeros((count, int(np.max(last - first)) + 1))
+    rows[column, row - first[column]] = value
+    return Coupling(np.minimum(first, n - 1).astype(float), rows)
 
-    A row ends with the inverse of its diagonal.
+
+def in_blocks(couple: Coupling) -> tuple[int, Array]:
+    """Return how many blocks of eight a row takes, and the coupling flat: first cells, rows padded with zeros."""
+    n, width = couple.rows.shape
+    blocks = -(-width // LANES)
+    rows = np.zeros((n, LANES * blocks))
+    rows[:, :width] = couple.rows
+    return blocks, np.concatenate((couple.first, rows.ravel()))
+
+
+def factor(couple: Coupling, count: int, weight: float) -> tuple[int, Array]:
+    """Return the bandwidth of 1 + weight P^T P and its factors, flat.
+
+    Up to `NARROW` bands: L D L^T for `solve_narrow`. Wider: the rows of the Cholesky factor, each with the inverse of
+    its diagonal at its end.
     """
     from scipy.linalg import cholesky_banded
 
@@ -89,8 +116,14 @@ def factor(couple: Coupling, count: int, weight: float) -> Array:
             np.add.at(banded[i - j], start + j, weight * couple.rows[:, i] * couple.rows[:, j])
     banded[0] += 1.0
     lower = cholesky_banded(banded, lower=True)
+    if width - 1 <= NARROW:
+        below, above = np.zeros((count, NARROW)), np.zeros((count, NARROW))
+        for offset in range(1, width):
+            entries = lower[offset, : count - offset] / lower[0, : count - offset]
+            below[offset:, offset - 1], above[: count - offset, offset - 1] = entries, entries
+        return width - 1, np.concatenate((below.ravel(), above.ravel(), 1.0 / lower[0] ** 2))
     rows = np.zeros((count, width))
     for offset in range(width):
         rows[offset:, width - 1 - offset] = lower[offset, : count - offset]
     rows[:, -1] = 1.0 / rows[:, -1]
-    return rows
+    return width - 1, rows.ravel()

@@ -1,74 +1,116 @@
 """Kernel of the Timoshenko beam by characteristics: exact shifts on two grids, shear and rotation coupled implicitly.
 
-Parameters: numbers of cells n2 (shear) and n1 (bending), width of the coupling, bandwidth of the factor, dt, impedances
-Z2 and Z1, the factors of the rotations B = b_old + b_new in V (dt kGA/2) and of V in them (dt h2/(rho I h1)), number of
-coordinates, velocity that comes in from infinity; then four ends (left and right for the deflection, left and right for
-the rotation) of five entries: 1 where the beam goes on, mean velocity per force, spring, 2 m/dt, load; then kind, cell
-or node, and share of each coordinate; then of each shear cell the first bending cell it meets, the coupling
-(n2, width), and the factor (n1, bandwidth + 1).
+Parameters: the header below; then four ends (left and right for the deflection, left and right for the rotation) of
+five entries: 1 where the beam goes on, mean velocity per force, spring, 2 m/dt, load; then kind, cell or node, and
+share of each coordinate; then of each shear cell the first bending cell it meets and its row of the coupling, of each
+bending cell the first shear cell and its row of the transpose, and the factors (`timoshenko_grids`). Rows are padded
+with zeros to blocks of eight.
 
 State: coordinates, their velocities; displacement and velocity of each of the four ends; energy and momentum gone to
-infinity; waves to the right and to the left in each shear cell, the same in each bending cell; room for B.
+infinity; waves to the right and to the left in each shear cell, the same in each bending cell; room for B and for the
+shear forces, each with the zeros behind it that a padded row may meet.
 """
 
 from __future__ import annotations
 
-from impactlab.numerics.banded_kernels import solve_by_rows
+from impactlab.numerics.banded_kernels import solve_by_rows, solve_narrow
 from impactlab.numerics.compiling import HELPER
+from impactlab.numerics.lanes import LANES, lanes_at, put_lanes, sum_of_lanes
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
+# Places in the header: numbers of cells (shear, bending), blocks of a row of the coupling and of its transpose, bands
+# of the factors, dt, impedances Z2 and Z1, the factors of the rotations B = b_old + b_new in V (dt kGA/2) and of V in
+# them (dt h2/(rho I h1)), number of coordinates, velocity that comes in from infinity.
+CELLS, BENT, BLOCKS, BACK, BANDS, DT, Z2, Z1, TURNED, GIVEN, COORDINATES, INCOMING = range(12)
+ENDS_AT = 12
+COORDINATES_AT = ENDS_AT + 20
 ENDS = 10  # entries of the state: four ends, energy and momentum gone
 DEFLECTION, ROTATION, MOMENT, SHEAR = 0, 1, 2, 3  # kinds of coordinates
+NARROW = 4  # bands of factors that are solved with in registers
 
 
 @HELPER
-def turn_both(parameters: Array, first: Array, coupling: Array, shear: Array, bend: Array, turn: Array) -> None:
-    """Couple shear and rotation over a step: (1 + a P* P) B = 2 b + dt P* V/(rho I)."""
-    width, z2 = int(parameters[2]), parameters[5]
-    taken, given = 0.5 * parameters[7] / z2, parameters[8] * z2
-    for j in range(turn.size):
-        turn[j] = 2.0 * (bend[2 * j] + bend[2 * j + 1])
-    for i in range(first.size):
-        force = given * (shear[2 * i + 1] - shear[2 * i])
-        begin = int(first[i])
-        for k in range(width):
-            turn[begin + k] += coupling[i * width + k] * force
-    solve_by_rows(turn.size, int(parameters[3]), parameters[parameters.size - turn.size * width :], turn)
-    for i in range(first.size):
-        mean, begin = 0.0, int(first[i])
-        for k in range(width):
-            mean += coupling[i * width + k] * turn[begin + k]
-        shear[2 * i] += taken * mean
-        shear[2 * i + 1] -= taken * mean
-    for j in range(turn.size):
-        half = 0.5 * turn[j] - bend[2 * j] - bend[2 * j + 1]
-        bend[2 * j] += half
-        bend[2 * j + 1] += half
+def row_times(rows: Array, row: int, blocks: int, values: Array, begin: int) -> float:
+    """Return a row of the coupling times the values from one on."""
+    at, total = LANES * blocks * row, lanes_at(rows, LANES * blocks * row) * lanes_at(values, begin)
+    for block in range(1, blocks):
+        total = lanes_at(rows, at + LANES * block) * lanes_at(values, begin + LANES * block) + total
+    return sum_of_lanes(total)
 
 
 @HELPER
-def shift(waves: Array, sent_right: float, sent_left: float) -> None:
+def turn_both(parameters: Array, first: Array, back: Array, state: Array) -> None:
+    """Couple shear and rotation over a step: (1 + a P* P) B = 2 b + dt P* V/(rho I).
+
+    ``first`` are the parameters from the coupling on, ``back`` those from its transpose on.
+    """
+    n2, n1, blocks, back_blocks = (
+        int(parameters[CELLS]),
+        int(parameters[BENT]),
+        int(parameters[BLOCKS]),
+        int(parameters[BACK]),
+    )
+    at = 2 * int(parameters[COORDINATES]) + ENDS
+    right, left = window(state, at, n2), window(state, at + n2, n2)
+    turned_right, turned_left = window(state, at + 2 * n2, n1), window(state, at + 2 * n2 + n1, n1)
+    room = at + 2 * (n2 + n1)
+    turn = window(state, room, n1 + LANES * blocks)
+    force = window(state, room + n1 + LANES * blocks, n2 + LANES * back_blocks)
+    rows, back_rows = window(first, n2, LANES * blocks * n2), window(back, n1, LANES * back_blocks * n1)
+    given, taken = parameters[GIVEN] * parameters[Z2], 0.5 * parameters[TURNED] / parameters[Z2]
+    for i in range(n2):
+        force[i] = given * (left[i] - right[i])
+    for j in range(n1):
+        pushed = row_times(back_rows, j, back_blocks, force, int(back[j]))
+        turn[j] = 2.0 * (turned_right[j] + turned_left[j]) + pushed
+    done = n1 + LANES * back_blocks * n1
+    factors, bands = window(back, done, back.size - done), int(parameters[BANDS])
+    if bands <= NARROW:
+        below, above = window(factors, 0, NARROW * n1), window(factors, NARROW * n1, NARROW * n1)
+        solve_narrow(n1, below, above, window(factors, 2 * NARROW * n1, n1), turn)
+    else:
+        solve_by_rows(n1, bands, factors, turn)
+    for i in range(n2):
+        change = taken * row_times(rows, i, blocks, turn, int(first[i]))
+        right[i] += change
+        left[i] -= change
+    for j in range(n1):
+        half = 0.5 * turn[j] - turned_right[j] - turned_left[j]
+        turned_right[j] += half
+        turned_left[j] += half
+
+
+@HELPER
+def shift(right: Array, left: Array, sent_right: float, sent_left: float) -> None:
     """Move all waves of a family by a cell; the waves that its ends send come in."""
-    cells = waves.size // 2
-    for i in range(cells - 1, 0, -1):
-        waves[2 * i] = waves[2 * i - 2]
-    for i in range(cells - 1):
-        waves[2 * i + 1] = waves[2 * i + 3]
-    waves[0], waves[2 * cells - 1] = sent_right, sent_left
+    at = right.size
+    while at > LANES:
+        put_lanes(right, at - LANES, lanes_at(right, at - LANES - 1))
+        at -= LANES
+    for i in range(at - 1, 0, -1):
+        right[i] = right[i - 1]
+    at = 0
+    while at + LANES < left.size:
+        put_lanes(left, at, lanes_at(left, at + 1))
+        at += LANES
+    for i in range(at, left.size - 1):
+        left[i] = left[i + 1]
+    right[0], left[left.size - 1] = sent_right, sent_left
 
 
 @HELPER
-def meet(state: Array, coordinates: Array, family: float, waves: Array) -> None:
+def meet(state: Array, coordinates: Array, family: float, right: Array, left: Array) -> None:
     """Write the mean velocities over the step at inner places: sums of the waves that meet there."""
-    n, cells = coordinates.size // 3, waves.size // 2
+    n, cells = coordinates.size // 3, right.size
     for c in range(n):
         if coordinates[3 * c] != family:
             continue
         index, share, velocity = int(coordinates[3 * c + 1]), coordinates[3 * c + 2], 0.0
         if 0 < index < cells:
-            velocity += (1.0 - share) * (waves[2 * index - 2] + waves[2 * index + 1])
+            velocity += (1.0 - share) * (right[index - 1] + left[index])
         if share != 0.0 and index + 1 < cells:
-            velocity += share * (waves[2 * index] + waves[2 * index + 3])
+            velocity += share * (right[index] + left[index + 1])
         state[n + c] = velocity
 
 
@@ -79,10 +121,10 @@ def reflect(parameters: Array, state: Array, coordinates: Array, end: int, arriv
     An end with mass m, spring k, dashpot d and force F moves with the mean velocity V of
     (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v + F under an arriving wave w, and sends V - w.
     """
-    n, at, family = coordinates.size // 3, 11 + 5 * end, end // 2
-    dt, impedance = parameters[4], parameters[5 + family]
+    n, at, family = coordinates.size // 3, ENDS_AT + 5 * end, end // 2
+    dt, impedance = parameters[DT], parameters[Z2 + family]
     if parameters[at] > 0.0:
-        sent = parameters[10] if family == 0 else 0.0
+        sent = parameters[INCOMING] if family == 0 else 0.0
         state[2 * n + 8] += impedance * dt * (arrived * arrived - sent * sent)
         if family == 0:
             state[2 * n + 9] += impedance * dt * (arrived - sent)
@@ -105,52 +147,54 @@ def reflect(parameters: Array, state: Array, coordinates: Array, end: int, arriv
 
 
 @HELPER
-def shear_at(parameters: Array, first: Array, coupling: Array, shear: Array, bend: Array, cell: int) -> float:
+def shear_at(parameters: Array, first: Array, state: Array, cell: int) -> float:
     """Return the shear force in a cell at the end of the step [N]: half of the step's coupling is added."""
-    width, turned, begin = int(parameters[2]), 0.0, int(first[cell])
-    for k in range(width):
-        turned += coupling[cell * width + k] * (bend[2 * (begin + k)] + bend[2 * (begin + k) + 1])
-    force: float = parameters[5] * (shear[2 * cell + 1] - shear[2 * cell]) - parameters[7] * turned
+    n2, n1, blocks = int(parameters[CELLS]), int(parameters[BENT]), int(parameters[BLOCKS])
+    at, turned = 2 * int(parameters[COORDINATES]) + ENDS, 0.0
+    right, left = window(state, at + 2 * n2, n1), window(state, at + 2 * n2 + n1, n1)
+    begin, row = int(first[cell]), n2 + LANES * blocks * cell
+    for k in range(min(LANES * blocks, n1 - begin)):
+        turned += first[row + k] * (right[begin + k] + left[begin + k])
+    force: float = parameters[Z2] * (state[at + n2 + cell] - state[at + cell]) - parameters[TURNED] * turned
     return force
 
 
 def free(parameters: Array, state: Array) -> None:
     """Step without contact: shear and rotation are coupled, then all waves move by a cell."""
-    n2, n1, width, n = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[9])
-    coordinates = parameters[31 : 31 + 3 * n]
-    first = parameters[31 + 3 * n : 31 + 3 * n + n2]
-    coupling = parameters[31 + 3 * n + n2 : 31 + 3 * n + n2 * (width + 1)]
-    at = 2 * n + 10
-    shear, bend = state[at : at + 2 * n2], state[at + 2 * n2 : at + 2 * n2 + 2 * n1]
-    turn = state[at + 2 * n2 + 2 * n1 : at + 2 * n2 + 3 * n1]
-    turn_both(parameters, first, coupling, shear, bend, turn)
-    meet(state, coordinates, 0.0, shear)
-    meet(state, coordinates, 1.0, bend)
-    left = reflect(parameters, state, coordinates, 0, shear[1])
-    right = reflect(parameters, state, coordinates, 1, shear[2 * n2 - 2])
-    shift(shear, left, right)
-    left = reflect(parameters, state, coordinates, 2, bend[1])
-    right = reflect(parameters, state, coordinates, 3, bend[2 * n1 - 2])
-    shift(bend, left, right)
+    n2, n1, n = int(parameters[CELLS]), int(parameters[BENT]), int(parameters[COORDINATES])
+    blocks, coordinates = int(parameters[BLOCKS]), window(parameters, COORDINATES_AT, 3 * n)
+    begins = COORDINATES_AT + 3 * n
+    first = window(parameters, begins, parameters.size - begins)
+    done = n2 + LANES * blocks * n2
+    turn_both(parameters, first, window(first, done, first.size - done), state)
+    at = 2 * n + ENDS
+    right, left = window(state, at, n2), window(state, at + n2, n2)
+    turned_right, turned_left = window(state, at + 2 * n2, n1), window(state, at + 2 * n2 + n1, n1)
+    meet(state, coordinates, 0.0, right, left)
+    meet(state, coordinates, 1.0, turned_right, turned_left)
+    from_left = reflect(parameters, state, coordinates, 0, left[0])
+    from_right = reflect(parameters, state, coordinates, 1, right[n2 - 1])
+    shift(right, left, from_left, from_right)
+    from_left = reflect(parameters, state, coordinates, 2, turned_left[0])
+    from_right = reflect(parameters, state, coordinates, 3, turned_right[n1 - 1])
+    shift(turned_right, turned_left, from_left, from_right)
     for c in range(n):
         kind, index, share = coordinates[3 * c], int(coordinates[3 * c + 1]), coordinates[3 * c + 2]
         if kind < 2.0:
-            state[c] += parameters[4] * state[n + c]
+            state[c] += parameters[DT] * state[n + c]
         elif kind == 2.0:
-            low, high = bend[2 * index + 1] - bend[2 * index], bend[2 * index + 3] - bend[2 * index + 2]
-            state[c] = parameters[6] * ((1.0 - share) * low + share * high)
+            low, high = turned_left[index] - turned_right[index], turned_left[index + 1] - turned_right[index + 1]
+            state[c] = parameters[Z1] * ((1.0 - share) * low + share * high)
         else:
-            low = shear_at(parameters, first, coupling, shear, bend, index)
-            high = shear_at(parameters, first, coupling, shear, bend, index + 1)
+            low, high = shear_at(parameters, first, state, index), shear_at(parameters, first, state, index + 1)
             state[c] = (1.0 - share) * low + share * high
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write the energy [J] of all waves and ends, those gone to infinity included, work of the loads, momentum."""
-    n2, n1, n = int(parameters[0]), int(parameters[1]), int(parameters[9])
-    dt, z2, z1 = parameters[4], parameters[5], parameters[6]
-    at = 2 * n + 10
-    shear, bend = state[at : at + 2 * n2], state[at + 2 * n2 : at + 2 * n2 + 2 * n1]
+    n2, n1, n = int(parameters[CELLS]), int(parameters[BENT]), int(parameters[COORDINATES])
+    dt, z2, z1 = parameters[DT], parameters[Z2], parameters[Z1]
+    shear, bend = window(state, 2 * n + ENDS, 2 * n2), window(state, 2 * n + ENDS + 2 * n2, 2 * n1)
     sheared, moved, bent = 0.0, 0.0, 0.0
     for i in range(2 * n2):
         sheared += shear[i] * shear[i]
@@ -160,7 +204,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     energy, work = dt * (z2 * sheared + z1 * bent) + state[2 * n + 8], 0.0
     momentum = dt * z2 * moved + state[2 * n + 9]
     for end in range(4):
-        at = 11 + 5 * end
+        at = ENDS_AT + 5 * end
         u, v, inertia = state[2 * n + 2 * end], state[2 * n + 2 * end + 1], 0.5 * dt * parameters[at + 3]
         energy += 0.5 * (parameters[at + 2] * u * u + inertia * v * v)
         work += parameters[at + 4] * u
