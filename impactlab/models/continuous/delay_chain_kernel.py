@@ -12,6 +12,8 @@ velocity that it sends to the right [m]; then the three velocities.
 
 from __future__ import annotations
 
+from impactlab.numerics.sums import sum_of, sum_of_squares
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 NODE, PIECE, FIRST = 6, 5, 3  # numbers of a node and of a piece; where those of the nodes begin
@@ -73,10 +75,17 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
         impedance, gain = parameters[piece + 3], parameters[piece + 4]
         right, left = state[3 * nodes + 3 * node + SENT_RIGHT], state[3 * nodes + 3 * node + 3 + SENT_LEFT]
         moved = state[3 * node + SENT_RIGHT] + state[3 * node + 3 + SENT_LEFT]  # m, at both nodes
-        energy, momentum, area = 0.0, 0.0, 0.0
+        if gain == 0.0:  # all waves but the oldest ones, in whose place the newest will stand
+            before, behind = window(parameters, start, 2 * place), 2 * (delay - 1 - place)
+            after = window(parameters, start + 2 * (place + 1), behind)
+            squares = right * right + left * left + sum_of_squares(before) + sum_of_squares(after)
+            out[0] += impedance * dt * squares
+            out[2] += impedance * dt * (right + left + sum_of(before) + sum_of(after))
+            continue
+        energy, momentum, area, k = 0.0, 0.0, 0.0, place
         for age in range(delay):
             if age > 0:
-                k = (place - age) % delay
+                k = k - 1 if k > 0 else delay - 1
                 right, left = parameters[start + 2 * k], parameters[start + 2 * k + 1]
             now = (age + 0.5) * gain
             energy += (right + now) * (right + now) + (left + now) * (left + now) + gain * gain / 6.0

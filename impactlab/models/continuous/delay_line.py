@@ -11,6 +11,8 @@ from impactlab.errors import CaseError
 from impactlab.integrators.base import Stepper
 from impactlab.models.base import Operators
 from impactlab.models.continuous.base import MODES, AbstractSelfStepping, stepper_of, under_waves, without_mass
+from impactlab.numerics.sums import sum_of, sum_of_squares
+from impactlab.numerics.windows import window
 from impactlab.scene.bodies import End, WaveBody
 from impactlab.scene.sizes import check_cells
 from impactlab.types import Array, Quantity
@@ -27,11 +29,12 @@ def free(parameters: Array, state: Array) -> None:
     room = whole + 2
     head = int(state[6])
     # The waves that the ends sent in the step before stand in state[4] (to the right) and state[5], contact included.
-    to_right, to_left = state[7 : 7 + room], state[7 + room : 7 + 2 * room]
+    to_right, to_left = window(state, 7, room), window(state, 7 + room, room)
     to_right[head], to_left[head] = state[4], state[5]
-    head = (head + 1) % room
+    head = head + 1 if head + 1 < room else 0
     state[6] = head
-    near, far = (head - whole) % room, (head - whole - 1) % room
+    near = head - whole if head >= whole else head - whole + room
+    far = near - 1 if near > 0 else room - 1
     for end in range(2):
         sent = to_left if end == 0 else to_right
         arrived = (1.0 - share) * sent[near] + share * sent[far]
@@ -50,12 +53,14 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     head = int(state[6])
     energy = state[4] * state[4] + state[5] * state[5]
     momentum = state[4] + state[5]
-    for back in range(1, whole + 1):
-        weight = 1.0 if back < whole else share
-        index = (head - back) % room
-        right, left = state[7 + index], state[7 + room + index]
-        energy += weight * (right * right + left * left)
-        momentum += weight * (right + left)
+    last = head - whole if head >= whole else head - whole + room  # sent longest ago: a share of it has arrived
+    after = head - whole + 1  # sent since then, up to the head; below zero the ring goes on at its end
+    for way in range(2):
+        sent = window(state, 7 + way * room, room)
+        begin, beyond = max(after, 0), max(-after, 0)
+        whole_part, wrapped = window(sent, begin, head - begin), window(sent, room - beyond, beyond)
+        energy += share * sent[last] * sent[last] + sum_of_squares(whole_part) + sum_of_squares(wrapped)
+        momentum += share * sent[last] + sum_of(whole_part) + sum_of(wrapped)
     work = parameters[10] * state[0] + parameters[11] * state[1]
     out[0], out[1], out[2] = impedance * dt * energy, work, impedance * dt * momentum
     for end in range(2):
