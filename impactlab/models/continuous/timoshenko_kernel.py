@@ -45,12 +45,8 @@ def turn_both(parameters: Array, first: Array, back: Array, state: Array) -> Non
 
     ``first`` are the parameters from the coupling on, ``back`` those from its transpose on.
     """
-    n2, n1, blocks, back_blocks = (
-        int(parameters[CELLS]),
-        int(parameters[BENT]),
-        int(parameters[BLOCKS]),
-        int(parameters[BACK]),
-    )
+    n2, n1 = int(parameters[CELLS]), int(parameters[BENT])
+    blocks, back_blocks = int(parameters[BLOCKS]), int(parameters[BACK])
     at = 2 * int(parameters[COORDINATES]) + ENDS
     right, left = window(state, at, n2), window(state, at + n2, n2)
     turned_right, turned_left = window(state, at + 2 * n2, n1), window(state, at + 2 * n2 + n1, n1)

@@ -8,17 +8,12 @@ from typing import Any
 from numba import types
 
 from impactlab.numerics.addresses import COMPILED, call, kernel_address, type_of
-from impactlab.numerics.compiling import PART, plain
-from impactlab.numerics.tiny import restore_tiny, take_tiny_as_zero
-from impactlab.numerics.windows import window
+from impactlab.numerics.compiling import plain
 from impactlab.simulate.stepping import contact_solve, phases
 from impactlab.simulate.stepping.arrays import (
     APPLY_LOADS,
     BOOK_RARE,
-    CHANGE,
     CHANGE_PHASES,
-    DAMPING,
-    LENGTH,
     MARCH_ROWS,
     PUSH_ROWS,
     READ_AGAIN,
@@ -32,51 +27,16 @@ from impactlab.simulate.stepping.arrays import (
     SOLVE_SEVERAL,
     STEP_ROWS,
     ClockRecord,
-    Floats,
     StepArrays,
 )
 from impactlab.simulate.stepping.bead_records import record_beads, sample_beads, show_beads
 from impactlab.simulate.stepping.beads import bead_arrays, march_beads, read_beads, step_beads
+from impactlab.simulate.stepping.dashpots import book_dashpots, read_lengths
 from impactlab.simulate.stepping.end_loads import apply_loads, book_loads, read_loads
 from impactlab.simulate.stepping.influence import fill_influence, pushed_values, row_times_state
 from impactlab.simulate.stepping.loop import add_responses
 
 WHOLE, NUMBER = types.int64, types.float64
-
-
-@PART
-def write_lengths(lengths: Floats, near: Floats, far: Floats) -> None:
-    """Write the lengths of dashpots from the displacements of their ends; ``far`` is empty where that is the ground."""
-    if far.size == 0:
-        for i in range(lengths.size):
-            lengths[i] = near[i]
-        return
-    for i in range(lengths.size):
-        lengths[i] = near[i] - far[i]
-
-
-@PART
-def loss_times_step(
-    damping: Floats, lengths: Floats, changes: Floats, near: Floats, far: Floats, share_before: float
-) -> float:
-    """Return the loss in dashpots over a step, times its length [J s], and write by how much their lengths change.
-
-    They act on the change of this step, or with ``share_before`` = 1/2 on the mean of it and of the one before.
-    """
-    total, share = 0.0, 1.0 - share_before
-    if far.size == 0:
-        for i in range(lengths.size):
-            moved = near[i] - lengths[i]
-            felt = share * moved + share_before * changes[i]
-            total += damping[i] * felt * felt
-            changes[i] = moved
-        return total
-    for i in range(lengths.size):
-        moved = near[i] - far[i] - lengths[i]
-        felt = share * moved + share_before * changes[i]
-        total += damping[i] * felt * felt
-        changes[i] = moved
-    return total
 
 
 def read_rare(m: StepArrays) -> None:
@@ -92,13 +52,8 @@ def read_rare(m: StepArrays) -> None:
         pushed_values(m, False)
     if len(m.loads) > 0:
         read_loads(m)
-    for number in range(len(m.dampers)):
-        damper = m.dampers[number]
-        write_lengths(
-            window(m.dashpots[LENGTH], damper.first, damper.count),
-            window(m.state, damper.index, damper.count),
-            window(m.state, max(damper.other, 0), damper.count if damper.other >= 0 else 0),
-        )
+    if len(m.dampers) > 0:
+        read_lengths(m)
 
 
 def read_pushed(m: StepArrays) -> None:
@@ -148,28 +103,10 @@ def push_rows(m: StepArrays) -> None:
 
 def book_rare(m: StepArrays, dt: float) -> None:
     """Book the work of loads and the losses of dashpots."""
-    clock = m.clock[0]
     if len(m.loads) > 0:
         book_loads(m, dt)
-    before = take_tiny_as_zero()  # squares of what modes still move by
-    for number in range(len(m.dampers)):
-        damper = m.dampers[number]
-        lost = (
-            loss_times_step(
-                window(m.dashpots[DAMPING], damper.first, damper.count),
-                window(m.dashpots[LENGTH], damper.first, damper.count),
-                window(m.dashpots[CHANGE], damper.first, damper.count),
-                window(m.state, damper.index, damper.count),
-                window(m.state, max(damper.other, 0), damper.count if damper.other >= 0 else 0),
-                0.5 if damper.straddles != 0 else 0.0,
-            )
-            / dt
-        )
-        if damper.inside != 0:
-            clock.lost_inside += lost
-        else:
-            clock.lost_ends += lost
-    restore_tiny(before)
+    if len(m.dampers) > 0:
+        book_dashpots(m, dt)
 
 
 def step_rows(m: StepArrays, dt: float) -> None:

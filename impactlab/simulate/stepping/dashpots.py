@@ -1,0 +1,86 @@
+"""Losses in dashpots: damping inside bodies, and dashpots at their ends.
+
+Dashpots side by side form a group, whose values lie side by side, too, so that they are booked in vector registers.
+"""
+
+from __future__ import annotations
+
+from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.tiny import restore_tiny, take_tiny_as_zero
+from impactlab.numerics.windows import window
+from impactlab.simulate.stepping.arrays import CHANGE, DAMPING, LENGTH, DamperRecord, Floats, StepArrays
+
+
+@PART
+def write_lengths(lengths: Floats, near: Floats, far: Floats) -> None:
+    """Write the lengths of dashpots from the displacements of their ends; ``far`` is empty where that is the ground."""
+    if far.size == 0:
+        for i in range(lengths.size):
+            lengths[i] = near[i]
+        return
+    for i in range(lengths.size):
+        lengths[i] = near[i] - far[i]
+
+
+@PART
+def loss_times_step(
+    damping: Floats, lengths: Floats, changes: Floats, near: Floats, far: Floats, share_before: float
+) -> float:
+    """Return the loss in dashpots over a step, times its length [J s], and write by how much their lengths change.
+
+    They act on the change of this step, or with ``share_before`` = 1/2 on the mean of it and of the one before.
+    """
+    total, share = 0.0, 1.0 - share_before
+    if far.size == 0:
+        for i in range(lengths.size):
+            moved = near[i] - lengths[i]
+            felt = share * moved + share_before * changes[i]
+            total += damping[i] * felt * felt
+            changes[i] = moved
+        return total
+    for i in range(lengths.size):
+        moved = near[i] - far[i] - lengths[i]
+        felt = share * moved + share_before * changes[i]
+        total += damping[i] * felt * felt
+        changes[i] = moved
+    return total
+
+
+@INLINE
+def near_ends(m: StepArrays, group: DamperRecord) -> Floats:
+    """Return the displacements of the first ends of a group."""
+    return window(m.state, group.index, group.count)
+
+
+@INLINE
+def far_ends(m: StepArrays, group: DamperRecord) -> Floats:
+    """Return the displacements of the other ends of a group; none where these are the ground."""
+    return window(m.state, max(group.other, 0), group.count if group.other >= 0 else 0)
+
+
+@PART
+def read_lengths(m: StepArrays) -> None:
+    """Read the lengths of all dashpots at the start of a step."""
+    for number in range(len(m.dampers)):
+        group = m.dampers[number]
+        lengths = window(m.dashpots[LENGTH], group.first, group.count)
+        write_lengths(lengths, near_ends(m, group), far_ends(m, group))
+
+
+@PART
+def book_dashpots(m: StepArrays, dt: float) -> None:
+    """Book the losses in all dashpots over a step."""
+    clock = m.clock[0]
+    before = take_tiny_as_zero()  # squares of what modes that fade away still move by
+    for number in range(len(m.dampers)):
+        group = m.dampers[number]
+        damping = window(m.dashpots[DAMPING], group.first, group.count)
+        lengths = window(m.dashpots[LENGTH], group.first, group.count)
+        changes = window(m.dashpots[CHANGE], group.first, group.count)
+        share = 0.5 if group.straddles != 0 else 0.0
+        lost = loss_times_step(damping, lengths, changes, near_ends(m, group), far_ends(m, group), share) / dt
+        if group.inside != 0:
+            clock.lost_inside += lost
+        else:
+            clock.lost_ends += lost
+    restore_tiny(before)
