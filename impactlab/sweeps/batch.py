@@ -7,6 +7,7 @@ point that a batch cannot do is left to a run of its own.
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections import deque
@@ -24,7 +25,7 @@ from impactlab.plugins import QUANTITIES, Registry
 from impactlab.scene.method import Simulation
 from impactlab.sweeps import quantities as ours
 from impactlab.sweeps.axes import Points
-from impactlab.sweeps.batch_numbers import NotServed, inner_points, numbers_of, over_all, prove, within_limits
+from impactlab.sweeps.batch_numbers import Differs, NotServed, inner_points, numbers_of, over_all, prove, within_limits
 from impactlab.sweeps.quantities import Asked
 from impactlab.types import Array
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 else:  # compiled code, needed only where a batch starts
     marcher, points = lazy("impactlab.exact.batch.marcher"), lazy("impactlab.exact.batch.points")
 
+LOG = logging.getLogger("impactlab")
 MIN_POINTS = 250  # of a batch: fewer are run in the time that it takes to set up
 TRIED = 2  # points that are also run on their own before the others
 ROUNDING = 1e-12  # of a share, such as an energy gain
@@ -125,6 +127,9 @@ def batch_of(case: Case, grid: Points, wanted: Sequence[Asked], single: Callable
     """
     try:
         return _batch(case, grid, wanted, single)
+    except Differs as reason:
+        LOG.warning("each point is a run of its own, as %s: please report this fault of impactlab", reason)
+        return str(reason)
     except NotServed as reason:
         return str(reason)
     except ImpactlabError as error:
@@ -166,7 +171,7 @@ def columns_of(each: Asked, pattern: Pattern) -> NDArray[np.int64]:
 
 
 def _try(batch: Batch, count: int, asked: Sequence[Asked], single: Callable[[int], Values | None]) -> None:
-    """Run some points on their own, too, and take the time of others; raises `NotServed` where they differ."""
+    """Run some points on their own, too, and take the time of others; raises `Differs` where they differ."""
     chosen = inner_points(count)
     values, served = batch.at(chosen)
     if not served.any():
@@ -177,7 +182,7 @@ def _try(batch: Batch, count: int, asked: Sequence[Asked], single: Callable[[int
             scale = float(np.max(np.abs(table[served]), initial=0.0, where=np.isfinite(table[served])))
             floor = TRIED_TOL * scale + (ROUNDING if each.unit == "1" else 0.0)
             if not np.allclose(table[place], own, rtol=TRIED_TOL, atol=floor, equal_nan=True):
-                raise NotServed(f"point {chosen[place]} is not the same as on its own")
+                raise Differs(f"{each.name} of point {chosen[place]} is {table[place]} in a batch, {own} in a run")
         if wanted is None:
             raise NotServed(f"point {chosen[place]} has no values on its own")
     began = time.perf_counter()

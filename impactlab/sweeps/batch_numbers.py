@@ -32,6 +32,10 @@ class NotServed(Exception):  # noqa: N818 - a reason, no fault: the points are t
     """Why a sweep is not done in a batch."""
 
 
+class Differs(NotServed):
+    """A batch gave another value than a run of its own: a fault of this code, which its users should hear of."""
+
+
 class OnAxis(NamedTuple):
     """An axis as entries of the vector."""
 

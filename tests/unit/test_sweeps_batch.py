@@ -264,6 +264,43 @@ def test_axes_of_a_grid_are_composed_and_a_changed_number_of_two_axes_is_no_batc
     }
 
 
+def test_a_striker_that_touches_a_third_body_meanwhile_has_no_restitution_and_is_a_batch(small):
+    bodies = {
+        "hammer": il.Mass("1 kg", velocity="1 m/s"),
+        "rod": il.Rod(length="0.5 m", area="2.5 cm^2", material={"young": "200 GPa", "density": 8000}),
+        "wall": il.Wall(),
+    }
+    hard = {"kind": "wave_identification"}
+    contacts = [il.Contact("hammer", "rod.left", hard), il.Contact("rod.right", "wall", hard)]
+    solve = {"duration": {"round_trips": 6}, "model": {"kind": "continuous"}}
+    case = il.Case(bodies=bodies, contacts=contacts, solve=solve)
+    over = {"bodies.hammer.mass": [0.1, 1.0], "contacts.1.gap": ["0 mm", "0.3 mm"]}
+    found = il.sweep(case, over, quantities=["restitution", "contacts"])
+    assert engines(found) == {"batch"}
+    assert np.isfinite(found["restitution"].sel(pair="hammer|rod")).all()
+    for place in np.ndindex(2, 2):
+        settings = {path: values[k] for (path, values), k in zip(over.items(), place, strict=True)}
+        whole = il.run(case.with_settings(settings))
+        alone = quantities.restitution(whole.scene, whole).get("rod|wall", np.nan)
+        point = found["restitution"].values[place][1]
+        assert point == pytest.approx(alone, rel=1e-12, nan_ok=True)
+        assert place[1] == 1 or np.isnan(point)  # without a gap the hammer is still at the rod
+    assert np.isfinite(found["restitution"].values[1, 1, 1])
+
+
+def test_a_batch_that_differs_from_a_run_is_told(small, monkeypatch, caplog):
+    @quantities.quantity("N s", quantities.CONTACT)
+    def impulse(_scene: Scene, _history: Any) -> dict[str, float]:
+        """Another one."""
+        return {"hammer|rod.left": 1.0}
+
+    monkeypatch.setattr(quantities, "impulse", impulse)
+    found = il.sweep(PAPER.method("continuous"), {MASS: [1.0, 2.0]}, quantities=["impulse"])
+    assert engines(found) == {"run"}
+    assert "impulse of point 0" in caplog.text
+    assert "please report" in caplog.text
+
+
 @pytest.mark.parametrize(
     ("method", "over", "wanted"),
     [

@@ -210,7 +210,10 @@ def mean_velocity(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans:
 
 @EXACT_PART
 def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, count: int) -> float:
-    """Return the apparent restitution of the first collision of a pair of bodies; NaN for none."""
+    """Return the apparent restitution of the first collision of a pair of bodies; NaN for none.
+
+    A striker that touches a third body meanwhile has none, as in `impactlab.metrics.collisions`.
+    """
     left, right = q.pairs[pair].left, q.pairs[pair].right
     longest, fastest = 0.0, 0.0
     for b in (left, right):
@@ -233,6 +236,11 @@ def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, c
     striker, other, sign = left, right, 1.0
     if rank(q, p, left) < rank(q, p, right):
         striker, other, sign = right, left, -1.0
+    for k in range(count):
+        of = q.contacts[int(spans[k, CONTACT])]
+        third = of.pair != pair and (of.left_body == striker or of.right_body == striker)
+        if third and spans[k, START] < until and spans[k, STOP] > start:
+            return np.nan
     before = np.nextafter(start, -1.0)
     approach = mean_velocity(m, q, p, striker, before, spans, count)
     approach = sign * (approach - mean_velocity(m, q, p, other, before, spans, count))
