@@ -18,7 +18,7 @@ from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
 from impactlab.numerics.collector import collector_paused
-from impactlab.scene.method import Method, Simulation
+from impactlab.scene.method import Method, Simulation, theories
 from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
 from impactlab.wall_time import CHOOSING, REFERENCE, spent_on
@@ -26,17 +26,19 @@ from impactlab.wall_time import CHOOSING, REFERENCE, spent_on
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from impactlab.numerics import addresses
+    from impactlab.exact import solve as exact
+    from impactlab.numerics import addresses, ahead
     from impactlab.refine import choice
     from impactlab.refine import outlook as outlooks
     from impactlab.refine import reference as references
     from impactlab.refine.reference import Reference
     from impactlab.report import notebook
     from impactlab.report import summary as summaries
-    from impactlab.simulate import driver, plan
+    from impactlab.simulate import coming, driver, plan
     from impactlab.simulate.plan import Plan
 else:  # with the libraries that they load, each when it is first used
-    addresses = lazy("impactlab.numerics.addresses")
+    addresses, ahead = lazy("impactlab.numerics.addresses"), lazy("impactlab.numerics.ahead")
+    exact, coming = lazy("impactlab.exact.solve"), lazy("impactlab.simulate.coming")
     driver, plan = lazy("impactlab.simulate.driver"), lazy("impactlab.simulate.plan")
     choice, references = lazy("impactlab.refine.choice"), lazy("impactlab.refine.reference")
     outlooks = lazy("impactlab.refine.outlook")
@@ -268,6 +270,19 @@ def summarised(
             outlook = outlooks.of(reference)
     with spent_on("writing"):
         return summaries.summarise(case.label, case.scene(), history, reference, outlook), reference
+
+
+def reference_ahead(case: Case) -> ahead.ahead:
+    """Return a context of a run whose errors will be asked for: code of the exact solution is compiled beside its own.
+
+    Nothing happens where that code is on disk, or the exact solution does not serve.
+    """
+
+    def kernels() -> Iterator[ahead.Kernel]:
+        physics = physics_of(case)
+        return coming.of_exact() if not any(theories(*physics)) and exact.serves(*physics) is None else iter(())
+
+    return ahead.ahead(kernels)
 
 
 def failure(case_name: str, error: BaseException) -> dict[str, Any]:

@@ -19,6 +19,7 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("impactlab")
+os.environ.setdefault("IMPACTLAB_COMPILERS", "1")  # the workers of the tests compile side by side already
 ALL_SLOW = re.compile(r"^pytestmark = .*\bmark\.slow\b", re.MULTILINE)
 
 

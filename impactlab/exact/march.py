@@ -29,10 +29,9 @@ from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log
 from impactlab.exact.nodes import fill_rows, solve_nodes
-from impactlab.numerics.addresses import COMPILED, call, entered, type_of
+from impactlab.numerics.addresses import COMPILED, call, entered, load, type_of
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
 from impactlab.numerics.windows import window
-from impactlab.wall_time import COMPILING, spent_on
 
 MAX_BURST = 64  # events within 1e3 merge tolerances; more count as infinitely many
 
@@ -219,9 +218,8 @@ def prepared(log: Log) -> Log:
         memory = memory._replace(coupled=spring_systems.address(memory))
     if np.any(log.contacts["branch"] >= 0):
         memory = memory._replace(changes=branch_changes.address(memory))
-    if COMPILED and not entry.overloads:
-        with spent_on(COMPILING):
-            entry.compile((type_of(memory),))
+    if COMPILED:
+        load(entry, (type_of(memory),))
     return log._replace(memory=memory)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple, final
 
 import numpy as np
@@ -13,7 +14,18 @@ from impactlab.mechanisms import steps
 from impactlab.mechanisms.base import AbstractMechanism, Motion
 from impactlab.mechanisms.equations import MechanismEquations
 from impactlab.models.base import AbstractDiscreteModel, Operators
-from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, TERMS, call, entered, kernel_address
+from impactlab.numerics.addresses import (
+    COLUMNS,
+    DERIVE,
+    FREE,
+    MEASURE,
+    TERMS,
+    call,
+    entered,
+    kernel_address,
+    say_if_compiling,
+)
+from impactlab.numerics.ahead import Kernel
 from impactlab.numerics.compiling import ENTRY
 from impactlab.plugins import kind_of
 from impactlab.scene.bodies import MechanismBody
@@ -147,12 +159,20 @@ def numbers_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float)
     return np.concatenate((head, drives, motion.stiffness.ravel(), np.zeros(n), places, own, room))
 
 
+def kernels_of(part: AbstractMechanism) -> Iterator[Kernel]:
+    """Give the kernels of the steps of a mechanism, the one that takes longest to compile first."""
+    yield Kernel(type(part).terms, TERMS)
+    yield from (Kernel(*each) for each in KERNELS)
+    yield Kernel(steps.measure, MEASURE)
+
+
 def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float, impulses: bool = True) -> Stepper:
     """Return the step of the midpoint rule for a mechanism; ``ports`` (n_ports, n + r) are rows of readings.
 
     Where no law gives ``impulses`` their columns stay as they are at t = 0, which saves a factorisation in each step.
     """
     n, r, d = motion.position.size, len(part.readings), len(motion.drives)
+    say_if_compiling(prepare_columns)
     parameters = numbers_of(part, motion, ports, dt)
     size = steps.state_size(n, r, d)
     state = np.zeros(size)

@@ -57,6 +57,8 @@ _in_python: dict[Callable[..., Any], Callable[..., Any]] = {}
 _plain: list[Callable[..., None]] = []
 _trial = _interpreting = False
 _compiled: dict[tuple[Any, int], tuple[Any, Any]] = {}  # the signature is kept, so that its id stays its own
+before_compiling: list[Callable[[Callable[..., Any]], None]] = []
+"""Called with a function that is not on disk, before it is compiled."""
 
 
 def call_in_python(address: int, *arguments: Any) -> None:
@@ -156,8 +158,24 @@ def entered(entry: Any, *arguments: Any) -> Any:
     if not is_loaded(entry):
         with spent_on(COMPILING):
             say_if_compiling(entry)
+            tell_if_compiling(entry)
             return entry(*arguments)
     return entry(*arguments)
+
+
+def load(entry: Any, signature: tuple[Any, ...]) -> None:
+    """Load a compiled function for arguments of some types, before its first call."""
+    if COMPILED and not entry.overloads:
+        with spent_on(COMPILING):
+            tell_if_compiling(entry)
+            entry.compile(signature)
+
+
+def tell_if_compiling(entry: Any) -> None:
+    """Tell those who want to know that a function is compiled next, if it is not on disk."""
+    if not is_kept(entry):
+        for each in before_compiling:
+            each(entry)
 
 
 def is_loaded(entry: Any) -> bool:
@@ -179,8 +197,7 @@ def compiled(function: Callable[..., None], signature: Any, allocates: bool = Tr
 
 def _compiled_now(function: Callable[..., None], signature: Any, allocates: bool) -> Any:
     try:
-        counts = allocates and signature is not RESPOND and not form_of(signature.args)
-        made = _c_function(function, signature, {"fastmath": FAST, "_nrt": counts})
+        made = _c_function(function, signature, _options_of(signature, allocates))
     except Exception as error:
         raise PluginError(
             f"{_place(function, error)}: `{function.__qualname__}` cannot be compiled: {_fault(error)}",
@@ -190,11 +207,23 @@ def _compiled_now(function: Callable[..., None], signature: Any, allocates: bool
     return made
 
 
-def _c_function(function: Callable[..., None], signature: Any, options: dict[str, Any]) -> Any:
-    """Return a C function; without numba's runtime for objects, which counts references at every slice of an array.
+def is_compiled(function: Callable[..., None], signature: Any, allocates: bool = True) -> bool:
+    """Return whether a C function is loaded or on disk."""
+    if (function, id(signature)) in _compiled:
+        return True
+    return _is_on_disk(_callback(function, signature, _options_of(signature, allocates)))
 
-    Code that makes arrays of its own needs that runtime, and is compiled again with it.
-    """
+
+def _options_of(signature: Any, allocates: bool) -> dict[str, Any]:
+    return {"fastmath": FAST, "_nrt": allocates and signature != RESPOND and not form_of(signature.args)}
+
+
+def _is_on_disk(made: Any) -> bool:
+    return bool(made._cache.holds(made._sig, made._targetdescr.target_context))
+
+
+def _callback(function: Callable[..., None], signature: Any, options: dict[str, Any]) -> Any:
+    """Return a C function that is not compiled yet."""
     form = form_of(signature.args)
     if form:
         taken = types.void(*pointed(signature.args))
@@ -202,6 +231,18 @@ def _c_function(function: Callable[..., None], signature: Any, options: dict[str
     else:
         made = CALLBACK(function, normalised(signature), locals={}, options=options)
     made._cache = cache_of(function, options)
+    return made
+
+
+def _c_function(function: Callable[..., None], signature: Any, options: dict[str, Any]) -> Any:
+    """Return a C function; without numba's runtime for objects, which counts references at every slice of an array.
+
+    Code that makes arrays of its own needs that runtime, and is compiled again with it.
+    """
+    made = _callback(function, signature, options)
+    if before_compiling and not _is_on_disk(made):
+        for each in before_compiling:
+            each(function)
     try:
         made.compile()
     except NumbaError:

@@ -121,6 +121,7 @@ def load_array_functions() -> None:
 
 
 Cache: Any = FunctionCache
+Nothing: Any = NullCache
 pickled: Any = dumps
 
 
@@ -140,6 +141,10 @@ class KernelFile:
     def exists(self) -> bool:
         """Return whether the present kernel is on disk, for any signature."""
         return any(path.is_file() for path in self.folder.glob(f"{self.base}.*.{self.fingerprint[:SHORT]}.nbc"))
+
+    def holds(self, key: Any) -> bool:
+        """Return whether there is a file of the present kernel under a key of numba's."""
+        return self._place(key)[0].is_file()
 
     def read(self, key: Any) -> bytes | None:
         """Return the kernel under a key of numba's, pickled; None if there is none, or it is damaged or another's."""
@@ -238,10 +243,22 @@ class KernelCache(Cache):  # type: ignore[misc] # numba has types in some versio
             target_context.refresh()
         return self._impl.rebuild(target_context, pickle.loads(data))  # noqa: S301 - verified, written here
 
+    def holds(self, sig: Any, target_context: Any) -> bool:
+        """Return whether a compiled function of a signature is on disk."""
+        return bool(self._enabled) and self._cache_file.holds(self._index_key(sig, target_context.codegen()))
+
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the compiled function of a signature if there is a place for it."""
         with contextlib.suppress(OSError):
             super().save_overload(sig, data)
+
+
+class NoCache(Nothing):  # type: ignore[misc] # numba has types in some versions
+    """A cache that keeps nothing."""
+
+    def holds(self, _sig: Any, _target_context: Any) -> bool:
+        """Return that nothing is on disk."""
+        return False
 
 
 def cache_of(function: Callable[..., Any], options: Mapping[str, Any]) -> Any:
@@ -250,7 +267,7 @@ def cache_of(function: Callable[..., Any], options: Mapping[str, Any]) -> Any:
         return KernelCache(function, options)
     except (RuntimeError, OSError):
         load_array_functions()
-        return NullCache()
+        return NoCache()
 
 
 class LaterCache:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,9 +15,10 @@ from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Ste
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.lazy import lazy
-from impactlab.mechanisms.model import MechanismModel
+from impactlab.mechanisms.model import MechanismModel, kernels_of
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
+from impactlab.numerics.ahead import Kernel, ahead
 from impactlab.plugins import kind_of
 from impactlab.scene.method import Method, is_exact, laws_of, modelled
 from impactlab.scene.precision import beyond, in_precision, quietly
@@ -199,6 +200,13 @@ def prepare(scene: Scene, method: Method) -> Plan:
         return _prepared(scene, method)
 
 
+def mechanism_kernels(built: Mapping[str, BuiltBody]) -> Iterator[Kernel]:
+    """Give the kernels of the steps of all mechanisms."""
+    for _, model, _ in built.values():
+        if isinstance(model, MechanismModel):
+            yield from kernels_of(model.part)
+
+
 def _prepared(scene: Scene, method: Method) -> Plan:
     if is_exact(scene, method):
         check_records(scene, scene.records)
@@ -232,7 +240,8 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     if waves or steps != checked:
         check_records(scene, steps, waves)
     impulses = any(law.needs & {Level.IMPULSE, Level.CLOSING} for law in method.laws.values())
-    steppers = prepare_steppers(scene, built, integrator, dt, impulses=impulses)
+    with ahead(lambda: mechanism_kernels(built)):
+        steppers = prepare_steppers(scene, built, integrator, dt, impulses=impulses)
     unknowns = {name: body.system.load.size for name, body in built.items()}
     state = sum(stepper.state.size for stepper in steppers.values())
     check_fields(scene, state, unknowns)

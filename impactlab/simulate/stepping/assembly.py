@@ -10,6 +10,7 @@ import numpy as np
 
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.addresses import COMPILED, LawAddress, entered
+from impactlab.numerics.ahead import ahead
 from impactlab.numerics.records import copied, copied_records, records
 from impactlab.scene.method import laws_of
 from impactlab.simulate.plan import Plan
@@ -25,7 +26,13 @@ from impactlab.simulate.stepping.arrays import (
     StepArrays,
 )
 from impactlab.simulate.stepping.bead_rows import no_beads, packed
-from impactlab.simulate.stepping.body_records import body_records, damper_records, load_records, phase_records
+from impactlab.simulate.stepping.body_records import (
+    body_records,
+    damper_records,
+    kernels_of,
+    load_records,
+    phase_records,
+)
 from impactlab.simulate.stepping.contact_records import contact_records, face_records, read_on, reading_records
 from impactlab.simulate.stepping.coordinates import both_phases
 from impactlab.simulate.stepping.layout import Layout
@@ -58,7 +65,8 @@ class Assembly:
         self.stride, self.sample_stride = layout.stride, layout.sample_stride
         built, steppers, n_contacts = layout.built, layout.steppers, len(layout.solved)
         laws = laws_of(scene, plan.acting)
-        self.laws = [LawAddress(laws[number].respond, laws[number].compiled) for number in layout.solved]
+        with ahead(lambda: kernels_of(layout)):
+            self.laws = [LawAddress(laws[number].respond, laws[number].compiled) for number in layout.solved]
         state = layout.state()
         values, row_start, row_index, row_value, other_state = both_phases(layout, integrator, dt)
         phases, maps = phase_records(layout)

@@ -10,6 +10,7 @@ import numpy as np
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, MEASURE, RETIME, kernel_address
+from impactlab.numerics.ahead import Kernel, ahead
 from impactlab.numerics.records import records
 from impactlab.simulate.stepping.arrays import (
     CHANGE,
@@ -37,10 +38,12 @@ def body_records(layout: Layout, starts: list[list[int]]) -> Sequence[BodyRecord
     """Return the bodies, with the starts of their parameters, jumps and responses."""
     by_name, bodies = records(BodyRecord, len(layout.built))
     parameters, jumps, responses = starts
+    with ahead(lambda: kernels_of(layout)):
+        for body, stepper in zip(by_name, layout.steppers.values(), strict=True):
+            body.free, body.measure = kernel_address(stepper.free, FREE), kernel_address(stepper.measure, MEASURE)
+            body.retime, body.derive = kernel_address(stepper.retime, RETIME), kernel_address(stepper.derive, DERIVE)
+            body.columns = kernel_address(stepper.columns, COLUMNS)
     for number, (body, (name, stepper)) in enumerate(zip(by_name, layout.steppers.items(), strict=True)):
-        body.free, body.measure = kernel_address(stepper.free, FREE), kernel_address(stepper.measure, MEASURE)
-        body.retime, body.derive = kernel_address(stepper.retime, RETIME), kernel_address(stepper.derive, DERIVE)
-        body.columns = kernel_address(stepper.columns, COLUMNS)
         body.parameter_start, body.parameter_end = parameters[number : number + 2]
         body.state_start, body.state_end = layout.shift[name], layout.shift[name] + stepper.state.size
         body.n_dof, body.n_ports = stepper.jump.shape[1], len(stepper.jump)
@@ -49,6 +52,18 @@ def body_records(layout: Layout, starts: list[list[int]]) -> Sequence[BodyRecord
         body.load_at = stepper.load.start if stepper.load else 0
         body.response_start = responses[number]
     return bodies
+
+
+def kernels_of(layout: Layout) -> list[Kernel]:
+    """Return the kernels of all bodies."""
+    found = {}
+    for stepper in layout.steppers.values():
+        kernels = (
+            (stepper.measure, MEASURE), (stepper.columns, COLUMNS), (stepper.free, FREE), (stepper.derive, DERIVE),
+            (stepper.retime, RETIME),
+        )  # fmt: skip
+        found.update({function: signature for function, signature in kernels if function is not None})
+    return [Kernel(*each) for each in found.items()]
 
 
 def damper_records(

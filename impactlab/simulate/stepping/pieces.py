@@ -8,6 +8,7 @@ from typing import Any
 from numba import types
 
 from impactlab.numerics.addresses import COMPILED, call, kernel_address, type_of
+from impactlab.numerics.ahead import Kernel, ahead
 from impactlab.numerics.compiling import plain
 from impactlab.simulate.stepping import contact_solve, phases
 from impactlab.simulate.stepping.arrays import (
@@ -161,19 +162,24 @@ KINDS: dict[int, tuple[Callable[..., None], tuple[Any, ...]]] = {
 _addresses: dict[int, int] = {}  # of pieces that were needed
 
 
+def kernel_of(piece: int, arrays: Any) -> Kernel:
+    """Return the kernel of a piece, by the type of the arrays of the loop."""
+    function, given = KINDS[piece]
+    return Kernel(function, types.void(arrays, *given), allocates=False)
+
+
 def address_of(piece: int, m: StepArrays) -> int:
     """Return the address of a piece, compiled when a scene first needs it."""
     if piece not in _addresses:
-        function, given = KINDS[piece]
-        signature = types.void(type_of(m), *given) if COMPILED else None
-        _addresses[piece] = kernel_address(function, signature, allocates=False)
+        kernel = kernel_of(piece, type_of(m)) if COMPILED else Kernel(KINDS[piece][0], None)
+        _addresses[piece] = kernel_address(*kernel)
     return _addresses[piece]
 
 
 def fill_pieces(m: StepArrays, clock: ClockRecord) -> None:
     """Write the addresses of all pieces that a scene needs; flags of its clock are set."""
     of_rows = (STEP_ROWS, MARCH_ROWS, READ_ROWS, SHOW_ROWS, RECORD_ROWS, SAMPLE_ROWS)
-    for pieces, are_needed in (
+    by_need = (
         ((SOLVE_SEVERAL,), len(m.contacts) > 1),
         ((CHANGE_PHASES,), len(m.phases) > 0),
         ((REWRITE_COLUMNS, READ_AGAIN), clock.changes != 0),
@@ -181,7 +187,8 @@ def fill_pieces(m: StepArrays, clock: ClockRecord) -> None:
         ((READ_RARE, BOOK_RARE), clock.rare != 0),
         ((APPLY_LOADS,), len(m.loads) > 0),
         ((READ_PUSHED, PUSH_ROWS), len(m.pushes) > 0),
-    ):
-        if are_needed:
-            for piece in pieces:
-                m.pieces[piece] = address_of(piece, m)
+    )
+    needed = [piece for pieces, are_needed in by_need if are_needed for piece in pieces]
+    with ahead(lambda: [kernel_of(piece, type_of(m)) for piece in needed]):
+        for piece in needed:
+            m.pieces[piece] = address_of(piece, m)

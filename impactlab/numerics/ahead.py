@@ -1,0 +1,123 @@
+"""Compiling ahead: functions that a run will need are compiled by other processes when a first one is not on disk.
+
+Code that knows what comes next says so by `ahead`. Nothing is done where all code is on disk.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from functools import cache
+from importlib import import_module
+from multiprocessing import parent_process
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+from impactlab.numerics import addresses
+from impactlab.numerics.cache import is_kept
+from impactlab.numerics.compile_queue import CompileQueue, Request
+from impactlab.numerics.compiling import plain
+
+VARIABLE = "IMPACTLAB_COMPILERS"  # how many processes compile at once; by default one for each processor
+
+
+class Kernel(NamedTuple):
+    """A compiled function that is needed soon: called from Python with arguments of some types, or by address."""
+
+    function: Callable[..., Any]
+    signature: Any
+    allocates: bool = True
+
+
+class ahead:  # noqa: N801 - it reads as a phrase: with ahead(kernels)
+    """Context inside which some kernels will be needed, those that take longest to compile first.
+
+    Parameters
+    ----------
+    kernels : callable
+        Gives them; called only where a kernel is not on disk.
+    """
+
+    __slots__ = ("_kernels",)
+
+    def __init__(self, kernels: Callable[[], Iterable[Kernel]]) -> None:
+        self._kernels = kernels
+
+    def __enter__(self) -> None:
+        _coming.append(self._kernels)
+
+    def __exit__(self, *_: object) -> None:
+        if self._kernels in _coming:  # else they wait to be compiled
+            _coming.remove(self._kernels)
+
+
+_coming: list[Callable[[], Iterable[Kernel]]] = []
+
+
+def processes() -> int:
+    """Return how many processes may compile at once: 1 inside processes that were started to compute."""
+    if parent_process() is not None:
+        return 1
+    own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    given = os.environ.get(VARIABLE, "")
+    return int(given) if given.isdecimal() and int(given) > 0 else own
+
+
+@cache
+def queue() -> CompileQueue:
+    """Return the queue of this process."""
+    return CompileQueue(processes() - 1, compile_request)
+
+
+def before_compiling(function: Callable[..., Any]) -> None:
+    """Hand kernels that are needed soon to other processes, and wait where one of them compiles this function."""
+    if processes() == 1:
+        return
+    given, _coming[:] = list(_coming), []
+    coming = [kernel for kernels in given for kernel in kernels()]
+    this = plain(function)
+    requests = [request_of(each) for each in coming if plain(each.function) is not this and not is_there(each)]
+    if any(requests):
+        queue().add([each for each in requests if each is not None])
+    queue().before(this.__module__, this.__qualname__)
+
+
+addresses.before_compiling.append(before_compiling)
+
+
+def is_there(kernel: Kernel) -> bool:
+    """Return whether a kernel is loaded or on disk."""
+    if is_entry(kernel):
+        entry: Any = kernel.function
+        return bool(entry.overloads) or is_kept(entry)
+    return addresses.is_compiled(*kernel)
+
+
+def is_entry(kernel: Kernel) -> bool:
+    """Return whether Python calls a kernel; else compiled code does, by its address."""
+    return hasattr(kernel.function, "overloads")
+
+
+def request_of(kernel: Kernel) -> Request | None:
+    """Return a kernel as another process understands it, None where that would not find it by its name."""
+    function = plain(kernel.function)
+    request = Request(function.__module__, function.__qualname__, is_entry(kernel), kernel.signature, kernel.allocates)
+    try:
+        found = function.__module__ != "__main__" and plain(named(request)) is function
+    except (ImportError, AttributeError):
+        return None
+    return request if found else None
+
+
+def named(request: Request) -> Any:
+    """Return the function that a request names."""
+    return attrgetter(request.name)(import_module(request.module))
+
+
+def compile_request(request: Request) -> None:
+    """Compile a function, and keep it on disk."""
+    function = named(request)
+    if request.is_entry:
+        function.compile(request.signature)
+    else:
+        addresses.compiled(plain(function), request.signature, request.allocates)

@@ -1,0 +1,137 @@
+"""A queue of functions that other processes compile and keep on disk while this one compiles, too.
+
+Each of some threads has a process (`impactlab.numerics.compile_worker`), hands it one function after the other, and
+ends it when nothing waits. A process that does not start or dies costs nothing but time: what it had is compiled here.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+IDLE_S = 10.0  # s without work after which a process ends
+WORKER = "impactlab.numerics.compile_worker"
+
+
+class Request(NamedTuple):
+    """A function to compile, in a form that another process understands."""
+
+    module: str
+    name: str  # in the module, with dots
+    is_entry: bool  # called from Python; else a C function
+    signature: Any  # numba's types of its arguments, or the signature of a C function
+    allocates: bool
+
+
+class CompileQueue:
+    """Functions that wait to be compiled.
+
+    Parameters
+    ----------
+    processes : int
+        How many others may compile beside this one.
+    compile_here : callable
+        Compiles a request in this process.
+    """
+
+    def __init__(self, processes: int, compile_here: Callable[[Request], Any]) -> None:
+        self.processes, self._compile_here = processes, compile_here
+        self._changed = threading.Condition()
+        self._waiting: list[Request] = []
+        self._under_way: set[tuple[str, str]] = set()
+        self._known: set[tuple[str, str]] = set()
+        self._threads: list[threading.Thread] = []
+        self._ended = 0  # processes, for good
+
+    def add(self, requests: Sequence[Request]) -> None:
+        """Let functions wait, those that take longest first; one is taken once in a session."""
+        with self._changed:
+            for request in requests:
+                if request[:2] not in self._known:
+                    self._known.add(request[:2])
+                    self._waiting.append(request)
+            for _ in range(min(self.processes - len(self._threads) - self._ended, len(self._waiting))):
+                self._threads.append(threading.Thread(target=self._serve, daemon=True))
+                self._threads[-1].start()
+            self._changed.notify_all()
+
+    def before(self, module: str, name: str) -> None:
+        """Return when no other process compiles a function, which is on disk then, or not begun at all.
+
+        Until then this process compiles what waits.
+        """
+        while True:
+            with self._changed:
+                self._known.add((module, name))
+                self._waiting = [each for each in self._waiting if each[:2] != (module, name)]
+                if (module, name) not in self._under_way:
+                    return
+                if not self._waiting:
+                    self._changed.wait()
+                    continue
+                spare = self._waiting.pop(0)
+            with contextlib.suppress(Exception):  # whoever needs it compiles it again, and reports
+                self._compile_here(spare)
+
+    def _serve(self) -> None:
+        """Hand functions to a process of this thread until nothing waits, or it dies."""
+        died = False
+        try:
+            with _worker() as process:
+                while not died and (request := self._next()) is not None:
+                    try:
+                        pickle.dump(tuple(request), process.stdin)
+                        process.stdin.flush()
+                        died = not process.stdout.readline()
+                    finally:
+                        self._done(request)
+        except OSError:
+            died = True
+        with self._changed:
+            self._ended += died
+            self._threads.remove(threading.current_thread())
+
+    def _next(self) -> Request | None:
+        with self._changed:
+            if not self._waiting:
+                self._changed.wait(IDLE_S)
+            if not self._waiting:
+                return None
+            request = self._waiting.pop(0)
+            self._under_way.add(request[:2])
+            return request
+
+    def _done(self, request: Request) -> None:
+        with self._changed:
+            self._under_way.discard(request[:2])
+            self._changed.notify_all()
+
+
+@contextlib.contextmanager
+def _worker() -> Iterator[Any]:
+    """Start a process that compiles; it ends with this one."""
+    paths = os.pathsep.join(path or os.getcwd() for path in sys.path)  # noqa: PTH109 - as Python reads ''
+    process = subprocess.Popen(  # noqa: S603 - this program
+        [sys.executable, "-m", WORKER],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=os.environ | {"PYTHONPATH": paths, "IMPACTLAB_COMPILERS": "1"},
+    )
+    atexit.register(process.kill)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+        atexit.unregister(process.kill)
+        for pipe in filter(None, (process.stdin, process.stdout)):
+            with contextlib.suppress(OSError):
+                pipe.close()
