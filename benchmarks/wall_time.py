@@ -8,8 +8,8 @@ rest. Columns: start (Python, libraries, compiled code read from disk, set-up), 
 checks, reference (and errors against it), writing (summary, figures, files).
 
 Runs in one process are those of the paper's case by `il.run`: one case again and again, and cases that no run has seen
-yet, which differ in the mass by parts in a million. Kernels are compiled from nothing into a folder of their own, in
-processor time. All times are least ones.
+yet, which differ in the mass by parts in a million. All times are
+least ones.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import argparse
 import json
 import os
 import platform
-import resource
 import shutil
 import subprocess
 import sys
@@ -220,29 +219,6 @@ def in_one_process(trees: Trees, repeats: int) -> tuple[list[list[str]], list[li
     return whole, setup
 
 
-FROM_NOTHING = {
-    "exact march: `run axial_impact --method continuous`": ["axial_impact", "--method", "continuous"],
-    "step loop, after it: `run axial_impact`": ["axial_impact"],
-    "laws that yield, after both: `run smith_pile`": ["smith_pile"],
-}
-
-
-def from_nothing(trees: Trees) -> list[list[str]]:
-    """Return a row for each command: seconds of a processor that its first process takes longer than the second."""
-    rows: dict[str, list[str]] = {name: [name] for name in FROM_NOTHING}
-    for tree, _ in trees.values():
-        with tempfile.TemporaryDirectory() as folder:
-            for name, words in FROM_NOTHING.items():
-                times = []
-                for _ in range(2):
-                    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-                    process(tree, ["-m", "impactlab", "run", *words, "--json"], Path(folder))
-                    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-                    times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-                rows[name].append(f"{times[0] - times[1]:.1f}")
-    return list(rows.values())
-
-
 def written(trees: Trees, repeats: int) -> str:
     """Return the page."""
     whole, setup = in_one_process(trees, repeats)
@@ -253,7 +229,6 @@ def written(trees: Trees, repeats: int) -> str:
         "whole": table(["`il.run`", "case", "", "whole, ms", "set-up", "solving", "checks"], whole, ["`il.run`"]),
         "setup": table(["a mass on a rod or a beam", "before, ms", "after, ms"], setup, ["a mass on a rod or a beam"]),
         "commands": table(["command", "", *COLUMNS, "whole, s"], measured(trees, repeats), ["command"]),
-        "compiled": table(["kernels", "before, s", "after, s"], from_nothing(trees), ["kernels"]),
     }
     for name, part in filled.items():
         text = text.replace(f"<!-- {name} -->", part)
