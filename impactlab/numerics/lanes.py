@@ -87,6 +87,11 @@ def after_last(before: Array, lanes: Array) -> Array:
     return np.append(before[-1:], lanes[:-1])
 
 
+def before_first(lanes: Array, after: Array) -> Array:
+    """Return the lanes moved back by one, with the first one of the lanes after them in the last."""
+    return np.append(lanes[1:], after[:1])
+
+
 def all_first(lanes: Array) -> Array:
     """Return the first value in all lanes."""
     return np.full(LANES, lanes[0])
@@ -105,6 +110,21 @@ def first_lane(lanes: Array) -> float:
 def lane(lanes: Array, place: int) -> float:
     """Return the value at a place."""
     return float(lanes[place])
+
+
+def larger_lanes(one: Array, other: Array) -> Array:
+    """Return the larger value in each lane."""
+    return np.where(one > other, one, other)
+
+
+def roots_of_lanes(lanes: Array) -> Array:
+    """Return the square root in each lane."""
+    return np.sqrt(lanes)
+
+
+def lanes_above(one: Array, other: Array) -> int:
+    """Return which lanes of the first are above those of the other, as bits: 1 for the first lane, then 2, then 4."""
+    return int(np.dot(one > other, 1 << np.arange(LANES)))
 
 
 def sum_of_lanes(lanes: Array) -> float:
@@ -176,6 +196,10 @@ def _after_last(_: Any, builder: Any, values: Any) -> Any:
     return builder.shuffle_vector(*values, ir.Constant(_PLACES, list(range(LANES - 1, 2 * LANES - 1))))
 
 
+def _before_first(_: Any, builder: Any, values: Any) -> Any:
+    return builder.shuffle_vector(*values, ir.Constant(_PLACES, list(range(1, LANES + 1))))
+
+
 def _spread(_: Any, builder: Any, values: Any) -> Any:
     alone = builder.insert_element(_ZERO, values[0], ir.Constant(ir.IntType(32), 0))
     return builder.shuffle_vector(alone, _ZERO, ir.Constant(_PLACES, [0] * LANES))
@@ -195,6 +219,21 @@ def _summed(_: Any, builder: Any, values: Any) -> Any:
     return builder.extract_element(total, ir.Constant(ir.IntType(32), 0))
 
 
+def _larger(_: Any, builder: Any, values: Any) -> Any:
+    return builder.select(builder.fcmp_ordered(">", *values), *values)
+
+
+def _roots(_: Any, builder: Any, values: Any) -> Any:
+    name, kind = f"llvm.sqrt.v{LANES}f64", ir.FunctionType(_VALUES, [_VALUES])
+    known = builder.module.globals.get(name)
+    return builder.call(known or ir.Function(builder.module, kind, name), values)
+
+
+def _above(_: Any, builder: Any, values: Any) -> Any:
+    bits = builder.bitcast(builder.fcmp_ordered(">", *values), ir.IntType(LANES))
+    return builder.zext(bits, ir.IntType(64))
+
+
 def _sum_of(name: str) -> Callable[..., Any]:
     return lambda _, builder, values: getattr(builder, name)(*values, flags=("contract",))
 
@@ -210,6 +249,7 @@ for _function, _by in ((later_one, 1), (later_two, 2), (later_four, 4)):
 for _function, _by in ((earlier_one, 1), (earlier_two, 2), (earlier_four, 4)):
     _known(_function, LANES_TYPE, (LANES_TYPE,), _shuffled(list(range(_by, LANES + _by))))
 _known(after_last, LANES_TYPE, (LANES_TYPE, LANES_TYPE), _after_last)
+_known(before_first, LANES_TYPE, (LANES_TYPE, LANES_TYPE), _before_first)
 _known(all_first, LANES_TYPE, (LANES_TYPE,), _shuffled([0] * LANES))
 _known(all_last, LANES_TYPE, (LANES_TYPE,), _shuffled([LANES - 1] * LANES))
 _known(lane, types.float64, (LANES_TYPE, types.intp), lambda _, builder, values: builder.extract_element(*values))
@@ -219,6 +259,9 @@ _known(
     (LANES_TYPE,),
     lambda _, builder, values: builder.extract_element(values[0], ir.Constant(ir.IntType(32), 0)),
 )
+_known(larger_lanes, LANES_TYPE, (LANES_TYPE, LANES_TYPE), _larger)
+_known(roots_of_lanes, LANES_TYPE, (LANES_TYPE,), _roots)
+_known(lanes_above, types.int64, (LANES_TYPE, LANES_TYPE), _above)
 _known(sum_of_lanes, types.float64, (LANES_TYPE,), _summed)
 for _operator, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul")):
     _known(_operator, LANES_TYPE, (LANES_TYPE, LANES_TYPE), _sum_of(_name))

@@ -78,6 +78,43 @@ def test_rows_between_walls_move_as_contacts_that_are_solved(law: Hertz | Penalt
     same(ours, theirs)
 
 
+@pytest.mark.parametrize("count", [1, 6, 7, 8, 9, 15, 16, 17, 126, 127, 128, 129])
+@pytest.mark.parametrize("walls", ["near", "far", "both"])
+def test_rows_of_any_length_are_stepped_by_eight(count: int, walls: str) -> None:
+    random = np.random.default_rng(count)
+    masses, speeds = random.uniform(0.5, 2.0, count), random.normal(size=count)
+    bodies: list[Any] = [Mass(f"m{i}", float(m), float(v)) for i, (m, v) in enumerate(zip(masses, speeds, strict=True))]
+    bodies = [Wall("near")] * (walls != "far") + bodies + [Wall("far")] * (walls != "near")
+    gaps = random.uniform(-0.002, 0.01, len(bodies) - 1).tolist()
+    given = in_a_row(bodies, None, Hertz(300.0), CentralDifference(), STEP, gaps=gaps, duration=0.2, gravity=0.3)
+    ours, theirs = solved(given, True), solved(given, False)
+    assert ours.assembly.layout.rows.rows
+    same(ours, theirs, points=201)
+
+
+def test_rows_side_by_side_do_not_reach_into_each_other() -> None:
+    first = [Mass(f"m{i}", 1.0, 1.0 if i == 0 else 0.0) for i in range(5)]
+    second = [Mass(f"n{i}", 2.0, -1.0 if i == 2 else 0.0) for i in range(3)]
+    bodies = [*first, Wall("middle"), *second]
+    scheme = CentralDifference()
+    given = in_a_row(bodies, None, Hertz(300.0), scheme, STEP, gaps=0.0, duration=1.0, gravity=0.5)
+    ours = solved(given, True)
+    assert len(ours.assembly.layout.rows.rows) == 2
+    same(ours, solved(given, False))
+
+
+def test_copies_of_the_arrays_begin_with_lines_of_memory_too() -> None:
+    plan = prepare(*tapered(Hertz(300.0)))
+    assert plan.dt is not None
+    assert plan.integrator is not None
+    made = Assembly(plan, plan.integrator, plan.dt)
+    for each in (made, made.again()):
+        for array in (each.memory.beads, each.memory.bead_contacts):
+            assert array.ctypes.data % 64 == 0
+            assert array.strides[0] % 64 == 0
+            assert np.array_equal(array, getattr(made.memory, "beads" if len(array) == 5 else "bead_contacts"))
+
+
 def test_records_of_means_over_several_steps_are_the_same() -> None:
     given = tapered(Hertz(300.0), records=90)
     same(solved(given, True), solved(given, False))

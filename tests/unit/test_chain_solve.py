@@ -116,6 +116,10 @@ def test_lanes_in_plain_python_are_eight_values() -> None:
     assert lanes.earlier_four(one).tolist() == [5.0, 6.0, 7.0, 8.0, 0.0, 0.0, 0.0, 0.0]
     assert (lanes.first_lane(lanes.all_last(one)), lanes.first_lane(lanes.all_first(one))) == (8.0, 1.0)
     assert lanes.swapped(one).tolist() == [2.0, 1.0, 4.0, 3.0, 6.0, 5.0, 8.0, 7.0]
+    assert lanes.before_first(one, lanes.all_lanes(9.0)).tolist() == [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
+    assert lanes.larger_lanes(one, lanes.all_lanes(4.0)).tolist() == [4.0, 4.0, 4.0, 4.0, 5.0, 6.0, 7.0, 8.0]
+    assert lanes.lanes_above(one, lanes.all_lanes(6.0)) == 64 + 128
+    assert lanes.roots_of_lanes(lanes.all_lanes(9.0)).tolist() == 8 * [3.0]
     assert lanes.lanes_of_pairs(1.0, 2.0).tolist() == 4 * [1.0, 2.0]
     lanes.put_lanes(values, 2, lanes.all_lanes(7.0))
     assert values.tolist() == [0.0, 1.0] + 8 * [7.0]

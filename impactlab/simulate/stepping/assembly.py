@@ -11,7 +11,7 @@ import numpy as np
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.addresses import COMPILED, LawAddress, entered
 from impactlab.numerics.ahead import ahead
-from impactlab.numerics.records import copied, copied_records, records
+from impactlab.numerics.records import copied, copied_records, on_lines, records
 from impactlab.scene.method import laws_of
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
@@ -52,6 +52,8 @@ COPIED: Mapping[str, type[Any]] = {
 """Records that are also read and written by name, and hold more than zeros before a run."""
 WRITTEN = ("record", "sample", "snapshot_state")
 """Arrays that a run writes to, zero before it."""
+ON_LINES = ("beads", "bead_contacts")
+"""Arrays whose parts begin with a line of memory."""
 
 
 @final
@@ -171,6 +173,10 @@ class Assembly:
         for name, kind in COPIED.items():
             by_name, arrays[name] = copied_records(kind, old[name])
             setattr(other, name, by_name)
+        for name in ON_LINES:
+            if old[name].size:
+                arrays[name] = on_lines(old[name].size).reshape(old[name].shape)
+                arrays[name][:] = old[name]
         for name, array in old.items():
             if name not in arrays:  # those without entries serve all runs
                 written = name in WRITTEN and array.size

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.models.rigid import RigidBody
-from impactlab.numerics.records import records
+from impactlab.numerics.lanes import LANES
+from impactlab.numerics.records import on_lines, records
 from impactlab.scene.method import laws_of
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
@@ -153,15 +154,17 @@ def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRo
     """Return rows of beads as the arrays of `StepArrays`; ``shared`` are beads that something else moves, too.
 
     Beads are the first bodies, in the order of their rows. A row has an entry for each bead and for the ghosts at both
-    of its ends; before the first row there is one more, so that every slot has one to its left.
+    of its ends, and behind them some that are empty; before the first row there are some, too. Eight entries that are
+    stepped at once stand in one line of memory.
     """
-    n_entries = 1 + sum(len(row.beads) + 2 for row in found.rows)
-    beads, contacts = np.zeros((V + 1, n_entries)), np.zeros((REST + 1, n_entries))
+    n_entries = LANES + sum(_room(row) for row in found.rows)
+    beads = on_lines((V + 1) * n_entries).reshape(V + 1, n_entries)
+    contacts = on_lines((REST + 1) * n_entries).reshape(REST + 1, n_entries)
     contacts[GAP] = np.inf
     by_name, rows = records(BeadRowRecord, len(found.rows))
     entries: list[Ints] = []
     slots: list[Ints] = []
-    body, done, first = 0, 0, 1
+    body, done, first = 0, 0, LANES
     for record, row in zip(by_name, found.rows, strict=True):
         count, forces = len(row.beads), [found.forces[number] for number in row.contacts]
         record.body, record.count, record.first, record.contact = body, count, first, done
@@ -181,7 +184,7 @@ def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRo
         own[COMPLIANCE] = dt * (beads[KICK, slots[-1]] + beads[KICK, slots[-1] + 1])
         contacts[:, slots[-1]] = own
         record.watched = float(np.min(_watched(own, record.exponent)))
-        body, done, first = body + count, done + len(forces), first + count + 2
+        body, done, first = body + count, done + len(forces), first + _room(row)
     both = [
         (2 * place, entry)
         for place, (name, entry) in enumerate(zip(found.beads, _joined(entries).tolist(), strict=True))
@@ -191,6 +194,11 @@ def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRo
     for record in by_name:
         _find_rest(record, beads, contacts, pairs[:, 1])
     return PackedRows(rows, beads, contacts, pairs.ravel(), _joined(slots))
+
+
+def _room(row: BeadRow) -> int:
+    """Return the entries of a row: beads, two ghosts, and what is read behind them, whole lines of memory."""
+    return LANES * -(-(len(row.beads) + 2 + 2 * LANES) // LANES)
 
 
 def _joined(parts: list[Ints]) -> Ints:

@@ -5,20 +5,31 @@ known before anything moves. It is then a load like any other: no law is called 
 contacts of the beads, and loads over time on them, come after, as on any body.
 
 A row stands between two ghosts that never move: entry 0, the beads, entry count + 1. Slot i is the contact between the
-entries i and i + 1; with a wall it is that with a ghost, and where there is none its gap is infinite. A short row is
-stepped in one pass, a long one block by block: all forces of a block, then all of its beads, both in vector registers.
-A block at rest is passed over until a force or a bead from beside reaches it.
+entries i and i + 1; with a wall it is that with a ghost, and where there is none its gap is infinite. Behind a row are
+entries and slots of the same kind, so that it is stepped by eight in vector registers. A row is stepped block by block,
+and a block at rest is passed over until a force or a bead from beside reaches it.
 
 The gap one step earlier, which dates an event, is the present one less dt times its rate: the beads have drifted by it.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.lanes import (
+    LANES,
+    after_last,
+    all_lanes,
+    before_first,
+    lane,
+    lanes_above,
+    lanes_at,
+    larger_lanes,
+    put_lanes,
+    roots_of_lanes,
+)
 from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import (
     COARSE,
@@ -45,8 +56,7 @@ from impactlab.simulate.stepping.arrays import (
 )
 
 CLOSE, OPEN = 0, 1  # kinds of events, as in `event_times`
-SHORT = 30  # slots of a row that takes less time in one pass than in vector registers
-BLOCK = 128  # slots: their data stay in the fastest memory from the first pass to the second
+BLOCK = 128  # slots, a multiple of `LANES`: their data stay in the fastest memory from a first pass to a second
 HERTZ = 1.5  # the exponent whose power is a root
 
 
@@ -156,21 +166,43 @@ def watch_beads(m: BeadArrays, number: int, dt: float) -> None:
 
 
 @PART
-def feel_hertz(row: Row, watched: float) -> tuple[int, int]:
-    """Write the forces of a block; return whether one closed or opened, and whether one is above ``watched``."""
-    changed, large = 0, 0
-    for i in range(row.gap.size):
-        overlap = max(row.u[i] - row.u[i + 1] - row.gap[i], 0.0)
-        force = row.stiffness[i] * overlap * math.sqrt(overlap)
-        changed |= (force > 0.0) ^ (row.peak[i] > 0.0)
-        large |= force > watched
-        row.force[i + 1] = force
-    return changed, large
+def step_hertz(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: int, dt: float) -> int:
+    """Take a step of a block by eight slots at a time; return whether a force was above ``watched``.
+
+    A bead moves when the forces on both sides are known: those from the left are carried along the row.
+    """
+    u, v, kick = m.beads[U], m.beads[V], m.beads[KICK]
+    gap, stiffness = m.bead_contacts[GAP], m.bead_contacts[STIFFNESS]
+    recent, peak, force = m.bead_contacts[RECENT], m.bead_contacts[PEAK], m.bead_contacts[FORCE]
+    none, watched = all_lanes(0.0), all_lanes(row.watched)
+    gained, drift = all_lanes(row.gained), all_lanes(dt)
+    first, large = row.first + start, 0
+    before, after = all_lanes(force[first - 1]), lanes_at(u, first)
+    for place in range(0, size, LANES):
+        at = first + place
+        # Neighbours are moved in registers: what two stores of the step before have written takes long to be read.
+        here, after = after, lanes_at(u, at + LANES)
+        overlap = larger_lanes(here - before_first(here, after) - lanes_at(gap, at), none)
+        forces = lanes_at(stiffness, at) * overlap * roots_of_lanes(overlap)
+        changed = lanes_above(forces, none) ^ lanes_above(lanes_at(peak, at), none)
+        if changed != 0:
+            for number in range(LANES):
+                if (changed >> number) & 1 != 0:
+                    date_bead(m, row, start + place + number, step, dt)
+        large |= lanes_above(forces, watched)
+        put_lanes(recent, at, lanes_at(recent, at) + forces)
+        put_lanes(peak, at, larger_lanes(lanes_at(peak, at), forces))
+        speeds = lanes_at(v, at) + lanes_at(kick, at) * (after_last(before, forces) - forces) + gained
+        put_lanes(v, at, speeds)
+        put_lanes(u, at, here + drift * speeds)
+        before = forces
+    force[first + size - 1] = lane(before, (size - 1) % LANES)
+    return large
 
 
 @PART
 def feel_power(row: Row, watched: float, exponent: float) -> tuple[int, int]:
-    """Write the forces of a block as `feel_hertz`, with another exponent."""
+    """Write the forces of a block; return whether one closed or opened, and whether one is above ``watched``."""
     changed, large = 0, 0
     for i in range(row.gap.size):
         overlap, force = row.u[i] - row.u[i + 1] - row.gap[i], 0.0
@@ -206,53 +238,36 @@ def stays_at_rest(m: BeadArrays, first: int, size: int) -> bool:
 
 
 @INLINE
-def step_blocks(m: BeadArrays, row: BeadRowRecord, step: int, dt: float) -> int:
-    """Take a step of a long row; return whether a force was above ``watched``."""
+def step_power(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: int, dt: float) -> int:
+    """Take a step of a block with another exponent than that of Hertz; return whether a force was above ``watched``."""
+    block = block_of(m, row.first + start, size)
+    changed, large = feel_power(block, row.watched, row.exponent)
+    if changed != 0:
+        for i in range(size):
+            if (block.force[i + 1] > 0.0) != (block.peak[i] > 0.0):
+                date_bead(m, row, start + i, step, dt)
+    move(block, row.gained, dt)
+    return int(large)
+
+
+@INLINE
+def step_row(m: BeadArrays, row: BeadRowRecord, step: int, dt: float) -> int:
+    """Take a step of a row; return whether a force was above ``watched``."""
     start, n_slots, large = 0, row.count + 1, 0
     while start < n_slots:
         size, first = min(BLOCK, n_slots - start), row.first + start
         if not stays_at_rest(m, first, size):
             m.bead_contacts[REST, first] = 0.0
-            block = block_of(m, first, size)
             if row.exponent == HERTZ:
-                changed, above = feel_hertz(block, row.watched)
+                large |= step_hertz(m, row, start, size, step, dt)
             else:
-                changed, above = feel_power(block, row.watched, row.exponent)
-            large |= above
-            if changed != 0:
-                for i in range(size):
-                    if (block.force[i + 1] > 0.0) != (block.peak[i] > 0.0):
-                        date_bead(m, row, start + i, step, dt)
-            move(block, row.gained, dt)
+                large |= step_power(m, row, start, size, step, dt)
         start += size
-    m.beads[U, row.first] = m.beads[V, row.first] = 0.0  # of the ghost, which gravity has moved
-    return large
-
-
-@INLINE
-def step_short(m: BeadArrays, record: BeadRowRecord, row: Row, step: int, dt: float) -> int:
-    """Take a step of a short row in one pass; return whether a force was above ``watched``.
-
-    A bead moves when the forces on both sides are known: that from the left is carried along the row.
-    """
-    here, from_left, large, watched, gained = 0.0, 0.0, 0, record.watched, record.gained
-    exponent, is_hertz = record.exponent, record.exponent == HERTZ
-    for i in range(row.gap.size):
-        after = row.u[i + 1]
-        overlap, force = here - after - row.gap[i], 0.0
-        if overlap > 0.0:
-            power = overlap * math.sqrt(overlap) if is_hertz else overlap**exponent
-            force = row.stiffness[i] * power
-        if (force > 0.0) != (row.peak[i] > 0.0):
-            date_bead(m, record, i, step, dt)
-        row.recent[i] += force
-        row.peak[i] = max(row.peak[i], force)
-        large |= force > watched
-        velocity = row.v[i] + row.kick[i] * (from_left - force) + gained
-        row.v[i] = velocity
-        row.u[i] = here + dt * velocity
-        here, from_left = after, force
-    row.u[0] = row.v[0] = 0.0  # the ghost, which gravity has moved
+    if row.gained != 0.0:  # gravity has moved the ghosts, and what is behind the row
+        none, last = all_lanes(0.0), row.first + n_slots
+        m.beads[U, row.first] = m.beads[V, row.first] = 0.0
+        put_lanes(m.beads[U], last, none)
+        put_lanes(m.beads[V], last, none)
     return large
 
 
@@ -260,18 +275,13 @@ def step_short(m: BeadArrays, record: BeadRowRecord, row: Row, step: int, dt: fl
 def march_row(m: BeadArrays, number: int, dt: float, steps: int) -> int:
     """Take steps of a row, fewer where the events are full or a contact fails; return how many were taken."""
     row, clock = m.bead_rows[number], m.clock[0]
-    n_slots, began = row.count + 1, clock.step
-    whole = block_of(m, row.first, n_slots)
+    began = clock.step
     for taken in range(steps):
-        if n_slots <= SHORT:
-            large = step_short(m, row, whole, began + taken, dt)
-        else:
-            large = step_blocks(m, row, began + taken, dt)
-        if large != 0:
+        if step_row(m, row, began + taken, dt) != 0:
             watch_beads(m, number, dt)
             if clock.failed_bead != 0:
                 return taken
-        if clock.n_events + n_slots >= len(m.events):
+        if clock.n_events + row.count + 1 >= len(m.events):
             return taken + 1
     return steps
 
