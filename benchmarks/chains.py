@@ -49,9 +49,9 @@ core of {machine}.
 
 Leapfrog, {steps} steps or more. "struck": all beads touch, the first one moves; few contacts are closed. "pressed":
 all contacts between two walls are closed. Two loops are written by hand: one with one pass over the beads, one with two
-passes that the compiler turns into vector instructions; the faster one counts. The package steps eight contacts at a
-time in vector registers. They write no records, events or
-energies, and step all beads; the package skips blocks of beads that the wave has not reached; "pressed" has none.
+passes that the compiler turns into vector instructions; the faster one counts. They write no records, events or
+energies, and step all beads. The package steps eight contacts at a time in vector registers and skips blocks of beads
+that the wave has not reached; "pressed" has none.
 The package's time is that of the whole loop with its default records, events and energies; reading them into channels
 after the run is the column beside. The aim: at most twice the hand-written loop with 1000 beads, and no growth with
 their number. With 10 beads a step waits for its own chain of operations, by hand as well, and its record, in which
