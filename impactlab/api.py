@@ -248,8 +248,9 @@ def compare(
         check_name("method", name, case.method_names, case.file)
     known: dict[Any, Reference | None] = {}  # by the scene and method that determine each
     rows = []
-    for number, name in enumerate(names):
-        rows.append(_row(case, name, known, _share(progress, name, number, len(names)), frames))
+    with code_ahead(case, names):
+        for number, name in enumerate(names):
+            rows.append(_row(case, name, known, _share(progress, name, number, len(names)), frames))
     return Comparison(case.label, tuple(rows))
 
 
@@ -272,15 +273,19 @@ def summarised(
         return summaries.summarise(case.label, case.scene(), history, reference, outlook), reference
 
 
-def reference_ahead(case: Case) -> ahead.ahead:
-    """Return a context of a run whose errors will be asked for: code of the exact solution is compiled beside its own.
+def code_ahead(case: Case, methods: Sequence[str] = ()) -> ahead.ahead:
+    """Return a context in which code of the exact solution, for errors, and of some methods is compiled side by side.
 
-    Nothing happens where that code is on disk, or the exact solution does not serve.
+    Nothing happens where the code is on disk. A method that is refused is left out.
     """
 
     def kernels() -> Iterator[ahead.Kernel]:
         physics = physics_of(case)
-        return coming.of_exact() if not any(theories(*physics)) and exact.serves(*physics) is None else iter(())
+        if not any(theories(*physics)) and exact.serves(*physics) is None:
+            yield from coming.of_exact()
+        for name in methods:
+            with contextlib.suppress(ImpactlabError):
+                yield from coming.of_steps(*case.method(name).simulation())
 
     return ahead.ahead(kernels)
 

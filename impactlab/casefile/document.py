@@ -338,6 +338,8 @@ def _key(key: str, line: int | None) -> str:
 def check_texts(data: Any, path: Keys = ()) -> None:
     """Raise `CaseError` where a text holds a lone surrogate, which no output can show."""
     if isinstance(data, str):
+        if data.isascii():
+            return
         try:
             data.encode("utf-8")
         except UnicodeEncodeError:

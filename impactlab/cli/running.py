@@ -58,7 +58,7 @@ def run(
         drawn_as = figure_files.figure_files(figures, width)
         if out is not None:
             output.check_target(out)
-        with console.progress() as show, api.warnings_kept(), api.reference_ahead(loaded):
+        with console.progress() as show, api.warnings_kept(), api.code_ahead(loaded):
 
             def report(fraction: float) -> None:
                 if fraction == 0.0:  # all checks before the first step are passed

@@ -14,7 +14,7 @@ from impactlab.lazy import lazy
 from impactlab.numerics.addresses import RESPOND, type_of
 from impactlab.numerics.ahead import Kernel
 from impactlab.numerics.records import records
-from impactlab.scene.method import Method, laws_of
+from impactlab.scene.method import Method, is_exact, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import SOLVE_SEVERAL, Floats, Ints, StepArrays
@@ -48,7 +48,12 @@ def type_of_arrays() -> Any:
 
 
 def of_steps(scene: Scene, method: Method) -> Iterator[Kernel]:
-    """Give the kernels of a run in steps that do not depend on its bodies, those that take longest first."""
+    """Give the kernels of a run in steps that do not depend on its bodies, those that take longest first.
+
+    An exact run has none.
+    """
+    if is_exact(scene, method):
+        return
     arrays = type_of_arrays()
     laws = {law.respond for law in laws_of(scene, method) if law.compiled}
     yield from (Kernel(respond, RESPOND) for respond in laws)

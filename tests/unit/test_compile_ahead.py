@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 
 import impactlab as il
+from impactlab import api
 from impactlab.numerics import ahead, compile_queue
-from impactlab.numerics.addresses import COMPILED, FREE, is_compiled, type_of
+from impactlab.numerics.addresses import COMPILED, FREE, RESPOND, is_compiled, type_of
 from impactlab.numerics.compile_queue import CompileQueue, Request
 from impactlab.simulate import coming, driver
 from impactlab.simulate.stepping import loop
@@ -130,6 +131,22 @@ def test_kernels_are_handed_on_where_one_is_missing_and_found_by_name(monkeypatc
     before = list(added)
     ahead.before_compiling(loop.start)
     assert added == before
+
+
+def test_an_exact_run_needs_no_step_loop():
+    case = il.load_case("axial_impact")
+    assert not list(coming.of_steps(*case.method("continuous").simulation()))
+    assert list(coming.of_steps(*case.simulation()))
+
+
+def test_a_comparison_needs_the_code_of_all_its_methods(monkeypatch):
+    case = il.load_case("axial_impact")
+    given = api.code_ahead(case, ["base", "penalty", "continuous"])._kernels
+    laws = [each.function for each in given() if each.signature is RESPOND]
+    names = [each.function.__name__ for each in given()]
+    assert len(laws) == 2
+    assert "advance" in names
+    assert "advance_dated" in names
 
 
 def test_the_type_of_arrays_is_known_before_a_run():
