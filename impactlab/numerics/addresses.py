@@ -207,11 +207,12 @@ def _compiled_now(function: Callable[..., None], signature: Any, allocates: bool
     return made
 
 
-def is_compiled(function: Callable[..., None], signature: Any, allocates: bool = True) -> bool:
-    """Return whether a C function is loaded or on disk."""
+def is_missing(function: Callable[..., None], signature: Any, allocates: bool = True) -> bool:
+    """Return whether a C function is neither loaded nor on disk, where it could be kept."""
     if (function, id(signature)) in _compiled:
-        return True
-    return _is_on_disk(_callback(function, signature, _options_of(signature, allocates)))
+        return False
+    made = _callback(function, signature, _options_of(signature, allocates))
+    return made._cache.keeps and not _is_on_disk(made)
 
 
 def _options_of(signature: Any, allocates: bool) -> dict[str, Any]:

@@ -5,6 +5,7 @@ Code that knows what comes next says so by `ahead`. Nothing is done where all co
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Callable, Iterable
 from functools import cache
@@ -14,7 +15,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from impactlab.numerics import addresses
-from impactlab.numerics.cache import is_kept
+from impactlab.numerics import cache as kernel_cache
 from impactlab.numerics.compile_queue import CompileQueue, Request
 from impactlab.numerics.compiling import plain
 
@@ -74,23 +75,24 @@ def before_compiling(function: Callable[..., Any]) -> None:
     if processes() == 1:
         return
     given, _coming[:] = list(_coming), []
-    coming = [kernel for kernels in given for kernel in kernels()]
     this = plain(function)
-    requests = [request_of(each) for each in coming if plain(each.function) is not this and not is_there(each)]
-    if any(requests):
-        queue().add([each for each in requests if each is not None])
+    with contextlib.suppress(Exception):  # what is wrong with a part is said where it is needed
+        coming = [kernel for kernels in given for kernel in kernels()]
+        requests = [request_of(each) for each in coming if plain(each.function) is not this and is_missing(each)]
+        if any(requests):
+            queue().add([each for each in requests if each is not None])
     queue().before(this.__module__, this.__qualname__)
 
 
 addresses.before_compiling.append(before_compiling)
 
 
-def is_there(kernel: Kernel) -> bool:
-    """Return whether a kernel is loaded or on disk."""
+def is_missing(kernel: Kernel) -> bool:
+    """Return whether a kernel is neither loaded nor on disk, where it could be kept."""
     if is_entry(kernel):
         entry: Any = kernel.function
-        return bool(entry.overloads) or is_kept(entry)
-    return addresses.is_compiled(*kernel)
+        return not entry.overloads and kernel_cache.is_missing(entry)
+    return addresses.is_missing(*kernel)
 
 
 def is_entry(kernel: Kernel) -> bool:

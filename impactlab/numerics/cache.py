@@ -216,6 +216,8 @@ def user_cache() -> Path:
 class KernelCache(Cache):  # type: ignore[misc] # numba has types in some versions
     """Numba's cache of one function, with our files."""
 
+    keeps = True
+
     def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
         super().__init__(function)
         folder = folder_of(function.__module__, Path(function.__code__.co_filename), Path(self._cache_path))
@@ -255,6 +257,8 @@ class KernelCache(Cache):  # type: ignore[misc] # numba has types in some versio
 
 class NoCache(Nothing):  # type: ignore[misc] # numba has types in some versions
     """A cache that keeps nothing."""
+
+    keeps = False
 
     def holds(self, _sig: Any, _target_context: Any) -> bool:
         """Return that nothing is on disk."""
@@ -297,6 +301,12 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         return made
 
     return decorated
+
+
+def is_missing(entry: Any) -> bool:
+    """Return whether the present kernel is not on disk, where it could be kept."""
+    files = getattr(getattr(entry, "_cache", None), "_cache_file", None)
+    return isinstance(files, KernelFile) and not files.exists()
 
 
 def is_kept(entry: Any) -> bool:

@@ -13,7 +13,7 @@ import pytest
 import impactlab as il
 from impactlab import api
 from impactlab.numerics import ahead, compile_queue
-from impactlab.numerics.addresses import COMPILED, FREE, RESPOND, is_compiled, type_of
+from impactlab.numerics.addresses import COMPILED, FREE, RESPOND, is_missing, type_of
 from impactlab.numerics.compile_queue import CompileQueue, Request
 from impactlab.simulate import coming, driver
 from impactlab.simulate.stepping import loop
@@ -58,10 +58,10 @@ def test_another_process_compiles_what_waits_and_keeps_it_on_disk(asked):
     first, second = asked("first"), asked("second")
     queue.add([first, asked("broken"), second])
     queue.add([first])  # waits once
-    until(lambda: is_compiled(ahead.named(second), FREE, False))  # after the broken one, which ended nothing
+    until(lambda: not is_missing(ahead.named(second), FREE, False))  # after the broken one, which ended nothing
     for request in (first, second):
         queue.before(*request[:2])
-        assert is_compiled(ahead.named(request), FREE, False)
+        assert not is_missing(ahead.named(request), FREE, False)
     assert not here
     files = list(Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbc"))
     assert len(files) == 2
@@ -119,7 +119,7 @@ def test_kernels_are_handed_on_where_one_is_missing_and_found_by_name(monkeypatc
 
     monkeypatch.setattr(ahead, "queue", Queue)
     monkeypatch.setattr(ahead, "processes", lambda: 2)
-    monkeypatch.setattr(ahead, "is_there", lambda _: False)
+    monkeypatch.setattr(ahead, "is_missing", lambda _: True)
     run = il.load_case("hammer_rod_wall").method("elements").simulation()
     with ahead.ahead(lambda: [*coming.of_steps(*run), *coming.of_exact()]):
         assert not added
@@ -131,6 +131,22 @@ def test_kernels_are_handed_on_where_one_is_missing_and_found_by_name(monkeypatc
     before = list(added)
     ahead.before_compiling(loop.start)
     assert added == before
+
+
+def test_what_cannot_be_kept_is_left_to_this_process():
+    names: dict[str, Any] = {}
+    exec(MODULE, names)  # without a file no place for compiled code
+    assert not is_missing(names["first"], FREE, False)
+
+
+def test_what_is_wrong_with_a_coming_kernel_stops_nothing_now(monkeypatch):
+    monkeypatch.setattr(ahead, "processes", lambda: 2)
+
+    def wrong() -> Any:
+        raise il.CaseError("later")
+
+    with ahead.ahead(wrong):
+        ahead.before_compiling(loop.start)
 
 
 def test_an_exact_run_needs_no_step_loop():
