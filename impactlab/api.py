@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from impactlab.refine.reference import Reference
     from impactlab.report import notebook
     from impactlab.report import summary as summaries
-    from impactlab.simulate import coming, driver, plan
+    from impactlab.simulate import driver, needed_kernels, plan
     from impactlab.simulate.plan import Plan
 else:  # with the libraries that they load, each when it is first used
     addresses, ahead = lazy("impactlab.numerics.addresses"), lazy("impactlab.numerics.ahead")
-    exact, coming = lazy("impactlab.exact.solve"), lazy("impactlab.simulate.coming")
+    exact, needed_kernels = lazy("impactlab.exact.solve"), lazy("impactlab.simulate.needed_kernels")
     driver, plan = lazy("impactlab.simulate.driver"), lazy("impactlab.simulate.plan")
     choice, references = lazy("impactlab.refine.choice"), lazy("impactlab.refine.reference")
     outlooks = lazy("impactlab.refine.outlook")
@@ -282,10 +282,10 @@ def code_ahead(case: Case, methods: Sequence[str] = ()) -> ahead.ahead:
     def kernels() -> Iterator[ahead.Kernel]:
         physics = physics_of(case)
         if not any(theories(*physics)) and exact.serves(*physics) is None:
-            yield from coming.of_exact()
+            yield from needed_kernels.of_exact()
         for name in methods:
             with contextlib.suppress(ImpactlabError):
-                yield from coming.of_steps(*case.method(name).simulation())
+                yield from needed_kernels.of_steps(*case.method(name).simulation())
 
     return ahead.ahead(kernels)
 

@@ -19,7 +19,7 @@ from impactlab.numerics.collection import Uncollected
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import Recent
-from impactlab.simulate import coming
+from impactlab.simulate import needed_kernels
 from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
 from impactlab.simulate.plan import Plan, is_stepped, prepare
 from impactlab.simulate.stepping import loop
@@ -135,7 +135,7 @@ def run(
         When a law fails, a number is not finite, or energy grows beyond the declared bound; carries the history so far.
     """
     began = clock.perf_counter()
-    with spent_on("set-up"), Uncollected(), ahead(lambda: coming.of_steps(scene, method)):
+    with spent_on("set-up"), Uncollected(), ahead(lambda: needed_kernels.of_steps(scene, method)):
         if like is None:
             prepared = ready(scene, method)
             plan, assembly = prepared.plan, prepared.assembly()

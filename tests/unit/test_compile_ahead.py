@@ -15,7 +15,7 @@ from impactlab import api
 from impactlab.numerics import ahead, compile_queue
 from impactlab.numerics.addresses import COMPILED, FREE, RESPOND, is_missing, type_of
 from impactlab.numerics.compile_queue import CompileQueue, Request
-from impactlab.simulate import coming, driver
+from impactlab.simulate import driver, needed_kernels
 from impactlab.simulate.stepping import loop
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
@@ -121,7 +121,7 @@ def test_kernels_are_handed_on_where_one_is_missing_and_found_by_name(monkeypatc
     monkeypatch.setattr(ahead, "processes", lambda: 2)
     monkeypatch.setattr(ahead, "is_missing", lambda _: True)
     run = il.load_case("hammer_rod_wall").method("elements").simulation()
-    with ahead.ahead(lambda: [*coming.of_steps(*run), *coming.of_exact()]):
+    with ahead.ahead(lambda: [*needed_kernels.of_steps(*run), *needed_kernels.of_exact()]):
         assert not added
         ahead.before_compiling(loop.start)
     names = [request.name for request in added]
@@ -151,8 +151,8 @@ def test_what_is_wrong_with_a_coming_kernel_stops_nothing_now(monkeypatch):
 
 def test_an_exact_run_needs_no_step_loop():
     case = il.load_case("axial_impact")
-    assert not list(coming.of_steps(*case.method("continuous").simulation()))
-    assert list(coming.of_steps(*case.simulation()))
+    assert not list(needed_kernels.of_steps(*case.method("continuous").simulation()))
+    assert list(needed_kernels.of_steps(*case.simulation()))
 
 
 def test_a_comparison_needs_the_code_of_all_its_methods(monkeypatch):
@@ -168,7 +168,7 @@ def test_a_comparison_needs_the_code_of_all_its_methods(monkeypatch):
 def test_the_type_of_arrays_is_known_before_a_run():
     made = driver.Prepared(*il.load_case("axial_impact").simulation()).kept()
     assert made is not None
-    assert type_of(made.memory) is coming.type_of_arrays()
+    assert type_of(made.memory) is needed_kernels.type_of_arrays()
 
 
 @pytest.mark.parametrize(("given", "count"), [("1", 1), ("7", 7), ("0", None), ("many", None), ("", None)])
