@@ -60,6 +60,7 @@ def installed_entries() -> tuple[Entry, ...]:
     return tuple(found)
 
 
+_sound: dict[int, tuple[Any, str]] = {}  # parts found fit, with their group, by id
 _names: dict[Any, str] = {}  # parts that were loaded, and the name of each in cases
 
 
@@ -117,15 +118,17 @@ class Registry:
             )
         entry = entries[0]
         part = _import(entry, group)
-        try:
-            fault = fault_of(part, group)
-        except Exception as error:  # noqa: BLE001 - a stranger's class may answer questions with anything
-            fault = f"it cannot be examined: {type(error).__name__}: {str(error)[:200]}"
-        if fault:
-            raise PluginError(
-                f"{name!r} of {entry.distribution} ({entry.value}) cannot serve as {group.noun}: {fault}",
-                remedy="Fix the plugin (see `impactlab plugins`), or uninstall it.",
-            )
+        if _sound.get(id(part)) != (part, group.name):  # each case names its parts again: they are examined once
+            try:
+                fault = fault_of(part, group)
+            except Exception as error:  # noqa: BLE001 - a stranger's class may answer questions with anything
+                fault = f"it cannot be examined: {type(error).__name__}: {str(error)[:200]}"
+            if fault:
+                raise PluginError(
+                    f"{name!r} of {entry.distribution} ({entry.value}) cannot serve as {group.noun}: {fault}",
+                    remedy="Fix the plugin (see `impactlab plugins`), or uninstall it.",
+                )
+            _sound[id(part)] = part, group.name
         if _names.get(part) != snake_case(part):
             _names[part] = name
         return part  # type: ignore[no-any-return]

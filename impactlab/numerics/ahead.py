@@ -19,7 +19,8 @@ from impactlab.numerics import cache as kernel_cache
 from impactlab.numerics.compile_queue import CompileQueue, Request
 from impactlab.numerics.compiling import plain
 
-VARIABLE = "IMPACTLAB_COMPILERS"  # how many processes compile at once; by default one for each processor
+VARIABLE = "IMPACTLAB_COMPILERS"  # how many processes compile at once; by default one for each processor,
+MOST = 8  # at most: a run seldom lacks more kernels that take long, and each process takes 150 MB
 
 
 class Kernel(NamedTuple):
@@ -61,7 +62,7 @@ def processes() -> int:
         return 1
     own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     given = os.environ.get(VARIABLE, "")
-    return int(given) if given.isdecimal() and int(given) > 0 else own
+    return int(given) if given.isdecimal() and int(given) > 0 else min(own, MOST)
 
 
 @cache
