@@ -19,13 +19,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tables import table
+from tables import page, table
 from wall_time import commit_of
 
 from impactlab.bench.environment import processor
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parent
+ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = {
     "step loop and exact march: `run axial_impact`": "axial_impact",
     "a law that yields, many contacts: `run smith_pile` after it": "smith_pile",
@@ -77,10 +76,7 @@ def written(before: Path) -> str:
         "commit": commit_of(before),
         "compiled": table(titles, measured(before), ["kernels"]),
     }
-    text = (HERE / "compiled-code.head.md").read_text(encoding="utf-8")
-    for name, part in filled.items():
-        text = text.replace(f"<!-- {name} -->", part)
-    return text
+    return page("compiled-code.head.md", filled)
 
 
 def main() -> None:

@@ -1,8 +1,11 @@
-"""Markdown tables of the measured pages."""
+"""Markdown tables of the measured pages, and pages with them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[object]], text: Collection[str] = ()) -> str:
@@ -10,3 +13,11 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]], text: Collecti
     rule = "|".join("---" if head in text else "---:" for head in heads)
     first, *others = ["|".join(f" {cell} " if cell != "" else " " for cell in line) for line in (heads, *rows)]
     return "\n".join(f"|{line}|" for line in (first, rule, *others))
+
+
+def page(head: str, parts: Mapping[str, str]) -> str:
+    """Return a page: the text of ``head``, a file beside this one, with each part in place of its comment."""
+    text = (HERE / head).read_text(encoding="utf-8")
+    for name, part in parts.items():
+        text = text.replace(f"<!-- {name} -->", part)
+    return text

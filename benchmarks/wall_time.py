@@ -26,12 +26,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from tables import table
+from tables import page, table
 
 from impactlab.bench.environment import processor
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parent
+ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = {
     "exact": ["axial_impact", "--method", "continuous"],
     "modes, Newmark": ["axial_impact"],
@@ -222,7 +221,6 @@ def in_one_process(trees: Trees, repeats: int) -> tuple[list[list[str]], list[li
 def written(trees: Trees, repeats: int) -> str:
     """Return the page."""
     whole, setup = in_one_process(trees, repeats)
-    text = (HERE / "wall-time.head.md").read_text(encoding="utf-8")
     filled = {
         "machine": f"{os.cpu_count()} cores of {processor()}, Python {platform.python_version()}",
         "commit": commit_of(trees["before"][0]),
@@ -230,9 +228,7 @@ def written(trees: Trees, repeats: int) -> str:
         "setup": table(["a mass on a rod or a beam", "before, ms", "after, ms"], setup, ["a mass on a rod or a beam"]),
         "commands": table(["command", "", *COLUMNS, "whole, s"], measured(trees, repeats), ["command"]),
     }
-    for name, part in filled.items():
-        text = text.replace(f"<!-- {name} -->", part)
-    return text
+    return page("wall-time.head.md", filled)
 
 
 def main() -> None:
@@ -243,11 +239,11 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
-    page = written({"before": (given.before.resolve(), given.before_cache), "after": (ROOT, None)}, given.repeats)
+    text = written({"before": (given.before.resolve(), given.before_cache), "after": (ROOT, None)}, given.repeats)
     if given.out is None:
-        print(page)
+        print(text)
     else:
-        given.out.write_text(page, encoding="utf-8")
+        given.out.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
