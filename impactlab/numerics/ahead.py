@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import import_module
 from multiprocessing import parent_process
 from operator import attrgetter
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from impactlab.numerics import addresses
@@ -57,8 +59,11 @@ _coming: list[Callable[[], Iterable[Kernel]]] = []
 
 
 def processes() -> int:
-    """Return how many processes may compile at once: 1 inside processes that were started to compute."""
-    if parent_process() is not None:
+    """Return how many processes may compile at once.
+
+    1 inside processes that were started to compute, and in programs that hold Python: these would be started again.
+    """
+    if parent_process() is not None or "python" not in Path(sys.executable or "").name.lower():
         return 1
     own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     given = os.environ.get(VARIABLE, "")

@@ -13,10 +13,12 @@ import pickle
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 IDLE_S = 10.0  # s without work after which a process ends
+PATIENCE_S = 180.0  # s that a function under way is waited for: the largest takes a tenth of it on a quiet machine
 WORKER = "impactlab.numerics.compile_worker"
 
 
@@ -65,16 +67,17 @@ class CompileQueue:
     def before(self, module: str, name: str) -> None:
         """Return when no other process compiles a function, which is on disk then, or not begun at all.
 
-        Until then this process compiles what waits.
+        Until then this process compiles what waits. A process that does not answer is waited for `PATIENCE_S`.
         """
-        while True:
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
             with self._changed:
                 self._known.add((module, name))
                 self._waiting = [each for each in self._waiting if each[:2] != (module, name)]
                 if (module, name) not in self._under_way:
                     return
                 if not self._waiting:
-                    self._changed.wait()
+                    self._changed.wait(end - time.monotonic())
                     continue
                 spare = self._waiting.pop(0)
             with contextlib.suppress(Exception):  # whoever needs it compiles it again, and reports
@@ -87,12 +90,12 @@ class CompileQueue:
             with _worker() as process:
                 while not died and (request := self._next()) is not None:
                     try:
-                        pickle.dump(tuple(request), process.stdin)
+                        process.stdin.write(pickle.dumps(tuple(request)))
                         process.stdin.flush()
                         died = not process.stdout.readline()
                     finally:
                         self._done(request)
-        except OSError:
+        except Exception:  # noqa: BLE001 - what was asked for is compiled by who needs it
             died = True
         with self._changed:
             self._ended += died

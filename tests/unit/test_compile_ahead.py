@@ -108,6 +108,29 @@ def test_a_process_that_dies_or_does_not_start_keeps_nobody_waiting(asked, monke
         queue.before(*asked(name)[:2])
 
 
+def test_a_process_that_does_not_answer_is_waited_for_only_so_long(asked, monkeypatch):
+    monkeypatch.setattr(compile_queue, "PATIENCE_S", 0.1)
+    queue = CompileQueue(0, lambda _: None)
+    queue.add([asked("first")])
+    assert queue._next() == asked("first")  # as a thread does for its process, and no word after that
+    queue.before(*asked("first")[:2])
+    assert queue._under_way
+
+
+def test_what_cannot_be_handed_on_keeps_nobody_waiting(asked):
+    queue = CompileQueue(1, lambda _: None)
+    queue.add([asked("first")._replace(signature=lambda: None)])  # not pickled
+    until(lambda: queue._ended == 1)
+    assert not queue._under_way
+
+
+@pytest.mark.parametrize(("program", "count"), [("/opt/modeller", 1), (None, 1), ("/usr/bin/python3.11", 7)])
+def test_a_program_that_holds_python_is_not_started_again(monkeypatch, program, count):
+    monkeypatch.setenv(ahead.VARIABLE, "7")
+    monkeypatch.setattr(ahead.sys, "executable", program)
+    assert ahead.processes() == count
+
+
 def test_kernels_are_handed_on_where_one_is_missing_and_found_by_name(monkeypatch):
     added: list[Any] = []
 
