@@ -60,7 +60,6 @@ def installed_entries() -> tuple[Entry, ...]:
     return tuple(found)
 
 
-_sound: dict[int, tuple[Any, str]] = {}  # parts found fit, with their group, by id
 _names: dict[Any, str] = {}  # parts that were loaded, and the name of each in cases
 
 
@@ -90,6 +89,7 @@ class Registry:
 
     def __init__(self, entries: Iterable[Entry]) -> None:
         self.entries = tuple(entries)
+        self._loaded: dict[tuple[str, str], Any] = {}  # parts by group and name: each case names its parts again
 
     def names(self, group: Group) -> tuple[str, ...]:
         """Return the sorted names of a group, without importing anything."""
@@ -107,6 +107,9 @@ class Registry:
         PluginError
             If no part, or more than one, has this name, or if it cannot be used; the text names it and the reason.
         """
+        known = self._loaded.get((group.name, name))
+        if known is not None:
+            return known  # type: ignore[no-any-return]
         entries = [entry for entry in self.entries if entry.group == group.name and entry.name == name]
         if not entries:
             raise PluginError(self._unknown(group, name), remedy=self._installed(group))
@@ -118,19 +121,18 @@ class Registry:
             )
         entry = entries[0]
         part = _import(entry, group)
-        if _sound.get(id(part)) != (part, group.name):  # each case names its parts again: they are examined once
-            try:
-                fault = fault_of(part, group)
-            except Exception as error:  # noqa: BLE001 - a stranger's class may answer questions with anything
-                fault = f"it cannot be examined: {type(error).__name__}: {str(error)[:200]}"
-            if fault:
-                raise PluginError(
-                    f"{name!r} of {entry.distribution} ({entry.value}) cannot serve as {group.noun}: {fault}",
-                    remedy="Fix the plugin (see `impactlab plugins`), or uninstall it.",
-                )
-            _sound[id(part)] = part, group.name
+        try:
+            fault = fault_of(part, group)
+        except Exception as error:  # noqa: BLE001 - a stranger's class may answer questions with anything
+            fault = f"it cannot be examined: {type(error).__name__}: {str(error)[:200]}"
+        if fault:
+            raise PluginError(
+                f"{name!r} of {entry.distribution} ({entry.value}) cannot serve as {group.noun}: {fault}",
+                remedy="Fix the plugin (see `impactlab plugins`), or uninstall it.",
+            )
         if _names.get(part) != snake_case(part):
             _names[part] = name
+        self._loaded[group.name, name] = part
         return part  # type: ignore[no-any-return]
 
     def _unknown(self, group: Group, name: str) -> str:

@@ -50,7 +50,10 @@ AXIAL: dict[str, dict[str, Any]] = {
         "contacts.0.law": {"residual": False},
     },
     "modal 100/40, newmark, penalty (EA/h)": {"contacts.0.law": {"kind": "penalty", "stiffness": {"relative": 1.0}}},
-    "modal 100/40, newmark, addition_deletion": {"contacts.0.law": {"kind": "addition_deletion"}},
+    "modal 100/40, contact_stabilised_newmark, addition_deletion": {
+        "contacts.0.law": {"kind": "addition_deletion"},
+        "solve.integrator": {"kind": "contact_stabilised_newmark"},
+    },
     "modal 40 analytic, exact_modal, impulse_momentum": {
         "solve.model": {"kind": "modal", "modes": 40},
         "solve.integrator": {"kind": "exact_modal"},

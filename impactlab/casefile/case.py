@@ -282,7 +282,7 @@ def case_of(
     name: str, file: str, document: Document, *, registry: plugins.Registry | None = None, method: str = "base"
 ) -> Case:
     """Return the case in a document, with the name of its method; raises as `load_case`."""
-    return _make(name, file, document, registry or plugins.registry())._with(method_name=method)
+    return _make(name, file, document, registry or plugins.registry(), is_new=True)._with(method_name=method)
 
 
 def given_by(document: Document, path: str) -> str:
@@ -350,10 +350,11 @@ def say_if_many(bodies: int) -> None:
         LOG.warning("checking %d bodies and their contacts: some seconds for each 10000 ...", bodies)
 
 
-def _make(name: str, file: str, document: Document, registry: plugins.Registry) -> Case:
+def _make(name: str, file: str, document: Document, registry: plugins.Registry, is_new: bool = False) -> Case:
     origins = Origins()
     try:
-        check_texts(document.data)
+        if is_new:  # of an edited one, what is new was checked as it was put in
+            check_texts(document.data)
         data, origins = expand(document.data)
         say_if_many(_length(data.get("bodies")))
         with collector_paused(_length(data.get("bodies"))):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
-from impactlab.casefile.document import MAX_DEPTH, MAX_KEY, Document, Keys, parse_value
+from impactlab.casefile.document import MAX_DEPTH, MAX_KEY, Document, Keys, check_texts, parse_value
 from impactlab.casefile.samples import Samples
 from impactlab.casefile.schema import CHOSEN, SolveBlock
 from impactlab.casefile.words import closest, shown
@@ -44,10 +44,8 @@ def edited(
     if not all(keys) or len(keys) > MAX_DEPTH or len(path) > MAX_KEY or not path.isprintable():
         raise CaseError(f"{shown(path)} is not a path", remedy="Write keys with dots between, as in solve.step.dt.")
     value = plain(value, path)
-    # Methods and variants are many, and nothing changes one of another name.
-    kept = {"methods", "variants"} - {keys[0]}
-    data = {key: block if key in kept else copy.deepcopy(block) for key, block in document.data.items()}
-    lines: dict[Keys, int | None] = dict(document.lines)
+    check_texts(value, keys)
+    data, lines = dict(document.data), dict(document.lines)
     holder = _holder(data, keys, path)
     last = _key_in(holder, keys[-1], path)
     block: Any = holder.get(last) if isinstance(holder, dict) else holder[last]
@@ -56,8 +54,9 @@ def edited(
         holder.clear()
     holder[last] = {**block, **value} if _merges(block, value, keys) and not replace else value
     _move_lines(lines, keys, origin)
-    for void in _replaced(keys, value) if isinstance(data.get("solve"), dict) else ():
-        data["solve"].pop(void, None)
+    void = _replaced(keys, value)
+    if void and isinstance(data.get("solve"), dict):
+        data["solve"] = {key: block for key, block in data["solve"].items() if key not in void}
     given = {known: name for known, name in document.given.items() if known[: len(keys)] != keys}
     return Document(data, lines, given if origin is not None else {**given, keys: by})
 
@@ -96,11 +95,14 @@ def plain(value: Any, path: str = "") -> Any:
 
 
 def _holder(data: Any, keys: Keys, path: str) -> Any:
+    """Return the block that holds the last key; it and those above it are copied, all others are shared."""
     holder = data
     for place, key in enumerate(keys[:-1]):
         found = _key_in(holder, key, path)
         if isinstance(holder, dict) and not isinstance(holder.get(found), (dict, list)):
             holder[found] = _default_block(keys[: place + 1], holder)
+        elif isinstance(holder[found], (dict, list)):
+            holder[found] = copy.copy(holder[found])
         holder = holder[found]
     return holder
 
