@@ -1,4 +1,4 @@
-"""Impacts on flexible rods: models, contact laws and integrators, compared on cases with exact answers."""
+"""Impacts of rods, beams and mechanisms: models, contact laws and integrators, compared on cases with exact answers."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.casefile import Case
+from impactlab.casefile.case import expect_case
 from impactlab.casefile.edit import check_name
 from impactlab.errors import DoubtfulResult, ImpactlabError, RunNote, RunWarning, StepError, SweepError, UnusualValue
 from impactlab.history.base import SERIOUS, AbstractHistory
@@ -140,6 +141,8 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
     StepError
         If the run fails on the way, or more than doubles the energy of its bodies; it carries the history so far.
     """
+    if not isinstance(case, tuple):
+        expect_case(case, "run")
     scene, method = case.simulation() if isinstance(case, Case) else case
     if frames:
         scene = scene.with_frames(frames)
@@ -243,6 +246,7 @@ def compare(
     CaseError
         If the case has no method of a given name. A method that is refused or fails stays as a row instead.
     """
+    expect_case(case, "compare")
     names = list(dict.fromkeys(methods if methods is not None else case.method_names))
     for name in names:
         check_name("method", name, case.method_names, case.file)

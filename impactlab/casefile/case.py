@@ -24,6 +24,7 @@ from impactlab.casefile.repeat import expand
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
 from impactlab.casefile.starter import case_named
+from impactlab.casefile.words import shown
 from impactlab.casefile.written import yaml_text
 from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.lazy import above
@@ -283,6 +284,16 @@ def case_of(
 ) -> Case:
     """Return the case in a document, with the name of its method; raises as `load_case`."""
     return _make(name, file, document, registry or plugins.registry(), is_new=True)._with(method_name=method)
+
+
+def expect_case(given: object, function: str) -> None:
+    """Raise `CaseError` where a function of Python was given something else than a case, such as the path of one."""
+    if isinstance(given, Case):
+        return
+    what, remedy = f"a {type(given).__name__}", "Give a Case: il.load_case(PATH), or il.Case(bodies=..., ...)."
+    if isinstance(given, (str, Path)):
+        what, remedy = shown(str(given)), f"Read the file first: il.load_case({str(given)[:60]!r})."
+    raise CaseError(f"{function}() takes a Case, not {what}", remedy=remedy)
 
 
 def given_by(document: Document, path: str) -> str:

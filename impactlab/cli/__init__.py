@@ -22,7 +22,7 @@ MIN_COLLECTED = 200_000
 
 app = typer.Typer(
     name="impactlab",
-    help="Impacts on flexible rods: run a case, compare methods on it, see the cost and the error of each.",
+    help="Impacts of rods, beams, mechanisms and rigid bodies: run a case, compare methods, see cost and error.",
     no_args_is_help=True,
     rich_markup_mode=None,
     add_completion=False,
@@ -46,9 +46,10 @@ def _options(
 
 
 # In this order --help lists them.
-for command, examples in (
+for command, summary, examples in (
     (
         running.run,
+        "Run one case; print and save its results.",
         [
             "impactlab run my_case.yaml",
             "impactlab run hopkinson_chain --method continuous --out out",
@@ -57,11 +58,17 @@ for command, examples in (
     ),
     (
         running.compare,
+        "Run all methods of a case and compare their errors.",
         ["impactlab compare axial_impact --out out", "impactlab compare my_case.yaml --methods base,continuous"],
     ),
-    (benching.bench, ["impactlab bench two_rods.yaml --methods exact,central_difference --out out/bench"]),
+    (
+        benching.bench,
+        "Measure speed and error of many methods on many cases.",
+        ["impactlab bench two_rods.yaml --methods exact,central_difference --out out/bench"],
+    ),
     (
         sweeping.sweep,
+        "Run a case over a grid of values.",
         [
             "impactlab sweep axial_impact --method continuous --over 'bodies.hammer.mass=0.2 kg:20 kg:50log'",
             "impactlab sweep my_case.yaml --over contacts.0.gap=0,1e-4 --over method=base,penalty --out out/sweep",
@@ -69,10 +76,12 @@ for command, examples in (
     ),
     (
         deriving.sensitivities,
+        "Differentiate results by numbers of a case.",
         ["impactlab sensitivities axial_impact --method continuous --parameters bodies.hammer.mass,contacts.0.gap"],
     ),
     (
         fitting.fit,
+        "Fit numbers of a case to measured signals.",
         [
             "impactlab fit my_case.yaml data.csv --signal 'force [kN]=force:hammer|rod.left' \\",
             "    --parameters contacts.0.law.stiffness=1e8:1e10 --shift free --out out",
@@ -80,25 +89,40 @@ for command, examples in (
     ),
     (
         varying.uncertainty,
+        "Propagate uncertain inputs: percentiles, Sobol indices.",
         [
             "impactlab uncertainty axial_impact --method continuous --vary 'bodies.hammer.mass=normal(2.133 kg, 1 %)'",
             "impactlab uncertainty my_case.yaml --vary 'contacts.0.gap=uniform(0 mm, 0.1 mm)' --samples 1024 --out out",
         ],
     ),
-    (reopening.report, ["impactlab report out/history.nc --out again"]),
+    (reopening.report, "Make the page of a saved run again.", ["impactlab report out/history.nc --out again"]),
     (
         reopening.animate,
+        "Write an animation of a run (.gif or .mp4).",
         ["impactlab animate hopkinson_chain -o waves.gif", "impactlab animate my_case.yaml -o waves.mp4"],
     ),
-    (cases.check, ["impactlab check my_case.yaml"]),
-    (cases.choose, ["impactlab choose two_material_rod --tolerance 1e-3"]),
-    (starting.new, ["impactlab new my_test --like hopkinson"]),
-    (starting.cases, ["impactlab cases", "impactlab cases hopkinson_chain --copy"]),
-    (parts.schema, ["impactlab schema > case.schema.json"]),
-    (parts.plugins, ["impactlab plugins", "impactlab plugins --check hertz"]),
-    (cases.cite, ["impactlab cite my_case.yaml > sources.bib"]),
+    (cases.check, "Check a case; print all its values in SI.", ["impactlab check my_case.yaml"]),
+    (
+        cases.choose,
+        "Show how a tolerance picks a method, and what it costs.",
+        ["impactlab choose two_material_rod --tolerance 1e-3"],
+    ),
+    (starting.new, "Write a commented case file to start from.", ["impactlab new my_test --like hopkinson"]),
+    (
+        starting.cases,
+        "List, print or copy the bundled cases.",
+        ["impactlab cases", "impactlab cases hopkinson_chain --copy"],
+    ),
+    (parts.schema, "Print the JSON schema of case files.", ["impactlab schema > case.schema.json"]),
+    (
+        parts.plugins,
+        "List models, laws, integrators, ...; check one of them.",
+        ["impactlab plugins", "impactlab plugins --check hertz"],
+    ),
+    (cases.cite, "Print BibTeX entries of the sources a case uses.", ["impactlab cite my_case.yaml > sources.bib"]),
 ):
-    app.command(epilog="\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples))(command)
+    listed = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples)
+    app.command(short_help=summary, epilog=listed)(command)
 
 
 def main() -> None:

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.branches import cushion
 from impactlab.errors import CaseError
-from impactlab.types import Branches, Level, SideFacts, Start, option
+from impactlab.types import Array, Branches, Level, SideFacts, Start, option
 
 
 @final
@@ -54,6 +56,13 @@ class Bilinear(AbstractContactLaw):
     def unloading(self) -> float:
         """Stiffness of unloading [N/m]."""
         return self.unloading_stiffness or self.stiffness / (self.restitution or 1.0) ** 2
+
+    def along(self, penetration: Array) -> tuple[Array, Array]:
+        """Return force [N] and work done on the law [J] at each of a sequence of penetrations [m], shape (n,)."""
+        deepest = np.maximum.accumulate(np.maximum(penetration, 0.0))
+        stays = deepest * (1.0 - self.stiffness / self.unloading)
+        force = np.maximum(self.unloading * (penetration - stays), 0.0)
+        return force, 0.5 * (self.stiffness * deepest * stays + force**2 / self.unloading)
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return Start(parameters=hysteresis.cushion(self.stiffness, self.unloading), memory=(0.0, 0.0, 0.0))

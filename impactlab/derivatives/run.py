@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.casefile.case import expect_case
 from impactlab.derivatives.differences import Difference, differences
 from impactlab.derivatives.direct import Direct
 from impactlab.derivatives.exact import Found, derivatives
@@ -57,6 +58,7 @@ def sensitivities(
     CaseError, PluginError, StepError
         If a path is no number, a quantity is not known, or the run fails.
     """
+    expect_case(case, "sensitivities")
     read = read_parameters(case, parameters)
     wanted = asked(case.scene(), quantities, case.registry)
     with api.warnings_kept():
@@ -85,6 +87,7 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
     CaseError
         If a path is no number, the channel is not known, or the run is not exact.
     """
+    expect_case(case, "jacobian")
     read = read_parameters(case, parameters)
     at = np.asarray(times, dtype=float)
     with api.warnings_kept():

@@ -103,10 +103,7 @@ def loop_of(history: AbstractHistory, rock: Contact, law: AbstractContactLaw) ->
         time = np.unique([*time, *(change.time for change in history.changes if change.contact == rock.name)])
     penetration = -history.evaluate(time, f"gap:{rock.name}")
     if isinstance(law, Bilinear):
-        deepest = np.maximum.accumulate(np.maximum(penetration, 0.0))
-        stays = deepest * (1.0 - law.stiffness / law.unloading)
-        force = np.maximum(law.unloading * (penetration - stays), 0.0)
-        return Loop(time, penetration, force, 0.5 * (law.stiffness * deepest * stays + force**2 / law.unloading))
+        return Loop(time, penetration, *law.along(penetration))
     force = history.evaluate(time, f"force:{rock.name}")
     return Loop(time, penetration, force, cumulative_trapezoid(force, penetration, initial=0.0))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
@@ -31,14 +33,25 @@ from impactlab.history.base import (
     within_run,
 )
 from impactlab.history.noise_floor import above_noise
+from impactlab.history.unmet import never_met
 from impactlab.history.waves import wave_body
 from impactlab.metrics.grazing import near_grazing
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.method import Simulation
-from impactlab.scene.problem import Probe
+from impactlab.scene.problem import Contact, Probe
 from impactlab.types import QUANTITIES_OF_ROD, Array
 
+GAPS = 2000  # instants at which the gap of faces that never met is read
 MIN_JUMP = 1.0e-9  # of the largest velocity: smaller ones are rounding
+
+
+def without_touch(history: AbstractHistory, contacts: Iterable[Contact]) -> Iterator[Warned]:
+    """Give a warning for each of some contacts that was never closed in an exact history."""
+    touched = touched_in(history)
+    for contact in contacts:
+        if contact.name not in touched:
+            gap = history.evaluate(np.linspace(0.0, history.duration, GAPS), f"gap:{contact.name}")
+            yield never_met(contact.name, contact.gap, float(gap.min()), math.inf)
 
 
 class Place(NamedTuple):
@@ -151,10 +164,11 @@ class ContinuousHistory(AbstractHistory):
     def warnings(self) -> list[Warned]:  # type: ignore[override]
         """Warnings, found on first use."""
         trip = self.scene.round_trip
-        meeting = [contact.name for contact in self.scene.contacts if contact.name not in self.joined]
-        names = meeting if np.isfinite(trip) else []
+        meeting = [contact for contact in self.scene.contacts if contact.name not in self.joined]
+        names = [contact.name for contact in meeting] if np.isfinite(trip) else []
         texts = [near_grazing(self, name, trip) for name in names]
-        return [Warned("near_grazing", text) for text in texts if text is not None]
+        found = [Warned("near_grazing", text) for text in texts if text is not None]
+        return [*found, *without_touch(self, meeting)]
 
     def _find_spans(self) -> tuple[ContactSpan, ...]:
         spans = []

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.numerics.bisection import bisected
 from impactlab.types import Array
 
 HALVINGS = 8  # of the distance between two different sequences
@@ -35,9 +36,5 @@ def change(closings: Callable[[Array], Closings | None], here: Closings, solutio
     there = closings(end)
     if there is None or here == there:
         return None
-    same, other = 0.0, 1.0
-    for _ in range(HALVINGS):
-        middle = 0.5 * (same + other)
-        is_same = closings(solution + middle * (end - solution)) == here
-        same, other = (middle, other) if is_same else (same, middle)
+    _, other = bisected(lambda share: closings(solution + share * (end - solution)) != here, 0.0, 1.0, HALVINGS)
     return Change(np.asarray(solution + other * (end - solution)), other)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from impactlab.casefile import Case
+from impactlab.casefile.case import expect_case
 from impactlab.errors import CaseError
 from impactlab.fits.intervals import Options, fit_with_intervals
 from impactlab.fits.problem import Experiment, Problem
@@ -101,6 +103,8 @@ def fit_problem(
 
 
 def _experiments(case: Experiments, signals: Signal | Sequence[Signal] | None) -> list[Experiment]:
+    if isinstance(case, (str, Path)):
+        expect_case(case, "fit")
     pairs = [(case, signals if signals is not None else [])] if isinstance(case, Case) else list(case)
     if not isinstance(case, Case) and signals is not None:
         raise CaseError("signals beside experiments", remedy="Give each case with its own: [(case, signals), ...].")

@@ -109,9 +109,7 @@ def mass_displacement(history: AbstractHistory, reference: AbstractHistory, scen
 
     Of free bodies the scale is that in their frame; see `displacement_error`.
     """
-    t, touched = midpoints(scene.duration), touched_in(reference)
-    names = mass_channels(scene)
-    return largest(displacement_error(history, reference, scene, name, t, touched) for name in names)
+    return _largest_displacement_error(history, reference, scene, mass_channels(scene))
 
 
 def face_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -119,8 +117,13 @@ def face_displacement(history: AbstractHistory, reference: AbstractHistory, scen
 
     Of free bodies the scale is that in their frame; see `displacement_error`.
     """
+    return _largest_displacement_error(history, reference, scene, face_channels(scene))
+
+
+def _largest_displacement_error(
+    history: AbstractHistory, reference: AbstractHistory, scene: Scene, names: Iterable[str]
+) -> float | None:
     t, touched = midpoints(scene.duration), touched_in(reference)
-    names = face_channels(scene)
     return largest(displacement_error(history, reference, scene, name, t, touched) for name in names)
 
 

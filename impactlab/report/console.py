@@ -25,6 +25,18 @@ else:  # they load numba or the drivers, which `check` and the listings need not
     choice, loop = lazy("impactlab.report.choice"), lazy("impactlab.simulate.stepping.loop")
 
 MAX_LINES = 12  # of events, contacts or collisions that are printed; an impulse law may have thousands
+MAIN_ERRORS = (
+    "mass_displacement",
+    "face_displacement",
+    "impulse",
+    "peak_force",
+    "force_away_from_jumps",
+    "exit_velocity",
+)
+ROUNDING = 1e-11  # of a share: less is written as 0
+UNITS_AT_END = {
+    "position": "m", "velocity": "m/s", "momentum": "N s", "energy": "J", "angles": "rad", "rates": "rad/s",
+}  # fmt: skip
 MANY_LAWS = 4  # from which the laws of contacts are counted by kind
 STEADY = (
     ("rate", "rad/s", ""),
@@ -78,7 +90,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     lines = [
         f"{summary['case']}: {summary['status']}",
         *(f"  warning   {line}" for line in warning_lines(serious)),
-        f"  method    {models}; {laws}; {integrator}; dt {_number(method['dt'])} s",
+        f"  method    {models}; {laws}; {integrator}" + (f"; dt {method['dt']:.6g} s" if method["dt"] else ""),
     ]
     lines += _shortened(summary["events"], _event, "events", lambda event: event.get("impulse"))
     lines += _shortened(summary["contacts"], _contact, "contacts", lambda span: span["impulse"])
@@ -95,7 +107,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     energy = summary["energy"]
     lines.append(
         f"  energy    {_number(energy['initial'])} J to {_number(energy['final'])} J, "
-        f"largest gain {_number(100 * energy['largest_gain'])} %, loss {_number(100 * energy['largest_loss'])} %"
+        f"largest gain {_percent(energy['largest_gain'])}, loss {_percent(energy['largest_loss'])}"
     )
     errors = summary["errors"] or {}
     about = ("reference", "reference_uncertainty")
@@ -105,14 +117,18 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     elif shown:
         known = errors.get("reference_uncertainty")
         against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
-        lines.append(f"  errors    against {against}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items()))
+        main = [f"{key.replace('_', ' ')} {_percent(shown[key])}" for key in MAIN_ERRORS if key in shown]
+        rest = ["more: --json"] if len(main) < len(shown) else []
+        lines.append(f"  errors    against {against}: " + ", ".join(main + rest))
     elif summary["errors"] is None:
         lines.append(f"  errors    {summary['reference']['text']}")
     if summary.get("choice"):
         lines += choice.choice_lines(summary["choice"])
     cost = summary["cost"]
+    exact = method["integrator"] is None and method["dt"] is None
+    taken = "intervals between events" if exact else "steps"
     lines.append(
-        f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, "
+        f"  cost      {cost['steps']} {taken}, {_number(cost['setup_s'])} s to set up, "
         f"{_number(cost['solve_s'])} s to solve"
     )
     others = [warned for warned in summary["warnings"] if warned not in serious]
@@ -256,9 +272,15 @@ def _plain(value: Any) -> str:
 
 def _state(key: str, value: Any) -> str:
     """Return a quantity of a body at the end, or those of its links."""
+    unit = f" {UNITS_AT_END[key]}" if key in UNITS_AT_END else ""
     if isinstance(value, Mapping):
-        return f"{key} " + ", ".join(f"{name} {_number(each)}" for name, each in value.items())
-    return f"{key} {_number(value)}"
+        return f"{key} " + ", ".join(f"{name} {_number(each)}{unit}" for name, each in value.items())
+    return f"{key} {_number(value)}{unit}"
+
+
+def _percent(share: float) -> str:
+    """Return a share in per cent; one of rounding as 0."""
+    return f"{100.0 * share:.3g} %" if abs(share) > ROUNDING else "0 %"
 
 
 def _number(value: Any) -> str:

@@ -30,7 +30,7 @@ def check_target(folder: Path) -> None:
     if not parent.is_dir():
         raise CaseError(f"there is no folder {str(parent)!r} to write in", remedy="Make it, or give another --out.")
     if folder.is_dir():
-        strangers = sorted(_files(folder) - _written(folder) - {MANIFEST})
+        strangers = sorted(files_in(folder) - written_in(folder) - {MANIFEST})
         if strangers:
             raise CaseError(
                 f"the output {str(folder)!r} holds files not written by impactlab, such as {strangers[0][:80]!r}",
@@ -44,16 +44,14 @@ def output_folder(folder: Path) -> Iterator[Path]:
     check_target(folder)
     target = folder.absolute()
     sweep(target.parent)
-    prefix = f".{target.name[:100]}{DRAFT}{_host()}-{os.getpid()}."
-    draft = Path(tempfile.mkdtemp(prefix=prefix, dir=target.parent))
+    draft = new_draft(target.parent, target.name)
     try:
         yield draft
-        names = sorted(_files(draft))
-        (draft / MANIFEST).write_text("\n".join(names) + "\n", encoding="utf-8")
+        record(draft, files_in(draft))
         draft.chmod(0o777 & ~_umask())
         if target.exists():
             check_target(target)  # it may have changed while the run went on
-            old = Path(tempfile.mkdtemp(prefix=prefix, dir=target.parent))
+            old = new_draft(target.parent, target.name)
             target.replace(old / "old")
             draft.replace(target)
             shutil.rmtree(old)
@@ -64,8 +62,13 @@ def output_folder(folder: Path) -> Iterator[Path]:
         raise
 
 
+def new_draft(parent: Path, name: str) -> Path:
+    """Return a new folder in which an output of that name is made; its own name tells host and process."""
+    return Path(tempfile.mkdtemp(prefix=f".{name[:100]}{DRAFT}{_host()}-{os.getpid()}.", dir=parent))
+
+
 def sweep(parent: Path) -> None:
-    """Delete drafts beside an output folder that a killed run left behind."""
+    """Delete the drafts in a folder that killed processes left behind; those at work keep theirs."""
     for path in parent.glob(f".*{DRAFT}*"):
         host, _, number = path.name.rpartition(DRAFT)[2].partition(".")[0].rpartition("-")
         with contextlib.suppress(OSError):
@@ -90,13 +93,23 @@ def _is_running(number: int) -> bool:
     return True
 
 
-def _files(folder: Path) -> set[str]:
-    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_symlink() or not path.is_dir()}
+def files_in(folder: Path, part: str = "") -> set[str]:
+    """Return the names of the files in a folder, relative to it, or those of one file or folder in it."""
+    top = folder / part
+    if part and (top.is_symlink() or top.is_file()):
+        return {part}
+    return {str(path.relative_to(folder)) for path in top.rglob("*") if path.is_symlink() or not path.is_dir()}
 
 
-def _written(folder: Path) -> set[str]:
-    manifest = folder / MANIFEST
-    return set(manifest.read_text(encoding="utf-8").splitlines()) if manifest.is_file() else set()
+def written_in(folder: Path, manifest: str = MANIFEST) -> set[str]:
+    """Return the names of the files that impactlab wrote into a folder, as it recorded them."""
+    names = folder / manifest
+    return set(names.read_text(encoding="utf-8").splitlines()) if names.is_file() else set()
+
+
+def record(folder: Path, names: set[str], manifest: str = MANIFEST) -> None:
+    """Record the names of the files that impactlab wrote into a folder."""
+    (folder / manifest).write_text("\n".join(sorted(names)) + "\n", encoding="utf-8")
 
 
 def _umask() -> int:

@@ -10,6 +10,7 @@ import numpy as np
 
 from impactlab.errors import StepError, raised_at
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.history.unmet import never_met
 from impactlab.mechanisms.model import MechanismModel, Turned
 from impactlab.metrics.grazing import grazing_kick, near_grazing
 from impactlab.models.continuous.base import AbstractSelfStepping
@@ -37,7 +38,6 @@ SMALLER_STEP = "Give a smaller step, or another law."
 MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, even if its parts declare more
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
-NOISE_TOL = 1e-6  # of the largest change of a gap: overlaps of contacts below the noise floor are smaller by far
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
 SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
@@ -63,7 +63,7 @@ def add_warnings(history: AbstractHistory) -> None:
                 found.append(Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}"))
     found += [*sensitive_sequences(history), *guided_weights(scene)]
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
-    found += never_met(history, meeting)
+    found += without_touch(history, meeting)
     gain = gain_of(history)
     if gain > GAIN_WARN:
         found.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the reference energy"))
@@ -79,22 +79,14 @@ def add_warnings(history: AbstractHistory) -> None:
     history.warnings.extend(found)
 
 
-def never_met(history: AbstractRecordedHistory, contacts: Sequence[Contact]) -> Iterator[Warned]:
+def without_touch(history: AbstractRecordedHistory, contacts: Sequence[Contact]) -> Iterator[Warned]:
     """Give a warning for each contact without an event."""
     touched = {event.contact for event in history.events}
     gaps = {contact.name: history.recorded[f"gap:{contact.name}"].values for contact in contacts}
     travel = max((float(np.ptp(values)) for values in gaps.values()), default=0.0)
     for contact in contacts:
-        if contact.name in touched:
-            continue
-        smallest = float(gaps[contact.name].min())
-        if smallest >= min(0.0, contact.gap):
-            text = f"the faces never met; the smallest gap was {smallest:.6g} m"
-        elif -smallest > NOISE_TOL * travel:
-            text = f"the faces overlap by {-smallest:.2g} m at the end of the run: they meet within its last step"
-        else:
-            text = f"the faces overlapped by {-smallest:.2g} m at most, too little for a contact"
-        yield Warned("no_contact", f"{contact.name}: {text}")
+        if contact.name not in touched:
+            yield never_met(contact.name, contact.gap, float(gaps[contact.name].min()), travel)
 
 
 def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:

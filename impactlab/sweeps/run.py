@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from impactlab.casefile import Case
+from impactlab.casefile.case import expect_case
 from impactlab.errors import CaseError, ImpactlabError, SweepError
 from impactlab.report.provenance import of_case
 from impactlab.sweeps import axes
@@ -87,6 +88,7 @@ def sweep(
     SweepError
         If points can no longer be kept or computed; those that were are in the folder.
     """
+    expect_case(case, "sweep")
     needed()
     if (over is None) == (points is None):
         raise CaseError("a sweep takes axes or listed points", remedy="Give one of the two: over or points.")

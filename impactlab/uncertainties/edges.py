@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from impactlab.casefile import Case
 from impactlab.derivatives import Sensitivities
 from impactlab.derivatives.exact import sequence
 from impactlab.errors import ImpactlabError
+from impactlab.numerics.bisection import bisected
 from impactlab.uncertainties.distributions import Uncertain
 from impactlab.uncertainties.linear import at_means
 
@@ -60,7 +60,7 @@ def edges_within(case: Case, uncertain: Sequence[Uncertain], found: Sensitivitie
             places = [number.mean, *sorted(places, key=lambda place: abs(place - number.mean))]
             apart = next((k for k, place in enumerate(places) if place != number.mean and runs.differ(place)), 0)
             if apart:
-                value = _bisected(runs.differ, places[apart - 1], places[apart])
+                value = 0.5 * sum(bisected(runs.differ, places[apart - 1], places[apart], HALVINGS))
                 below = float(number.shape.cdf(value))
                 edges.append(Edge(number, value, below if value < number.mean else 1.0 - below))
     return edges
@@ -84,13 +84,3 @@ class _Runs:
                 return sequence(api.run(self.centre.with_(self.path, value)))
         except ImpactlabError:
             return None
-
-
-def _bisected(differ: Callable[[float], bool], same: float, other: float) -> float:
-    """Return the place where a sequence changes between two places."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (same + other)
-        if not math.isfinite(middle) or middle in (same, other):
-            break
-        same, other = (same, middle) if differ(middle) else (middle, other)
-    return 0.5 * (same + other)

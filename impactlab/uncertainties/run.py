@@ -12,6 +12,7 @@ import numpy as np
 
 from impactlab import derivatives
 from impactlab.casefile import Case
+from impactlab.casefile.case import expect_case
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.report.provenance import of_case
@@ -84,6 +85,7 @@ def uncertainty(
     SweepError
         If points can no longer be kept or computed.
     """
+    expect_case(case, "uncertainty")
     check_samples(samples, seed)
     percents = _percents(percentiles)
     if failed not in (STOP, LEAVE_OUT):

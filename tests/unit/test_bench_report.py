@@ -37,6 +37,7 @@ from impactlab.bench.report.write import write_bench
 from impactlab.bench.schema import FIELDS, Row
 from impactlab.cli import app
 from impactlab.errors import CaseError
+from impactlab.report.output import DRAFT, new_draft
 from tests.unit.test_report import Links
 
 ENDED = {
@@ -488,12 +489,15 @@ def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path, monkeyp
 
 def test_what_a_killed_report_left_is_swept_away(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True)
-    dead, alive = tmp_path / f".report.{done.stdout.strip()}.x", tmp_path / f".report.{os.getpid()}.x"
+    alive = new_draft(tmp_path, "report")
+    dead = tmp_path / alive.name.replace(str(os.getpid()), done.stdout.strip())
+    elsewhere = tmp_path / f".report{DRAFT}elsewhere-{done.stdout.strip()}.x"  # a process of another machine
     dead.mkdir()
-    alive.mkdir()
+    elsewhere.mkdir()
     write_bench(tmp_path, written(tmp_path, HAND[:1]))
     assert not dead.exists()
     assert alive.exists()
+    assert elsewhere.exists()
 
 
 def test_a_report_never_replaces_the_work_of_others(tmp_path: Path) -> None:

@@ -186,3 +186,20 @@ def test_the_page_lists_every_material() -> None:
     for name, constants in MATERIALS.items():
         assert found[name][:3] == pytest.approx(constants[:3], rel=1e-9)
         assert found[name][3] == constants.source
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda path: il.run(path),
+        lambda path: il.compare(path),
+        lambda path: il.sweep(path, {"bodies.hammer.mass": [1.0]}),
+        lambda path: il.sensitivities(path, ["bodies.hammer.mass"]),
+        lambda path: il.uncertainty(path, {"bodies.hammer.mass": "uniform(1, 2)"}),
+        lambda path: il.fit(path, [], {"bodies.hammer.mass": (1.0, 2.0)}),
+    ],
+)
+def test_a_path_in_place_of_a_case_is_refused_with_the_call_that_reads_it(call):
+    with pytest.raises(il.CaseError, match="takes a Case, not") as refused:
+        call("my_case.yaml")
+    assert "il.load_case('my_case.yaml')" in refused.value.remedy

@@ -259,6 +259,12 @@ def test_cases_of_the_package_are_listed_printed_copied_and_run_by_name(tmp_path
     assert (wrong.exit_code, "Did you mean 'two_rods'?" in wrong.stderr) == (2, True)
 
 
+def test_help_cuts_no_description():
+    listed = invoke("--help").stdout.partition("Commands:")[2]
+    assert listed.count("\n") > 10
+    assert "..." not in listed.replace("integrators, ...;", "")
+
+
 def test_every_help_shows_examples():
     for command in ("run", "compare", "bench", "check", "choose", "new", "cases", "schema", "plugins", "cite"):
         assert f"  impactlab {command}" in invoke(command, "--help").stdout

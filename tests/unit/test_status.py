@@ -171,3 +171,27 @@ def test_augmentations_that_leave_an_overlap_on_a_beam_name_a_remedy_that_helps(
     assert "law addition_deletion" in failed.value.remedy
     for remedy in (augmented | {"stiffness": 1.6e9, "augmentations": 100}, {"kind": "addition_deletion"}):
         assert il.run(case.with_("contacts.0.law", remedy)).energy.largest_gain < 1e-3
+
+
+def test_faces_that_never_meet_are_named_by_exact_runs_as_by_stepped_ones():
+    case = il.load_case("axial_impact").with_("bodies.hammer.velocity", -1.0).with_("contacts.0.gap", 1e-4)
+    for method in ("continuous", "finite_element"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RunWarning)
+            texts = [each.text for each in il.run(case.method(method)).warnings if each.code == "no_contact"]
+        assert texts == ["hammer|rod.left: the faces never met; the smallest gap was 0.0001 m"], method
+
+
+def test_a_summary_has_units_and_no_digits_of_rounding():
+    text = console.summary_text(summarise("axial", *_exact_run()))
+    assert "dt" not in text
+    assert "intervals between events" in text
+    assert "m/s" in text
+    assert "e-1" not in text.split("energy    ")[1].split("\n")[0]
+
+
+def _exact_run() -> tuple[Any, ...]:
+    case = il.load_case("axial_impact").method("continuous")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RunWarning)
+        return case.scene(), il.run(case), None

@@ -5,8 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import sys
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -17,10 +15,10 @@ from impactlab.bench.report.pages import FOLDERS, draw_scene, write_index
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.views import gathered
 from impactlab.errors import CaseError
+from impactlab.report.output import files_in, new_draft, record, sweep, written_in
 
 PARTS = (*FOLDERS, "index.html")  # the files and folders of a report, the page last: it comes when all else is there
 STABILITY = ("stability.md", "stability.html")
-DRAFT = ".report."  # begins the name of a folder in which a report is made, the number of its process follows
 MANIFEST = ".impactlab-report"
 """Names the files of a report in its folder, so that nothing else is ever replaced."""
 
@@ -86,64 +84,33 @@ def replaced(out_dir: Path, parts: Sequence[str]) -> Iterator[Path]:
         If one of them would replace a file that no report wrote.
     """
     check_report(out_dir, parts)
-    _sweep(out_dir)
-    draft = Path(tempfile.mkdtemp(prefix=f"{DRAFT}{os.getpid()}.", dir=out_dir))
+    sweep(out_dir)
+    draft = new_draft(out_dir, "report")
     try:
         yield draft
         check_report(out_dir, parts)  # it may have changed while the report was made
-        written = {name for part in parts for name in _files(draft, part)}
-        before = _written(out_dir)
+        written = {name for part in parts for name in files_in(draft, part)}
+        before = written_in(out_dir, MANIFEST)
         others = {name for name in before if Path(name).parts[0] not in parts}
-        _record(out_dir, written | before)
+        record(out_dir, written | before, MANIFEST)
         for part in parts:
             _move(draft / part, out_dir / part)
-        _record(out_dir, written | others)
+        record(out_dir, written | others, MANIFEST)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
-
-
-def _sweep(out_dir: Path) -> None:
-    """Delete the drafts of killed reports; a report at work keeps its folder."""
-    if sys.platform == "win32":
-        return  # it has no signal that tests for a process without ending it
-    for path in out_dir.glob(f"{DRAFT}*"):
-        try:
-            os.kill(int(path.name.removeprefix(DRAFT).partition(".")[0]), 0)
-        except (ValueError, ProcessLookupError):
-            shutil.rmtree(path, ignore_errors=True)
-            path.unlink(missing_ok=True)
-        except OSError:
-            continue  # a running process of another user
 
 
 def check_report(out_dir: Path, parts: Sequence[str]) -> None:
     """Raise `CaseError` if a report would replace files that no report wrote."""
     if not out_dir.is_dir():
         raise CaseError(f"there is no folder {str(out_dir)!r} to write in", remedy="Make it, or give another --out.")
-    known = _written(out_dir)
-    strangers = sorted(name for part in parts for name in _files(out_dir, part) if name not in known)
+    known = written_in(out_dir, MANIFEST)
+    strangers = sorted(name for part in parts for name in files_in(out_dir, part) if name not in known)
     if strangers:
         raise CaseError(
             f"the report would replace {strangers[0][:80]!r} in {str(out_dir)!r}, which no report wrote",
             remedy="Give another --out.",
         )
-
-
-def _files(folder: Path, part: str) -> list[str]:
-    """Return the names of the files of one part of a report."""
-    top = folder / part
-    if top.is_symlink() or top.is_file():
-        return [part]
-    return [str(path.relative_to(folder)) for path in top.rglob("*") if path.is_symlink() or not path.is_dir()]
-
-
-def _written(folder: Path) -> set[str]:
-    manifest = folder / MANIFEST
-    return set(manifest.read_text(encoding="utf-8").splitlines()) if manifest.is_file() else set()
-
-
-def _record(folder: Path, names: set[str]) -> None:
-    (folder / MANIFEST).write_text("\n".join(sorted(names)) + "\n", encoding="utf-8")
 
 
 def _move(new: Path, target: Path) -> None:

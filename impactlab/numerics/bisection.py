@@ -1,0 +1,26 @@
+"""Bisection of a yes or no answer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+
+def bisected(differs: Callable[[float], bool], same: float, other: float, halvings: int) -> tuple[float, float]:
+    """Return the two places between which an answer changes, as near as so many halvings bring them.
+
+    Parameters
+    ----------
+    differs : callable
+        Whether a place has another answer than ``same``.
+    same, other : float
+        Places without and with another answer.
+    halvings : int
+        How often the interval is halved, at most.
+    """
+    for _ in range(halvings):
+        middle = 0.5 * (same + other)
+        if not math.isfinite(middle) or middle in (same, other):
+            break
+        same, other = (same, middle) if differs(middle) else (middle, other)
+    return same, other
