@@ -92,8 +92,8 @@ class Direct:
             sign = 1.0 if each.striker == left else -1.0
             before, after = np.nextafter(each.start, -1.0), self.end if each.end is None else each.end
             moved = ends[0] if ends else self.of_end
-            approach = sign * (self.velocity(each.striker, before, starts[0]) - self.velocity(other, before, starts[0]))
-            leaves = sign * (self.velocity(other, after, moved) - self.velocity(each.striker, after, moved))
+            approach = sign * (self.speed(each.striker, before, starts[0]) - self.speed(other, before, starts[0]))
+            leaves = sign * (self.speed(other, after, moved) - self.speed(each.striker, after, moved))
             found[each.bodies] = (leaves - each.restitution * approach) / each.approach_speed
         return found
 
@@ -144,10 +144,13 @@ class Direct:
             total += of_mass * float(velocity.value(at)[0]) + mass * float(velocity.derivative(at, of_at)[0])
         return total
 
+    def speed(self, name: str, time: float, later: float) -> float:
+        """Return the derivative of the speed of a body in a collision, which of a held one is 0."""
+        return 0.0 if self.scene.bodies[name].is_held else self.velocity(name, time, later)
+
     def velocity(self, name: str, time: float, later: float) -> float:
-        """Return the derivative of the mean velocity of a body, its momentum over its mass; 0 of a held one."""
-        body = self.scene.bodies[name]
-        if body.is_held or not body.moves:
+        """Return the derivative of the mean velocity of a body, its momentum over its mass; 0 of a wall."""
+        if not self.scene.bodies[name].moves:
             return 0.0
         mass = of_mass = 0.0
         for link in self.layout.links.get(name, ()):

@@ -24,6 +24,7 @@ from impactlab.types import Array
 MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
 MAX_SAMPLES = 64  # of a gap in each opening
 MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
+PULL_SAMPLES = 4000  # of the force of a link, whose impulse is summed
 MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
 
 
@@ -90,12 +91,14 @@ class Given(NamedTuple):
     ends: Array  # s, latest end so far; inf while one is closed at the end of the run
     impulses: Array  # N s, sum so far, positive to the right; of no contact first
     recorded: frozenset[str]  # quantities of the body that the history records: momentum, energy, velocity of a mass
+    links: tuple[tuple[str, float], ...]  # contacts that may pull, which have no periods, with the sign of their force
 
 
 def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> Given:
     """Return the impulses that a body was given by its contacts; ``channels`` are those of the history."""
     own = [each for _, each in scene.met_by(name)]
     signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in own}
+    links = tuple((link, sign) for link, sign in signs.items() if sign and history.method.laws[link].two_sided)
     met = [contact for contact, sign in signs.items() if sign != 0.0]
     spans = sorted(history.spans_of(met), key=lambda span: span.start)
     impulses = (signs[span.contact] * span.impulse for span in spans)
@@ -104,6 +107,7 @@ def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozense
         np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0]),
         np.array([0.0, *itertools.accumulate(impulses)]),
         frozenset(each for each in ("momentum", "energy", "velocity") if f"{each}:{name}" in channels),
+        links,
     )
 
 
@@ -122,12 +126,8 @@ def _collision(
     striker, other = _roles(scene, pair)
     sign = 1.0 if striker == pair[0] else -1.0  # the left body approaches with a positive velocity
     before = float(np.nextafter(start, -1.0))
-    approach = _difference(
-        [mean_velocity(scene, history, name, before, given_to[name]) for name in (striker, other)], sign
-    )
-    leaves = _difference(
-        [mean_velocity(scene, history, name, until, given_to[name]) for name in (other, striker)], sign
-    )
+    approach = _difference([_speed(scene, history, name, before, given_to[name]) for name in (striker, other)], sign)
+    leaves = _difference([_speed(scene, history, name, until, given_to[name]) for name in (other, striker)], sign)
     lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     fastest = scene.fastest
     meets = approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
@@ -185,24 +185,38 @@ def mean_velocity(
 ) -> float | None:
     """Return the momentum of a body over its mass [m/s], None where unknown.
 
-    It is the sum of the impulses of contacts and loads until then, which is exact; inside a contact it is that of the
-    record, which is kept at fewer instants, and unknown where it changes much between two of them.
+    Of a free body it is the sum of the impulses of contacts, links and loads until then, where those of contacts are
+    exact; inside a contact it is that of the record, which is kept at fewer instants, and unknown where it changes much
+    between two of them.
     """
     body = scene.bodies[name]
-    if body.is_held:
+    if not body.moves:
         return 0.0
     mass, given = body.moving_mass, given or _given(scene, history, name, frozenset(history.channels()))
     begun = int(np.searchsorted(given.starts, time, side="right"))
-    if body.is_free and (begun == 0 or given.ends[begun - 1] <= time):
-        loads = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
-        loads += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
-        return body.velocity + (float(given.impulses[begun]) + loads) / mass
+    by_record = not body.is_free or (begun > 0 and given.ends[begun - 1] > time)
+    if not by_record and not (given.links and time >= history.duration and "momentum" in given.recorded):
+        impulse = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
+        impulse += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
+        impulse += sum(sign * _pull(history, link, time) for link, sign in given.links)
+        return body.velocity + (float(given.impulses[begun]) + impulse) / mass
     # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
     if "velocity" in given.recorded and body.elastic is None and time < history.duration:
         return _known(scene, history, f"velocity:{name}", time)
     if "momentum" not in given.recorded:
         return None
     return float(history.evaluate([time], f"momentum:{name}")[0]) / mass
+
+
+def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: Given) -> float | None:
+    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests but for its vibration."""
+    return 0.0 if scene.bodies[name].is_held else mean_velocity(scene, history, name, time, given)
+
+
+def _pull(history: AbstractHistory, link: str, time: float) -> float:
+    """Return the impulse of the force of a link up to a time [N s]."""
+    middles = max(0.0, time) * (np.arange(PULL_SAMPLES) + 0.5) / PULL_SAMPLES
+    return float(np.mean(history.evaluate(middles, f"force:{link}"))) * max(0.0, time)
 
 
 def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) -> float | None:

@@ -70,11 +70,11 @@ def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
     for contact in scene.contacts:
         side = contact.left if scene.bodies[contact.left.body].length else contact.right
         faces[contact.name] = (spots[side.body].x + side.x) / place.size
-    for span in history.contacts:
+    for span in (each for each in history.contacts if each.contact in faces):  # of many bodies some are drawn
         ends = [span.start / time.size, span.until(scene.duration) / time.size]
         axis.plot([faces[span.contact]] * 2, ends, color=INK, linewidth=1.6, solid_capstyle="butt", clip_on=False)
     for event in history.events:
-        if event.kind != "impulse":
+        if event.kind != "impulse" and event.contact in faces:
             fill = INK if event.kind == "close" else PAPER
             axis.plot(
                 faces[event.contact],

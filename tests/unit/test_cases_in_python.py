@@ -15,6 +15,7 @@ import pytest
 import impactlab as il
 from impactlab.casefile.document import parse_yaml
 from impactlab.casefile.materials import MATERIALS
+from impactlab.report.summary import summarise
 
 CASES = sorted((Path(__file__).parents[2] / "cases").rglob("*.yaml"))
 SOLVE = {"model": {"kind": "continuous"}, "duration": {"round_trips": 3}}
@@ -147,7 +148,11 @@ def test_a_name_gives_each_kind_of_body_its_own_constants() -> None:
 )
 def test_histories_are_copied_and_pickled(solve: dict[str, Any]) -> None:
     case = struck().with_("solve", solve).with_("snapshots", [2e-5, 9e-5])
-    case = case.with_("contacts.0.law", {"kind": "penalty", "stiffness": 1e9})
+    case = case.with_("contacts.0.law", {"kind": "penalty", "stiffness": 1e9}).with_("bodies.wall", {"kind": "wall"})
+    soft = {"kind": "penalty", "stiffness": 1e8}  # an adaptive scheme serves no law with a memory
+    yields = {"kind": "elastic_plastic", "stiffness": 1e8, "yield_force": 1e3}
+    bolt = {"between": ["rod.right", "wall"], "law": soft if "integrator" in solve else yields}
+    case = case.with_("bodies.rod.ends.right", "free").with_("contacts", [*case.document.data["contacts"], bolt])
     history = il.run(case)
     for other in (pickle.loads(pickle.dumps(history)), copy.deepcopy(history), copy.copy(history)):
         assert other.events == history.events
@@ -159,6 +164,12 @@ def test_histories_are_copied_and_pickled(solve: dict[str, Any]) -> None:
             assert np.abs(fields[1]).max() > 0.0
             assert np.array_equal(*fields)
         assert other.energy.final_error == history.energy.final_error
+        assert other.links == history.links
+        assert history.impulse_of("rod.right|wall") != 0.0
+        assert [other.impulse_of(name) for name in history.method.laws] == [
+            history.impulse_of(name) for name in history.method.laws
+        ]
+        assert summarise(case.label, case.scene(), other, None) == summarise(case.label, case.scene(), history, None)
 
 
 PAGE = (Path(__file__).parents[2] / "docs" / "cases-in-python.md").read_text(encoding="utf-8")

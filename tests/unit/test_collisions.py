@@ -19,6 +19,7 @@ from impactlab.refine import contact_times
 from impactlab.refine.descriptions import modelled_as
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
+from impactlab.sweeps import quantities
 from impactlab.testing.scenes import in_a_row
 from tests.cases.support import case_of
 
@@ -183,3 +184,30 @@ def test_the_speed_at_which_bodies_meet_is_found_once_for_all_contacts(monkeypat
     assert len(found) == 100
     assert contact_times.shortest_rise(*case) == alone
     assert len(found) == 101
+
+
+def test_velocities_of_bodies_on_links_are_their_momentum_over_their_mass() -> None:
+    ball, plate = il.Mass(1.0, velocity=2.0), il.Mass(3.0)
+    blow = il.Contact("ball", "plate", {"kind": "hertz", "stiffness": 1e9})
+    held = il.Contact("plate", "wall", {"kind": "elastic_plastic", "stiffness": 1e7, "yield_force": 200.0})
+    case = il.Case(
+        bodies={"ball": ball, "plate": plate, "wall": il.Wall()},
+        contacts=[blow, held],
+        solve={"duration": 2e-3, "integrator": {"kind": "midpoint"}, "step": {"dt": 1e-6}},
+    )
+    scene, history = case.scene(), il.run(case)
+    momenta = quantities.final_momentum(scene, history)
+    assert quantities.final_velocity(scene, history) == pytest.approx(
+        {"ball": momenta["ball"] / 1.0, "plate": momenta["plate"] / 3.0}, rel=1e-12
+    )
+    # The blow lasts 0.09 ms: the bolt takes less than 200 N of it, 0.6 % of the momentum.
+    assert quantities.restitution(scene, history)["ball|plate"] == pytest.approx(1.0, abs=0.01)
+
+
+def test_final_velocity_of_a_held_rod_is_its_momentum_over_its_mass() -> None:
+    case = il.load_case("axial_impact").method("continuous")
+    found = il.sweep(case, {"bodies.hammer.mass": [1.0, 2.133]}, quantities=["final_velocity", "final_momentum"])
+    mass = case.scene().bodies["rod"].moving_mass
+    velocity, momentum = (found[name].sel(body="rod").to_numpy() for name in ("final_velocity", "final_momentum"))
+    assert abs(velocity).min() > 1e-3
+    assert velocity * mass == pytest.approx(momentum, rel=1e-12)

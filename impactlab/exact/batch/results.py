@@ -193,7 +193,7 @@ def end_force(m: MarchArrays, q: Pattern, b: int) -> float:
 def mean_velocity(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, count: int) -> float:
     """Return the momentum of a body over its mass at time t [m/s]; of a free one by the impulses that it was given."""
     body = q.bodies[b]
-    if body.held == 1:
+    if body.place < 0:
         return 0.0
     mass, given, busy = mass_of(q, p, b), 0.0, -1.0
     for k in range(count):
@@ -202,10 +202,16 @@ def mean_velocity(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans:
         if sign != 0.0 and spans[k, START] <= t:
             given += sign * spans[k, IMPULSE]
             busy = max(busy, spans[k, STOP])
-    if busy <= t:
+    if busy <= t and body.held == 0:
         loads = (mass * m.state[0].gravity if body.falls == 1 else 0.0) + end_force(m, q, b)
         return float(velocity_of(q, p, b) + (given + loads * t) / mass)
     return float(momentum(m, q, b, min(max(t, 0.0), m.state[0].duration)) / mass)
+
+
+@EXACT_PART
+def speed(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, count: int) -> float:
+    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests but for its vibration."""
+    return 0.0 if q.bodies[b].held == 1 else mean_velocity(m, q, p, b, t, spans, count)
 
 
 @EXACT_PART
@@ -242,10 +248,10 @@ def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, c
         if third and spans[k, START] < until and spans[k, STOP] > start:
             return np.nan
     before = np.nextafter(start, -1.0)
-    approach = mean_velocity(m, q, p, striker, before, spans, count)
-    approach = sign * (approach - mean_velocity(m, q, p, other, before, spans, count))
-    leaves = mean_velocity(m, q, p, other, until, spans, count)
-    leaves = sign * (leaves - mean_velocity(m, q, p, striker, until, spans, count))
+    approach = speed(m, q, p, striker, before, spans, count)
+    approach = sign * (approach - speed(m, q, p, other, before, spans, count))
+    leaves = speed(m, q, p, other, until, spans, count)
+    leaves = sign * (leaves - speed(m, q, p, striker, until, spans, count))
     return leaves / approach if approach > MIN_APPROACH * max(fastest, abs(leaves)) else np.nan
 
 

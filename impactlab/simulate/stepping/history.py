@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,7 +50,6 @@ class RecordedHistory(AbstractRecordedHistory):
         self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
         self._places: dict[str, Array] = {}  # of their fields
         self._times = np.zeros(0)  # of the snapshots
-        self._numbers: dict[str, int] = {}  # of contacts by name, once looked up
         self._integrator = integrator
         self._raw: list[tuple[float, int, int, float, float, float]] = []
         self._joined = groups(assembly.scene)
@@ -124,7 +123,15 @@ class RecordedHistory(AbstractRecordedHistory):
         return tuple(self._read_links())
 
     def memories(self) -> list[Sequence[float]]:
+        return self._memories
+
+    @cached_property
+    def _memories(self) -> list[Sequence[float]]:
         return readout.memories(self.assembly)
+
+    def __getstate__(self) -> dict[str, Any]:
+        _ = self._joined_impulses, self._memories
+        return super().__getstate__()
 
     def snapshots(self) -> Array:
         taken = self.assembly.clock.n_snapshots
@@ -175,14 +182,14 @@ class RecordedHistory(AbstractRecordedHistory):
         return self._waves_of(body).velocities(np.array(x), within_run(t, self.duration))
 
     def impulse_of(self, contact: str) -> float:
-        if not self._numbers:
-            self._numbers = {
-                self.scene.contacts[number].name: place for place, number in enumerate(self.assembly.layout.solved)
-            }
-        if contact not in self._numbers:
-            return super().impulse_of(contact)
-        kept = self.assembly.contacts[self._numbers[contact]]
-        return kept.total - self._beyond * kept.force if kept.joined else super().impulse_of(contact)
+        return self._joined_impulses[contact] if contact in self._joined_impulses else super().impulse_of(contact)
+
+    @cached_property
+    def _joined_impulses(self) -> dict[str, float]:
+        """Impulses of the links by name [N s]."""
+        solved = zip(self.assembly.layout.solved, self.assembly.contacts, strict=False)
+        joined = ((self.scene.contacts[number].name, record) for number, record in solved if record.joined)
+        return {name: record.total - self._beyond * record.force for name, record in joined}
 
     @property
     def _beyond(self) -> float:
