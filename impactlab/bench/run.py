@@ -52,6 +52,13 @@ class Bench(NamedTuple):
         return table.document(self.suite, self.cells, self.records, self.times)
 
     @property
+    def first_reason(self) -> str:
+        """Why the first row without a result has none; empty if all have one."""
+        summaries = (self.records[cell.key]["summary"] for cell in self.cells)
+        texts = (str((summary.get("error") or {}).get("text") or "") for summary in summaries)
+        return next((text for text in texts if text), "")
+
+    @property
     def counts(self) -> Counter[str]:
         """The number of rows by status."""
         return Counter(self.records[cell.key]["summary"]["status"] for cell in self.cells)

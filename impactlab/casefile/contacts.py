@@ -193,7 +193,8 @@ def joins_two_bodies(contact: Met) -> None:
     first = contact.row.first[frozenset(contact.block.between)]
     if first < contact.number:
         labels = " and ".join(face.point.label for face in contact.faces)
-        raise contact.refused(f"{labels} already meet in contacts.{first}", "Remove one of the two contacts.")
+        remedy = "Remove one of the two contacts; for play on both sides of a joint give one contact the law slack."
+        raise contact.refused(f"{labels} already meet in contacts.{first}", remedy)
 
 
 def faces_look_at_each_other(contact: Met) -> None:

@@ -235,6 +235,8 @@ def _yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         problem = str(error.problem or error.context or "the text cannot be read")[:120]
+        if "<block end>" in problem:
+            problem = "this line is indented differently from the lines that it belongs to"
         raise CaseError(
             f"not YAML: {problem}", remedy="Fix the text there (or just above).", line=mark.line + 1 if mark else None
         ) from error

@@ -64,14 +64,20 @@ def _words(
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
             name = keys[-1]
+            comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
             return (
-                f"the key {shown(name)} is not known here.{closest(name, names)}",
+                f"the key {shown(name)} is not known here.{closest(name, names)}{comma}",
                 f"Allowed: {listed(names)}." if names else "This block takes no parameters: remove the key.",
             )
         case "missing":
-            return "this key is missing", "Add it; `impactlab schema` lists every key with its unit."
+            return "this key is missing", _what_to_add(keys, data, allowed)
         case "union_tag_not_found":
-            return f"{given} has no kind. Allowed: {_tags(context)}", "Write kind: and one of these."
+            kinds = sorted({kind for block in _blocks_at(keys, data, allowed) for kind in _kinds_of(block)})
+            others = [name for name in data.get(keys[0], ()) if name != keys[-1]] if len(keys) == 2 else []
+            return (
+                f"{given} has no kind.{closest(keys[-1], others)} Allowed: {listed(kinds)}",
+                "Write kind: and one of these.",
+            )
         case "union_tag_invalid":
             tag = str(context.get("tag", ""))
             hint = closest(tag, _tags(context).split(", "))
@@ -93,6 +99,9 @@ def _words(
             return f"{given} has the wrong length. Allowed: {allowed_length}", FIX_VALUE
         case _ if kind in _NEEDED:
             names = _allowed_at(keys, data, allowed) if _NEEDED[kind] == _BLOCK and allowed else []
+            if keys in (["bodies"], ["mechanisms"], ["methods"], ["variants"]):
+                entry = "{kind: ...}" if keys == ["bodies"] else "{...}"
+                return f"{given} is given where {_BLOCK} is needed", f"Write NAME: {entry} for each of them."
             return (
                 f"{given} is given where {_NEEDED[kind]} is needed",
                 f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else FIX_VALUE,
@@ -112,6 +121,15 @@ def _yaml_path(loc: Sequence[int | str]) -> list[str]:
     return [key for key in keys if key != "[key]"]
 
 
+def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> str:
+    """Return how a missing key is written: what it is, with its unit."""
+    if keys == ["schema_version"]:
+        return "Add schema_version: 1."
+    found = (block.model_fields.get(keys[-1]) for block in _blocks_at(keys[:-1], data, allowed))
+    described = next((field.description for field in found if field is not None and field.description), "")
+    return f"Add {keys[-1]}: {described}." if described else "Add it; `impactlab schema` lists every key with its unit."
+
+
 def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[str]:
     """Return the keys that may stand in the block at a path.
 
@@ -119,6 +137,13 @@ def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseMo
     """
     if not isinstance(allowed, type):
         return list(allowed)
+    return [name for block in _blocks_at(keys, data, allowed) for name in block.model_fields]
+
+
+def _blocks_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[type[BaseModel]]:
+    """Return the blocks that may stand at a path, those of the given kind where it is known; none if not known."""
+    if not isinstance(allowed, type):
+        return []
     blocks, among_many = [allowed], False  # among_many: the next key is the name or the number of one of several
     for key in keys:
         data = data[int(key)] if isinstance(data, (list, tuple)) else data[key]
@@ -130,7 +155,7 @@ def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseMo
             among_many = False
         kind = data.get("kind") if isinstance(data, dict) else None
         blocks = [block for block in blocks if kind in _kinds_of(block)] or blocks
-    return [name for block in blocks for name in block.model_fields]
+    return blocks
 
 
 def _blocks_in(annotation: Any) -> list[type[BaseModel]]:

@@ -91,7 +91,13 @@ class Allowed:
                 return self._limited(_finite(value))
         elif self.relative and isinstance(value, (Mapping, Relative)):
             return self._relative(value)
-        raise self._refused(value, closest(value, self.words) if isinstance(value, str) else "")
+        raise self._refused(value, self._hint(value) if isinstance(value, str) else "")
+
+    def _hint(self, given: str) -> str:
+        """Return what a string that is not allowed may have been meant to be."""
+        if (self.whole or self.number) and given.strip().isdigit():
+            return " Write the number without quotes."
+        return closest(given, self.words)
 
     def _refused(self, value: Any, hint: str = "") -> PydanticCustomError:
         return refuse(f"{shown(value)} is not allowed here.{hint} Allowed: {self.words_of_allowed()}")

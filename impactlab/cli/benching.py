@@ -82,6 +82,8 @@ def bench(
             made = benching.bench(files, suite, families, out, options, names, show, console.say)
         counts = ", ".join(f"{count} {status}" for status, count in sorted(made.counts.items()))
         console.say(f"written: {out / 'table.csv'}")
+        if made.first_reason:
+            console.say(f"first row without a result: {made.first_reason}")
         if not no_report:
             command = ["impactlab", "bench", *(case.name for case in cases or [])]
             for option, given in (("--suite", suite if suite != "standard" else None), ("--grid", grid and grid.name)):

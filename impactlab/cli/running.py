@@ -55,7 +55,7 @@ def run(
     with reporting(case, as_json), timed() as watch:
         loaded = load(case, sets, method, variant, metric)
         say_hints(loaded)
-        drawn_as = figure_files.figure_files(figures, width)
+        drawn_as = figure_files.figure_files(figures, width, out)
         if out is not None:
             output.check_target(out)
         with console.progress() as show, api.warnings_kept(), api.code_ahead(loaded):
@@ -67,6 +67,7 @@ def run(
 
             history = api.run(loaded, report, 0 if out is None else sampling.FRAMES)
         summary, judge = api.summarised(loaded, history, references.FULL_BUDGET_S if reference else None)
+        undrawn: Exception | None = None
         watch.change("writing")
         if out is not None:
             summary["cost"]["wall_time"] = watch.seconds()  # of the summary in the folder: up to here
@@ -75,8 +76,14 @@ def run(
                 again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
                 origin = provenance.of_case(loaded, again)
                 data = files.write_data(draft, history, summary, judge, origin._asdict())
-                run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as, data)
+                try:
+                    run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as, data)
+                except Exception as error:  # noqa: BLE001 - raised below, when the data of the run are in place
+                    undrawn = error
             console.say(f"written: {out}")
+            if undrawn is not None:
+                console.say("its figures and its page could not be drawn; the data of the run are complete")
+                raise undrawn
         text = "" if as_json else console.summary_text(summary)
         summary["cost"]["wall_time"] = watch.seconds()
         console.print_json(summary) if as_json else print(text, console.wall_time(summary), sep="\n")
@@ -103,7 +110,7 @@ def compare(
         loaded = load(case, sets, None, variant, metric)
         say_hints(loaded)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
-        drawn_as = figure_files.figure_files(figures, width)
+        drawn_as = figure_files.figure_files(figures, width, out)
         if out is not None:
             output.check_target(out)
         console.say_if_compiling()

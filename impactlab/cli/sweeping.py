@@ -98,6 +98,8 @@ def sweep(
                 command=command_line("sweep", case, sets, method, variant, None, *others),
             )
         counts = sweeps.counts(found)
+        if set(counts) - {"missing", "completed"}:
+            console.say(f"first point without values: {sweeps.first_reason(found)}")
         if out is not None:
             console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
         if as_json:

@@ -27,7 +27,7 @@ class Parameter(NamedTuple):
         return case.with_(self.path, value)
 
 
-def read_parameters(case: Case, paths: Sequence[str]) -> tuple[Parameter, ...]:
+def read_parameters(case: Case, paths: str | Sequence[str]) -> tuple[Parameter, ...]:
     """Return parameters by path.
 
     Raises
@@ -35,6 +35,8 @@ def read_parameters(case: Case, paths: Sequence[str]) -> tuple[Parameter, ...]:
     CaseError
         If there is no such path, it holds no number, or it is given twice.
     """
+    if isinstance(paths, str):
+        paths = [each.strip() for each in paths.split(",")]
     if not paths:
         raise CaseError("no parameter is given", remedy="Name numbers of the case, such as bodies.hammer.mass.")
     return tuple(_read(case, path, paths[:number]) for number, path in enumerate(paths))

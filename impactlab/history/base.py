@@ -81,7 +81,7 @@ class Warned(NamedTuple):
     text: str
 
 
-SERIOUS = ("tolerance_not_met", "energy_gain")  # codes of warnings about a doubtful result: shown first
+SERIOUS = ("tolerance_not_met", "energy_gain", "energy_loss")  # codes of warnings about a doubtful result: shown first
 
 
 @dataclass
@@ -117,7 +117,13 @@ def within_run(t: ArrayLike, duration: float) -> Array:
     ImpactlabError
         If a time lies further outside, or is not a number.
     """
-    times = np.asarray(t, float)
+    try:
+        times = np.asarray(t, float)
+    except (TypeError, ValueError):
+        raise ImpactlabError(
+            f"{str(t)[:60]!r} is not a time or an array of times in seconds",
+            remedy="Write evaluate(t, channel): the times first, then the name of the channel.",
+        ) from None
     slack = END_ROUNDING * duration
     outside = times[~((times >= -slack) & (times <= duration + slack))]
     if outside.size:

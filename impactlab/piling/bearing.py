@@ -10,6 +10,7 @@ import numpy as np
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.piling.blow import set_in
@@ -49,6 +50,8 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float]) -> Beari
     CaseError
         If the pile has no toe link, or a capacity is not above 0; otherwise as `blow`.
     """
+    if not isinstance(case, Simulation):
+        expect_case(case, "bearing_graph")
     run = case.simulation() if isinstance(case, Case) else case
     pile, wanted = pile_of(run), np.array([*capacities], float)
     if pile.toe is None:

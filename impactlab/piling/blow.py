@@ -10,6 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.history.base import AbstractHistory
 from impactlab.piling.pile import Pile, pile_of
@@ -78,6 +79,8 @@ def blow(case: Case | Simulation) -> Blow:
     CaseError, PairingError, PluginError, StepError
         As `impactlab.run`.
     """
+    if not isinstance(case, Simulation):
+        expect_case(case, "blow")
     run = case.simulation() if isinstance(case, Case) else case
     pile = pile_of(run)
     count = int(np.ceil(FRAMES_PER_TRANSIT * run.scene.duration / (0.5 * pile.body.round_trip)))

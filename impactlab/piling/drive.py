@@ -11,6 +11,7 @@ import numpy as np
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.piling.blow import sets_of
@@ -84,6 +85,8 @@ def drive(case: Case | Simulation, blows: int) -> Driving:
     """
     if blows < 1:
         raise CaseError(f"{blows} blows. Allowed: 1 or more", remedy="Give the number of blows.")
+    if not isinstance(case, Simulation):
+        expect_case(case, "drive")
     run = case.simulation() if isinstance(case, Case) else case
     pile = pile_of(run)
     check_at_rest(run, pile)

@@ -29,14 +29,17 @@ class FigureFiles(NamedTuple):
     every: bool = False  # True: also those that a page shows live alone
 
 
-def figure_files(formats: str | None, width: str | None) -> FigureFiles:
+def figure_files(formats: str | None, width: str | None, folder: Path | None = Path()) -> FigureFiles:
     """Return how figures are written from the words of a command: ``svg,pdf`` and ``one``; all of them if one is given.
 
     Raises
     ------
     CaseError
-        If a format or a width is not known.
+        If a format or a width is not known, or figures are asked for and there is no ``folder`` for them.
     """
+    if folder is None and (formats or width):
+        option = "--figures" if formats else "--width"
+        raise CaseError(f"{option} without --out: there is no folder for figures", remedy="Add --out DIR.", path=option)
     names = tuple(dict.fromkeys(name.strip() for name in (formats or "svg,png").split(",")))
     for option, given, known in (("--figures", names, FORMATS), ("--width", (width,) if width else (), (*COLUMNS,))):
         wrong = [name for name in given if name not in known]

@@ -108,6 +108,7 @@ class AbstractRecordedHistory(AbstractHistory):
         return tuple(self.recorded)
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
+        t = within_run(t, self.duration)
         if channel not in self.recorded:
             names = sorted(self.recorded)
             many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
@@ -117,7 +118,6 @@ class AbstractRecordedHistory(AbstractHistory):
                 path="probes",
             )
         times, values, stepped, middles = self.recorded[channel]
-        t = within_run(t, self.duration)
         if not stepped:
             return np.asarray(np.interp(t, times, values))
         # A value holds on [time before, its own time): at a jump the value after it is given.

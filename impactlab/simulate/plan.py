@@ -94,7 +94,8 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
         return rule.courant * min(lengths)
     highest = max((body.system.rule_frequency for body in built.values()), default=0.0)
     if highest == 0.0:
-        raise CaseError("points_per_period needs a body that vibrates", remedy="Give dt.", path="solve.step")
+        text = "no body vibrates here, so that points_per_period sets no step"
+        raise CaseError(text, remedy="Give solve.step: {dt: ...} in seconds.", path="solve.step")
     return 2.0 * math.pi / highest / (rule.points_per_period or 10.0)
 
 

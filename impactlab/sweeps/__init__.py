@@ -2,8 +2,8 @@
 
 from impactlab.sweeps.plots import plot_sweep
 from impactlab.sweeps.quantities import DEFAULT, quantity
-from impactlab.sweeps.result import counts, open_sweep, rows
+from impactlab.sweeps.result import counts, first_reason, open_sweep, rows
 from impactlab.sweeps.run import sweep
 from impactlab.sweeps.sampled import Sampled
 
-__all__ = ["DEFAULT", "Sampled", "counts", "open_sweep", "plot_sweep", "quantity", "rows", "sweep"]
+__all__ = ["DEFAULT", "Sampled", "counts", "first_reason", "open_sweep", "plot_sweep", "quantity", "rows", "sweep"]

@@ -25,6 +25,7 @@ MAX_POINTS = 10_000_000
 MAX_RANGE = 1_000_000  # values of one range
 MAX_CHECKED = 200  # numbers of an axis that are checked one by one, some milliseconds each
 SPREAD = 12  # numbers of a longer axis that are, evenly from the least to the largest
+HALF_RANGE = re.compile(r"[-+]?[0-9.][^:,\[\]{}]*:[-+]?[0-9.][^:,\[\]{}]*")
 RANGE = re.compile(r"(?P<first>[^:]+):(?P<last>[^:]+):(?P<count>[0-9]{1,9})(?P<log>log)?")
 
 
@@ -116,6 +117,8 @@ def listed(case: Case, columns: Mapping[str, Iterable[Any]], known: Known | None
 
 
 def _values(path: str, values: Iterable[Any]) -> tuple[Any, ...]:
+    if isinstance(values, (str, int, float)):
+        values = [values]
     every = values.tolist() if isinstance(values, np.ndarray) else values
     given = tuple(
         value if type(value) is float else plain(value.item() if isinstance(value, np.generic) else value, path)
@@ -215,6 +218,9 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
     if not equals or not path or not values:
         raise CaseError(f"--over {shown(text)} is not PATH=VALUES", remedy="Write PATH=A,B,C or PATH=FIRST:LAST:COUNT.")
     asked = RANGE.fullmatch(values)
+    if asked is None and HALF_RANGE.fullmatch(values):
+        text = f"--over {shown(text)} gives a range without its number of values"
+        raise CaseError(text, remedy=f"Write {path}=FIRST:LAST:COUNT, as in {path}={values}:11.", path=path)
     if asked is None:
         return path, [_parsed(value, path) for value in _split(values)]
     first, last = (_in_si(case, path, _parsed(asked[name], path)) for name in ("first", "last"))

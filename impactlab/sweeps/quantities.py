@@ -50,7 +50,7 @@ class Asked(NamedTuple):
         return max(1, len(self.labels))
 
 
-def asked(scene: Scene, names: Sequence[str | Sampled], registry: Registry) -> tuple[Asked, ...]:
+def asked(scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry: Registry) -> tuple[Asked, ...]:
     """Return quantities by name, with their labels in a scene.
 
     Raises
@@ -58,6 +58,8 @@ def asked(scene: Scene, names: Sequence[str | Sampled], registry: Registry) -> t
     PluginError, CaseError
         If a quantity is not installed, is named twice, or has no unit.
     """
+    if isinstance(names, (str, Sampled)):
+        names = [each.strip() for each in names.split(",")] if isinstance(names, str) else [names]
     if not names:
         raise CaseError("a sweep without a quantity", remedy="Name one; `impactlab plugins` lists them.")
     found = []

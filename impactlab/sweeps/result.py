@@ -63,6 +63,12 @@ def counts(found: xarray.Dataset) -> dict[str, int]:
     return {name: count for name, count in zip(STATUSES, numbers, strict=True) if count}
 
 
+def first_reason(found: xarray.Dataset) -> str:
+    """Return why the first point without values in the dataset of a sweep has none; empty if all have them."""
+    reasons = (str(reason) for reason in found.reason.values.ravel())
+    return next((reason for reason in reasons if reason), "")
+
+
 class Result:
     """The arrays of a sweep, filled chunk by chunk; points that were not added are missing."""
 

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
+import impactlab as il
 from impactlab import CaseError, load_case
+from impactlab.casefile.case import case_of
+from impactlab.casefile.document import parse_yaml
 
 BODIES = """\
 schema_version: 1
@@ -131,3 +136,38 @@ def test_segments_stand_alone(tmp_path):
     assert [(each.path, each.text) for each in caught.value.others] == [
         ("bodies.bar.segments.0.area", "this key is missing")
     ]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("schema_version: 1\n", ""), "Add schema_version: 1."),
+        (("mass: 1.0, ", ""), "Add mass: mass [kg]."),
+        (("ball: {kind: mass", "ball: {kind: mass, 3 m: 1"), "decimal comma"),
+        (("duration: 1e-3", "duration: 1e-3, model: {kind: finite_element, elements: '50'}"), "without quotes"),
+    ],
+)
+def test_common_slips_are_told_how_to_write_it(change: tuple[str, str], words: str) -> None:
+    text = """schema_version: 1
+bodies:
+  ball: {kind: mass, mass: 1.0, velocity: 1.0}
+  rod: {kind: rod, length: 1.0, area: 1e-4, material: steel}
+contacts: [{between: [ball, rod.left], law: {kind: penalty, stiffness: 1e8}}]
+solve: {duration: 1e-3}
+"""
+    assert change[0] in text
+    with pytest.raises(il.ImpactlabError) as refused:
+        case_of("slip", "", parse_yaml(text.replace(*change)))
+    assert words in str(refused.value)
+
+
+def test_a_body_with_a_name_that_a_setting_misspells_is_asked_for() -> None:
+    with pytest.raises(il.CaseError, match=re.escape("Did you mean 'hammer'?")) as refused:
+        il.load_case("axial_impact").with_("bodies.hamer.mass", 2.0)
+    assert "beam" in refused.value.text
+
+
+def test_bodies_in_a_list_are_told_to_have_names() -> None:
+    with pytest.raises(il.CaseError) as refused:
+        il.Case.from_dict({"bodies": [{"kind": "mass", "mass": 1.0}], "solve": {"duration": 1.0}})
+    assert "Write NAME: {kind: ...}" in refused.value.remedy

@@ -214,3 +214,20 @@ def test_a_path_in_place_of_a_case_is_refused_with_the_call_that_reads_it(call):
     with pytest.raises(il.CaseError, match="takes a Case, not") as refused:
         call("my_case.yaml")
     assert "il.load_case('my_case.yaml')" in refused.value.remedy
+
+
+def test_one_name_stands_for_a_list_of_one():
+    case = il.load_case("axial_impact").method("continuous")
+    one = il.sweep(case, {"bodies.hammer.mass": 2.0}, quantities="impulse")
+    assert one.impulse.shape == (1, 1)
+    assert il.sensitivities(case, "bodies.hammer.mass", "impulse").find("impulse", "bodies.hammer.mass").value > 0.0
+
+
+def test_times_and_channel_in_the_wrong_order_are_told_so():
+    case = il.load_case("axial_impact")
+    for method in ("continuous", "finite_element"):
+        history = il.run(case.method(method))
+        with pytest.raises(il.ImpactlabError, match="not a time"):
+            history.evaluate("force:hammer|rod.left", [1e-5])
+    with pytest.raises(il.CaseError, match="takes the path of a file, not a dict"):
+        il.load_case({"bodies": {}})

@@ -376,3 +376,21 @@ def test_loading_compiled_code_is_timed_as_solving(monkeypatch):
 def test_the_version_is_that_of_the_package():
     done = invoke("--version")
     assert (done.exit_code, done.stdout) == (0, f"impactlab {__version__}\n")
+
+
+def test_a_page_that_cannot_be_drawn_leaves_the_data_of_the_run(tmp_path, monkeypatch):
+    def fails(*_: object) -> None:
+        raise RuntimeError("no ink")
+
+    monkeypatch.setattr("impactlab.report.run_report.write_run", fails)
+    out = tmp_path / "out"
+    done = invoke("run", "axial_impact", "--method", "continuous", "--out", str(out))
+    assert done.exit_code != 0
+    assert "could not be drawn" in done.stderr
+    assert {"history.nc", "probes.csv", "contacts.csv"} <= {each.name for each in out.iterdir()}
+
+
+def test_figures_without_a_folder_are_refused():
+    done = invoke("run", "axial_impact", "--figures", "png")
+    assert done.exit_code == 2
+    assert "--figures without --out" in done.stderr
