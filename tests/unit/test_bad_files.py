@@ -140,7 +140,7 @@ def test_what_is_no_file_is_refused(path: str) -> None:
         (["--repeats", "100000000"], "--repeats"),
         (["--repeats", "1" + "0" * 30], "--repeats"),
         (["--jobs", "1000000"], "--jobs"),
-        (["--from", "/dev/zero"], "'/dev/zero' is no regular file"),
+        (["--from", "/dev/zero"], "'/dev/zero' is not a regular file"),
         (["--from", "."], "is a folder"),
         (["--grid", "/dev/zero"], "/dev/zero"),
     ],

@@ -183,7 +183,7 @@ def no_run(monkeypatch):
         (f"{MASS}=normal(2 kg, 1 %)", ["--seed", "-1"], "--seed", "-1 is not a valid seed"),
         (f"{MASS}=normal(2 kg, 1 %)", ["--percentiles", "5,100"], "--percentiles", "'5, 100'"),
         (f"{MASS}=normal(2 kg, 1 %)", ["--percentiles", "5,x"], "--percentiles", "'x' is not a number"),
-        (f"{MASS}=normal(2 kg, 1 %)", ["--failed", "ignore"], "--failed", "'ignore' is no way"),
+        (f"{MASS}=normal(2 kg, 1 %)", ["--failed", "ignore"], "--failed", "'ignore' is not a way"),
         (f"{MASS}=normal(2 kg, 1 %)", ["--quantities", "restituton"], "", "Did you mean 'restitution'?"),
     ],
 )
