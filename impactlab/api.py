@@ -1,4 +1,7 @@
-"""Runs a case, or several methods on one case, from Python: the same objects and errors as on the command line."""
+"""Run a case, or compare several methods on it.
+
+Objects and errors are the same as on the command line.
+"""
 
 from __future__ import annotations
 
@@ -118,10 +121,10 @@ class Comparison:
 def run(case: Case | Simulation, progress: Progress | None = None, frames: int = 0) -> AbstractHistory:
     """Run a case, or a scene with its method, and return the history.
 
-    All warnings of the run stand in ``history.warnings``, and each is issued as a `RunWarning`: as a `DoubtfulResult`
-    where the answer is in doubt, as it misses its tolerance (``history.choice.met`` is False) or gained energy; else
-    as a `RunNote`, which a filter may show: ``warnings.simplefilter("default", il.RunNote)``. A value of the case that
-    may be a slip issues an `UnusualValue`.
+    All warnings of the run are collected in ``history.warnings``, and each is issued as a `RunWarning`: as a
+    `DoubtfulResult` where the answer is in doubt, as it misses its tolerance (``history.choice.met`` is False) or
+    gained energy; else as a `RunNote`, which a filter may show: ``warnings.simplefilter("default", il.RunNote)``. A
+    value of the case that looks like a mistake issues an `UnusualValue`.
 
     Parameters
     ----------
@@ -180,7 +183,7 @@ def warnings_kept() -> Iterator[None]:
 
 
 def prepare(case: Case) -> Plan:
-    """Return the plan of a run; under a tolerance, of the cheapest method by prediction.
+    """Return the plan of a run; with a tolerance, that of the method predicted to be cheapest.
 
     Raises
     ------
@@ -216,8 +219,8 @@ def physics_of(case: Case) -> Simulation:
 def reference_of(scene: Scene, method: Method, budget: float | None = None) -> Reference | None:
     """Return the answer that a run is measured against, or None where there is none.
 
-    The exact one where the exact solver serves the scene, else a converged one; ``budget`` are the seconds of predicted
-    solving that this may take (`impactlab.refine.reference`), by default as many as a comparison waits for.
+    The exact one where the exact solver supports the scene, else a converged one; ``budget`` are the seconds of
+    predicted solving that this may take (`impactlab.refine.reference`), by default as many as a comparison waits for.
     """
     return references.find(scene, method, references.FULL_BUDGET_S if budget is None else budget)
 
@@ -278,9 +281,10 @@ def summarised(
 
 
 def code_ahead(case: Case, methods: Sequence[str] = ()) -> ahead.ahead:
-    """Return a context in which code of the exact solution, for errors, and of some methods is compiled side by side.
+    """Return a context in which code is compiled side by side.
 
-    Nothing happens where the code is on disk. A method that is refused is left out.
+    It is the code of the exact solution, for errors, and of some methods. Nothing happens where the code is on disk. A
+    method that is refused is left out.
     """
 
     def kernels() -> Iterator[ahead.Kernel]:

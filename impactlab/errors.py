@@ -19,7 +19,7 @@ class ImpactlabError(Exception):
     path : str
         Dotted path in the case, e.g. ``contacts.0.law.kind``; empty where none applies.
     file : str
-        Name of the case file; filled in by the case file room.
+        Name of the case file; filled in by `impactlab.casefile`.
     line : int or None
         Line in that file, from 1.
     """
@@ -96,7 +96,7 @@ class DoubtfulResult(RunWarning):
 
 
 class UnusualValue(RunWarning):
-    """A value of the case may be a slip, such as a wrong wave speed."""
+    """A value of the case looks like a mistake, such as a wrong wave speed."""
 
 
 class RunNote(RunWarning):

@@ -27,7 +27,7 @@ def option(
 ) -> Any:
     """Return a dataclass field of a part, with the values that a case may give.
 
-    The case file room reads unit, limits and description from here; a part needs no other schema.
+    `impactlab.casefile` reads unit, limits and description from here; a part needs no other schema.
     Limits on a `Relative` value hold for its number. ``group`` is the entry-point group of a field that holds a part:
     a case gives ``kind: name`` and its parameters there, or the name alone. ``records`` are the classes of a field that
     holds a record of options: a case names one by its ``kind``, or gives the keys of the one without.

@@ -127,7 +127,7 @@ class Registry:
             fault = f"it cannot be examined: {type(error).__name__}: {str(error)[:200]}"
         if fault:
             raise PluginError(
-                f"{name!r} of {entry.distribution} ({entry.value}) cannot serve as {group.noun}: {fault}",
+                f"{name!r} of {entry.distribution} ({entry.value}) cannot be used as {group.noun}: {fault}",
                 remedy="Fix the plugin (see `impactlab plugins`), or uninstall it.",
             )
         if _names.get(part) != snake_case(part):

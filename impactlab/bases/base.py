@@ -82,5 +82,5 @@ class AbstractBasis(ABC):
     def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
         """Return the shapes, n = ``modes`` + 1 for a rod that nothing holds, else ``modes``; ``modes`` fits the mesh.
 
-        ``faces`` are the rod's contacts. Raise `CaseError` where the basis cannot serve them.
+        ``faces`` are the rod's contacts. Raise `CaseError` where the basis does not support them.
         """

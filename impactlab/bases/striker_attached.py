@@ -41,7 +41,7 @@ class StrikerAttached(AbstractBasis):
             raise no_contact("striker_attached")
         if len(faces) > 1:
             raise CaseError(
-                f"basis 'striker_attached' serves one contact of a rod, and this rod has {len(faces)}",
+                f"basis 'striker_attached' supports only one contact of a rod, but this rod has {len(faces)}",
                 remedy="Use basis craig_bampton or eigenvectors.",
                 path="solve.model.basis",
             )

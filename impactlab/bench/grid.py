@@ -163,7 +163,7 @@ def _families(data: Mapping[str, Any]) -> tuple[Family, ...]:
         "families",
     )
     extends = data.get("extends")
-    words = f"{shown(extends)} is no grid to extend"
+    words = f"{shown(extends)} is not a grid that can be extended"
     _need(extends in (None, EXTENDED), words, f"Write extends: {EXTENDED}, or leave it out.", "extends")
     common = {family.name: family for family in (read_grid(BUILT_IN) if extends else ())}
     own = {str(name): _family(str(name), block) for name, block in (families or {}).items()}

@@ -29,7 +29,7 @@ from impactlab.refine import reference
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
-# Rooms and files of the package without influence on the numbers of a row, and the one file of theirs that has some.
+# Folders and files of the package without influence on the numbers of a row, and the one file of theirs that has some.
 APART = ("report/", "testing/", "bench/report/", "cli/", "cite.py", "citations.bib")
 SUMMARY = "report/summary.py"
 

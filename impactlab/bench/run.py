@@ -96,13 +96,13 @@ def bench(
     Raises
     ------
     CaseError
-        If a case cannot be read, no method serves any, or the folder is in use or somebody else's.
+        If a case cannot be read, no method applies to any, or the folder is in use or somebody else's.
     """
     with opened(out) as store:
         found, jobs = cells(files, suite, families, methods)
         if not found:
             raise CaseError(
-                "none of these methods serves any of these cases",
+                "none of these methods applies to any of these cases",
                 remedy="Give other --methods or another --grid; own.NAME is method NAME of the cases.",
             )
         store.write_json("cells.json", [cell._asdict() for cell in found])

@@ -34,7 +34,7 @@ Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f
 Repeat = Annotated[int | None, Allowed("1", (("ge", 1), ("le", MAX_REPEAT)), whole=True, nothing=True).reader()]
 REPEAT = Field(
     default=None,
-    description="number n of blocks made from this one, i = 1 ... n: texts may be formulas of i and n, "
+    description="number n of blocks made from this one, i = 1 ... n: strings may be formulas of i and n, "
     "NAME makes NAME_1 ... NAME_n",
 )
 POISSON = Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).reader()

@@ -196,8 +196,8 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
                 )
         if law.two_sided and law.branches() is None:
             raise CaseError(
-                f"the automatic choice serves links by their exact answer alone, and law {kind_of(law)!r} makes one "
-                "that has none as it is given",
+                f"the automatic choice supports only links with an exact solution, and law {kind_of(law)!r} as given "
+                "makes a link without one",
                 remedy=f"{law.exact_remedy}, or {BY_STEPS}" if law.exact_remedy else f"Give {BY_STEPS}",
                 path=path,
             )

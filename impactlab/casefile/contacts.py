@@ -204,8 +204,9 @@ def faces_look_at_each_other(contact: Met) -> None:
         if face.end == at_side and isinstance(body, ElasticBlock) and not body.both_sides:
             between = contact.block.between
             raise contact.refused(
-                f"{face.point.label!r} looks away from {between[1 - place]!r}: of between: [a, b], a lies on the left "
-                f"of b, so the {('first', 'second')[place]} is a mass, a wall, or the {facing} end of a {body.kind}",
+                f"{face.point.label!r} faces away from {between[1 - place]!r}: in `between: [a, b]`, a is on the left "
+                f"of b, so the {('first', 'second')[place]} must be a mass, a wall, or the {facing} end of a "
+                f"{body.kind}",
                 f"Swap the two, [{between[1]}, {between[0]}], or name {face.point.body}.{facing}.",
                 f"between.{place}",
             )
@@ -250,7 +251,7 @@ def shaft_has_a_lever_arm(contact: Met) -> None:
         raise contact.refused(
             f"the shaft {shaft!r} has a lever arm of {first:g} m at another contact, and {arm:g} m here. "
             "Allowed: one for all contacts of a shaft",
-            "Give its contacts the same lever_arm r: a mass m at an arm a is one of m (a/r)^2 at r.",
+            "Give its contacts the same lever_arm r: a mass m at an arm a acts as a mass m (a/r)^2 at r.",
             "lever_arm",
         )
 
@@ -340,7 +341,7 @@ def order_is_possible(contact: Met) -> None:
         front = {after for name in front for after in right_of.get(name, ())} - seen
     if left in seen:
         text = f"{left!r} would lie on the left of {right!r}, and by the other contacts on its right"
-        raise contact.refused(text, "Of between: [a, b], a lies on the left of b: swap one pair.")
+        raise contact.refused(text, "In `between: [a, b]`, a is on the left of b: swap one pair.")
 
 
 def _orders(contact: Met) -> bool:

@@ -346,7 +346,7 @@ def check_texts(data: Any, path: Keys = ()) -> None:
             data.encode("utf-8")
         except UnicodeEncodeError:
             raise CaseError(
-                f"{shown(data)} holds half of a character",
+                f"{shown(data)} contains an incomplete Unicode character (lone surrogate)",
                 remedy="Remove the characters that are not text.",
                 path=_dotted(path),
             ) from None

@@ -88,7 +88,8 @@ def plain(value: Any, path: str = "") -> Any:
     if isinstance(value, (list, tuple)):
         return [plain(inner, path) for inner in value]
     raise CaseError(
-        f"a value of type {type(value).__name__!r}. Allowed: numbers, texts, true, false, lists and mappings of these",
+        f"a value of type {type(value).__name__!r}. Allowed: numbers, strings, true, false, lists and mappings of "
+        "these",
         remedy="Give a value that a case file could hold.",
         path=path,
     )

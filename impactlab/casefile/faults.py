@@ -18,9 +18,9 @@ _NEEDED = {
     "dict_type": _BLOCK,
     "model_type": _BLOCK,
     "model_attributes_type": _BLOCK,
-    "string_type": "a text",
+    "string_type": "a string",
 }
-FIX_VALUE = "Fix the value; `impactlab schema` lists every key with its unit."
+FIX_VALUE = "Fix the value; `impactlab check FILE` prints the case in SI with all defaults."
 
 
 def case_error(

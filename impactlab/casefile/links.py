@@ -68,7 +68,9 @@ def _read_end(value: Any) -> Any:
         return value
     if isinstance(value, dict) and set(value) == {"slide"}:
         return {"slide": Allowed("m", number=True).read(value["slide"])}
-    raise refuse(f"{shown(value)} is no end of a mechanism. Allowed: free, or {{slide: y}} along x at the height y [m]")
+    raise refuse(
+        f"{shown(value)} is not a valid end of a mechanism. Allowed: free, or {{slide: y}} along x at the height y [m]"
+    )
 
 
 END = Reader(
@@ -92,7 +94,7 @@ def _read_along(value: Any) -> Any:
         if math.hypot(x, y) > 0.0:
             return (x, y)
         raise refuse("the direction [0, 0] has no length")
-    raise refuse(f"{shown(value)} is no direction. Allowed: x, y, or [cos, sin]")
+    raise refuse(f"{shown(value)} is not a direction. Allowed: x, y, or [cos, sin]")
 
 
 ALONG = Reader(

@@ -68,11 +68,11 @@ def read_load(value: Any, unit: str) -> AbstractLoad:
         return _checked(times, forces, "the table")
     if keys == {"file", "t", "f"}:
         if not all(isinstance(value[key], str) and value[key] for key in keys):
-            raise wrong(f"file, t and f are not all texts. Allowed: {FORMS}")
+            raise wrong(f"file, t and f must be strings. Allowed: {FORMS}")
         columns = _from_file(_path(value["file"]), value["t"], value["f"], unit)
         return _checked(np.array(columns[0]), np.array(columns[1]), value["file"])
     hint = next((closest(str(key), ("t", "f", "file")) for key in keys - {"t", "f", "file"}), "")
-    raise wrong(f"{shown(dict.fromkeys(value, '...'))} is no force over time.{hint} Allowed: {FORMS}")
+    raise wrong(f"{shown(dict.fromkeys(value, '...'))} is not a valid force over time.{hint} Allowed: {FORMS}")
 
 
 def load_values(load: AbstractLoad) -> Any:

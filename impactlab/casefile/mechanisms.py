@@ -211,7 +211,7 @@ def tolerance_serves(case: CaseBlock) -> None:
     """Refuse a tolerance where a mechanism moves."""
     if case.mechanisms and case.solve.tolerance is not None:
         raise CaseError(
-            f"the automatic choice does not serve mechanisms, and {next(iter(case.mechanisms))!r} is one",
+            f"the automatic choice does not support mechanisms, and {next(iter(case.mechanisms))!r} is one",
             remedy="Give model, integrator midpoint and step instead, and compare with half the step.",
             path="solve.tolerance",
         )

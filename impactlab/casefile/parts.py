@@ -177,7 +177,9 @@ def group_of(field: dataclasses.Field[Any]) -> Group | None:
     for group in GROUPS:
         if group.name == name:
             return group
-    raise PluginError(f"the field {field.name!r} holds a part of {name!r}, which is no group", remedy="Fix the plugin.")
+    raise PluginError(
+        f"the field {field.name!r} holds a part of {name!r}, which is not a group", remedy="Fix the plugin."
+    )
 
 
 def part_model(part: type[Any]) -> type[BaseModel]:

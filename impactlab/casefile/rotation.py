@@ -17,7 +17,9 @@ _RATE = Allowed("rad/s", number=True, nothing=True)
 
 def _read_rate(value: Any) -> Any:
     if isinstance(value, str) and value.rstrip().endswith("Hz"):
-        raise refuse(f"{shown(value)} may count turns or radians. Allowed: a number in rad/s, or a text as '600 rpm'")
+        raise refuse(
+            f"{shown(value)} may count turns or radians. Allowed: a number in rad/s, or a string such as '600 rpm'"
+        )
     return _RATE.read(value)
 
 
@@ -49,7 +51,7 @@ def rotation_of(block: RotationBlock | None, kind: str, path: str) -> Rotation |
     if block.rate is None:
         raise CaseError(
             "this key is missing",
-            remedy="Give the rate in rad/s, or as a text such as '600 rpm'.",
+            remedy="Give the rate in rad/s, or as a string such as '600 rpm'.",
             path=f"{path}.rate",
         )
     if block.axis_at is None:
@@ -61,7 +63,7 @@ def rotation_of(block: RotationBlock | None, kind: str, path: str) -> Rotation |
     if kind == "rod":
         if block.plane is not None:
             raise CaseError(
-                f"plane {block.plane!r} is one of beams, and a rod that turns moves along the radius only",
+                "`plane` applies only to beams; a rotating rod moves only along its radius",
                 remedy="Remove it, or describe the body as a beam.",
                 path=f"{path}.plane",
             )

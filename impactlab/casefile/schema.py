@@ -271,7 +271,7 @@ def _gravity(value: Any) -> Any:
     if not isinstance(value, (list, tuple)):
         return _G.read(value)
     if len(value) != 2:
-        raise refuse(f"{shown(value)} is no gravity. Allowed: a number in m/s2, or [x, y] with mechanisms")
+        raise refuse(f"{shown(value)} is not a valid gravity. Allowed: a number in m/s2, or [x, y] with mechanisms")
     return tuple(_G.read(each) for each in value)
 
 
@@ -286,7 +286,7 @@ class CaseBlock(Block):
 
     schema_version: Literal[1] = Field(description="version of the format: 1")
     title: Text = Field(default="", description="title of the case, one line")
-    source: Text = Field(default="", description="where it comes from: a text, or a key of citations.bib")
+    source: Text = Field(default="", description="where it comes from: free text, or a key of citations.bib")
     bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=MAX_REPEAT, description="bodies by name")
     contacts: tuple[ContactBlock, ...] = Field(
         default=(), max_length=MAX_REPEAT, description="pairs of faces that may meet"

@@ -46,7 +46,7 @@ def write_starter(name: str, folder: Path, kind: str = "hammer") -> Path:
     Raises
     ------
     CaseError
-        If there is no such kind, the name is no name for a file, or the file exists.
+        If there is no such kind, the name is not a valid name for a file, or the file exists.
     """
     if kind not in kinds():
         text = f"there is no case like {shown(kind)} to start from. Allowed: {listed(kinds())}"

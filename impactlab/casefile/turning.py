@@ -104,7 +104,7 @@ def _rates(
         if not met:
             raise CaseError(
                 f"this key is missing: '{waiting[0]}' meets no body whose rate is known",
-                remedy="Give the rate in rad/s, or as a text such as '600 rpm'.",
+                remedy="Give the rate in rad/s, or as a string such as '600 rpm'.",
                 path=f"bodies.{waiting[0]}.rotation.rate",
             )
         rates |= met

@@ -48,8 +48,8 @@ def to_si(text: str, unit: str) -> float:
     """
     match = _PATTERN.fullmatch(text.strip()) if len(text) <= MAX_LENGTH else None
     if not takes_texts(unit):
-        why = "it has no unit" if unit == "1" else f"in {unit}, whose n is another option"
-        raise ValueError(f"{shown(text)} is a text; allowed: a plain number ({why})")
+        why = ", without unit" if unit == "1" else f" in {unit}, whose n is another option"
+        raise ValueError(f"{shown(text)} is not a number. Allowed: a plain number{why}")
     allowed = f"allowed: a number in {unit}, or a number and a unit such as {_example(unit)}"
     if match is None:
         comma = "; write the decimal point as '.'" if "," in text else ""

@@ -246,7 +246,9 @@ class EndReader:
         for kind in held:
             if kind not in self.supports:
                 words = closest(str(kind), (*self.supports, load))
-                raise refuse(f"{shown(kind)} is no support of an end of a {self.body}.{words} Allowed: {self.allowed}")
+                raise refuse(
+                    f"{shown(kind)} is not a valid support for an end of a {self.body}.{words} Allowed: {self.allowed}"
+                )
         if len(held) > 1:
             raise refuse(f"{' and '.join(held)} are given for one end. Allowed: {self.allowed}")
         if not held:

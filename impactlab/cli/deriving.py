@@ -18,7 +18,12 @@ def sensitivities(
     ],
     quantities: Annotated[
         str | None,
-        typer.Option("--quantities", metavar="A,B,...", help="What is derived (see plugins).", show_default=False),
+        typer.Option(
+            "--quantities",
+            metavar="A,B,...",
+            help="Quantities to differentiate (`impactlab plugins` lists them).",
+            show_default=False,
+        ),
     ] = None,
     sets: Sets = None,
     method: Method = None,

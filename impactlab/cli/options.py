@@ -22,7 +22,7 @@ CaseFile = Annotated[
         show_default=False,
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output, nothing else there.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Out = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Write history and figures into this folder.", show_default=False),
@@ -35,9 +35,7 @@ Figures = Annotated[
 ]
 Width = Annotated[
     str | None,
-    typer.Option(
-        "--width", metavar="one|two", help="Draw figures for one or two columns of a journal.", show_default=False
-    ),
+    typer.Option("--width", metavar="one|two", help="Figure width: one or two journal columns.", show_default=False),
 ]
 Sets = Annotated[
     list[str] | None,

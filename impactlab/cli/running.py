@@ -46,7 +46,10 @@ def run(
     width: Width = None,
     reference: Annotated[
         bool,
-        typer.Option("--reference", help="Measure errors also where the reference takes ten times the run or 10 s."),
+        typer.Option(
+            "--reference",
+            help="Compute the reference solution and the errors even if this takes over 10 s or ten times the run.",
+        ),
     ] = False,
     metric: Metrics = None,
     as_json: Json = False,

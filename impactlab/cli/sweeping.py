@@ -13,7 +13,12 @@ from impactlab.cli.rooms import axes, console, sweeps
 
 Quantities = Annotated[
     str | None,
-    typer.Option("--quantities", metavar="A,B,...", help="What each run gives (see plugins).", show_default=False),
+    typer.Option(
+        "--quantities",
+        metavar="A,B,...",
+        help="Quantities to record (`impactlab plugins` lists them).",
+        show_default=False,
+    ),
 ]
 Workers = Annotated[int, typer.Option("--workers", metavar="N", min=0, max=1024, help="Processes; 0 runs in this one.")]
 Kept = Annotated[

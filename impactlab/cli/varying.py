@@ -35,9 +35,7 @@ def uncertainty(
         bool,
         typer.Option("--indices/--no-indices", help="Sobol indices; d numbers take d + 2 times the runs."),
     ] = True,
-    failed: Annotated[
-        str, typer.Option("--failed", help="Points without values stop the indices, or leave_out.")
-    ] = "stop",
+    failed: Annotated[str, typer.Option("--failed", help="How to treat failed points: stop, or leave_out.")] = "stop",
     sets: Sets = None,
     method: Method = None,
     variant: Variant = None,
@@ -94,5 +92,5 @@ def _percent(text: str) -> float:
         return float(text)
     except ValueError:
         raise CaseError(
-            f"the percentile {text!r} is no number", path="--percentiles", remedy="Write 5,50,95 or so."
+            f"the percentile {text!r} is not a number", path="--percentiles", remedy="Write 5,50,95 or so."
         ) from None

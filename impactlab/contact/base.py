@@ -16,18 +16,19 @@ def needs_waves(law: str, left: SideFacts, right: SideFacts) -> None:
     for side, facts in (("left", left), ("right", right)):
         if facts.kind == "mechanism":
             raise PairingError(
-                f"law {law!r} needs the waves that run along a body to its face, and the {side} face is one of a "
-                "mechanism, which all its links move",
+                f"law {law!r} needs the waves that run along a body to its face, and the {side} face belongs to a "
+                "mechanism, all of whose links move it",
                 remedy="Use law hertz, velocity_complementarity or energy_conserving.",
             )
 
 
 class AbstractContactLaw(ABC):
-    """A contact law: the force of one contact in one step. To write one, supply `respond`, sources and class facts.
+    """A contact law: the force of one contact in one step.
 
-    `respond` is a plain function of two records, compiled by numba unless ``compiled`` is False: floats and ``math``
-    only. It may be evaluated often in a step. A law is a frozen dataclass; its fields, made by `option`, are options of
-    a case file, and the first line of its docstring is shown in listings.
+    To write one, supply `respond`, sources and class facts. `respond` is a plain function of two records, compiled by
+    numba unless ``compiled`` is False: floats and ``math`` only. It may be evaluated often in a step. A law is a frozen
+    dataclass; its fields, made by `option`, are options of a case file, and the first line of its docstring is shown in
+    listings.
     """
 
     needs: ClassVar[frozenset[Level]]  # compliances that `respond` uses; continuous bodies have none per impulse
@@ -37,29 +38,38 @@ class AbstractContactLaw(ABC):
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
     trial_at_end: ClassVar[bool] = False  # True: its trial force is that of the end of the step, not of where it acts
     fixed_step: ClassVar[bool] = False  # True: no step is cut at an event
-    why_fixed: ClassVar[str] = "counts on steps of one length"  # why, in words after the name of the law
+    why_fixed: ClassVar[str] = "needs a constant step"  # why, in words after the name of the law
     hard: ClassVar[bool] = False  # True: an approximation of the hard unilateral contact, which then is its reference
     moves_faces: ClassVar[bool] = False  # True: the force is found from the motion that it changes; a face must yield
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, under which some schemes gain energy
     smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; steps may have any length
     two_sided: ClassVar[bool] = False  # True: a link, joined from t = 0, whose force has either sign
     noted: ClassVar[tuple[Noted, ...]] = ()  # counts in its memory that a run reports as warnings
-    why_failed: ClassVar[str] = "a contact law gave no answer"  # text of the StepError after a failed reply
+    why_failed: ClassVar[str] = "the contact law did not return a force"  # text of the StepError after a failed reply
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where none is known
     exact_remedy: ClassVar[str] = ""  # the option that makes it linear between changes of branch, without a full stop
     gain_remedy: ClassVar[str] = ""  # remedy of a run that gained too much; "" where a smaller step or softness helps
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        """Return constants, first memory and readings; raise `PairingError` where the law cannot serve the sides."""
+        """Return constants, first memory and readings.
+
+        Raise `PairingError` where the law does not support the sides.
+        """
         return Start()
 
     @staticmethod
     @abstractmethod
     def respond(port: Port, reply: Reply) -> None:
-        """Write the reply of one step: force [N] or impulse [N s], signed trial force, phase, energies, memory."""
+        """Write the reply of one step.
+
+        It has a force [N] or an impulse [N s], the signed trial force, the phase, energies and the memory.
+        """
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:
-        """Return the law that acts on these sides; raise `PairingError` where a face is massless, as here."""
+        """Return the law that acts on these sides.
+
+        Raise `PairingError` where a face is massless, as here.
+        """
         if left.flexibility + right.flexibility > 0.0:
             kind = left.kind if left.flexibility > 0.0 else right.kind
             text = f"this law cannot press on a massless face, and the {kind} has one"
@@ -71,44 +81,60 @@ class AbstractContactLaw(ABC):
         return False
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
-        """Return the stiffness [N/m] that an explicit step must resolve; 0 where there is none or none is known."""
+        """Return the stiffness [N/m] that an explicit step must resolve.
+
+        It is 0 where there is none or none is known.
+        """
         spring = self.spring(left, right, dt)
         return 0.0 if spring is None else spring[0]
 
     def closed_gains(self, start: Start) -> tuple[float, float] | None:
-        """Return force per overlap [N/m] and push per gap of a law F = S - gap/g that pushes (see `closed_limit`)."""
+        """Return force per overlap [N/m] and push per gap of a pushing law.
+
+        Its force is F = S - gap/g (see `closed_limit`).
+        """
         return None
 
     def power_force(self, start: Start) -> PowerForce | None:
-        """Return the law where it is K d^n of the overlap alone, which rows of beads take at little cost; else None.
+        """Return the law where it is K d^n of the overlap alone, else None.
 
-        It must be the force of `respond` in a scheme whose forces act at the start of the step.
+        Rows of beads take it at little cost. It must be the force of `respond` in a scheme whose forces act at the
+        start of the step.
         """
         return None
 
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float] | None:
-        """Return stiffness [N/m] and damping [N s/m] of a constant spring and dashpot, which runs exactly on waves."""
+        """Return stiffness [N/m] and damping [N s/m] of a constant spring and dashpot.
+
+        Such a law runs exactly on waves. None for any other law.
+        """
         return None
 
     def branches(self) -> Branches | None:
-        """Return the table of a law that is linear between changes of branch, which runs exactly on waves; else None.
+        """Return the table of a law that is linear between changes of branch, else None.
 
-        A law with a value here has no `spring`.
+        It runs exactly on waves. A law with a value here has no `spring`.
         """
         return None
 
     @property
     def is_spring(self) -> bool:
-        """Whether the law is a constant spring and dashpot, solved from event to event on continuous rods."""
+        """Whether the law is a constant spring and dashpot.
+
+        On continuous rods it is solved from event to event.
+        """
         return type(self).spring is not AbstractContactLaw.spring
 
     def divided(self, pieces: float) -> AbstractContactLaw:
-        """Return the law of one of several equal pieces that share its totals; raise `PairingError` where none can."""
+        """Return the law of one of several equal pieces that share its totals.
+
+        Raise `PairingError` where the law cannot be divided.
+        """
         text = "this law cannot be shared between pieces"
         raise PairingError(text, remedy="Use a law of totals, such as smith, elastic_plastic or slack.")
 
     def set_of(self, memory: Sequence[float]) -> float | None:
-        """Return the permanent deformation [m] from the memory of a law; None where it has none."""
+        """Return the permanent deformation [m] from the memory of a law, or None."""
         return None
 
     @property
@@ -117,13 +143,19 @@ class AbstractContactLaw(ABC):
         return type(self).set_of is not AbstractContactLaw.set_of
 
     def stiffness_at(self, overlap: float, left: SideFacts, right: SideFacts) -> float | None:
-        """Return the tangent stiffness [N/m] at an overlap [m]; inf of a hard law, None where it is not known."""
+        """Return the tangent stiffness [N/m] at an overlap [m].
+
+        It is inf for a hard law, and None where it is not known.
+        """
         spring = self.spring(left, right, math.nan)
         return math.inf if self.hard else None if spring is None else spring[0]
 
     @property
     def force_jumps(self) -> bool:
-        """Whether the force jumps when the faces meet at a speed, as that of a dashpot or of a hard contact."""
+        """Whether the force jumps when the faces meet at a speed.
+
+        That of a dashpot or of a hard contact does.
+        """
         return self.hard
 
     def restitutions(self) -> Restitution | None:

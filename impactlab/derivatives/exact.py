@@ -81,9 +81,11 @@ def solved_with(case: Case, parameters: Sequence[Parameter]) -> Solved:
     """Return the exact run of a case with its tangents by parameters."""
     base = network(case)
     if len(base.log.names):
-        raise CaseError("tangents do not serve laws that change their branch", remedy="Take differences of runs.")
+        raise CaseError(
+            "tangents are not available for laws that change their branch", remedy="Take differences of runs."
+        )
     if base.log.junctions["loaded"].any():
-        raise CaseError("tangents do not serve forces over time", remedy="Take differences of runs.")
+        raise CaseError("tangents are not available for forces over time", remedy="Take differences of runs.")
     beside = [lambda value, of=each: network(of.case(case, value)).log for each in parameters]
     found = rates(base.log, beside, [each.value for each in parameters], [each.scale for each in parameters])
     return solve(lambda: build(*base.run), found)

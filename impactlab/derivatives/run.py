@@ -56,7 +56,7 @@ def sensitivities(
     Raises
     ------
     CaseError, PluginError, StepError
-        If a path is no number, a quantity is not known, or the run fails.
+        If a path does not lead to a number, a quantity is not known, or the run fails.
     """
     expect_case(case, "sensitivities")
     read = read_parameters(case, parameters)
@@ -85,7 +85,7 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
     Raises
     ------
     CaseError
-        If a path is no number, the channel is not known, or the run is not exact.
+        If a path does not lead to a number, the channel is not known, or the run is not exact.
     """
     expect_case(case, "jacobian")
     read = read_parameters(case, parameters)
@@ -160,7 +160,7 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
     elif math.isnan(middle):
         by, reason = WITHHELD, "" if math.isnan(value) else "the sequence of contacts changes on both sides"
     elif math.isnan(below) or math.isnan(above):
-        reason = f"from {'above' if math.isnan(below) else 'below'} only"
+        reason = f"one-sided derivative (from {'above' if math.isnan(below) else 'below'} only)"
     if by == WITHHELD:
         middle = math.nan
     return Sensitivity(

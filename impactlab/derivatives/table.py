@@ -44,7 +44,7 @@ class Sensitivity(NamedTuple):
 
 
 MAX_NAMED = 3  # quantities that a note lists
-COLUMNS = ("quantity", "parameter", "value", "derivative", "d ln/d ln", "error", "found", "same contacts between")
+COLUMNS = ("quantity", "parameter", "value", "derivative", "d ln/d ln", "error", "found", "same contacts for")
 
 
 @dataclass(frozen=True)
@@ -118,20 +118,39 @@ def _number(value: float, digits: int = 6) -> str:
     return "" if math.isnan(value) else f"{value:.{digits}g}"
 
 
+def _per(unit: str, by: str) -> str:
+    """Return the unit of a derivative; the units of numbers without one are empty."""
+    if not by:
+        return unit
+    above, _, below = (unit or "1").partition("/")
+    if " " in by or "/" in by:
+        return f"{unit or '1'}/({by})"
+    return f"{above}/({below} {by})" if below else f"{above}/{by}"
+
+
+def _interval(lower: float, upper: float, unit: str) -> str:
+    """Return an interval in words; empty where an end is not known."""
+    if math.isnan(lower) or math.isnan(upper):
+        return ""
+    if math.isinf(lower) and math.isinf(upper):
+        return "any value"
+    low, high = _number(lower), _number(upper)
+    words = f"below {high}" if math.isinf(lower) else f"above {low}" if math.isinf(upper) else f"{low} to {high}"
+    return f"{words} {unit}".rstrip()
+
+
 def _cells(row: Sensitivity) -> tuple[str, ...]:
-    per = f"{row.unit or '1'}/({row.parameter_unit or '1'})"
-    derivative = f"{_number(row.derivative)} {per}"
+    unit, parameter_unit = ("" if each == "1" else each for each in (row.unit, row.parameter_unit))
+    derivative = f"{_number(row.derivative)} {_per(unit, parameter_unit)}".rstrip()
     if math.isnan(row.derivative):
         derivative = " | ".join(_number(side) for side in (row.below, row.above) if not math.isnan(side)) or "-"
-    known = not math.isnan(row.lower)
-    between = f"{_number(row.lower)} and {_number(row.upper)} {row.parameter_unit}".rstrip() if known else ""
     return (
         row.name,
         row.parameter,
-        f"{_number(row.value)} {row.unit}".rstrip(),
+        f"{_number(row.value)} {unit}".rstrip(),
         derivative,
         _number(row.logarithmic),
         _number(row.error, 1),
         row.found,
-        between,
+        _interval(row.lower, row.upper, parameter_unit),
     )

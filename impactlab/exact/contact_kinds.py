@@ -50,7 +50,7 @@ def bond(scene: Scene, method: Method, number: int) -> Bond:
     if constants is None or not all(math.isfinite(value) for value in constants):
         change = law.exact_remedy or "Use wave_identification, addition_deletion or penalty"
         raise PairingError(
-            f"contact {contact.name}: the exact solution serves hard contacts, constant springs with dashpots, and "
+            f"contact {contact.name}: the exact solver supports hard contacts, constant springs with dashpots, and "
             f"laws that are linear between changes of branch; '{kind_of(law)}' as it is given is none of them",
             remedy=f"{change}, or a model that steps.",
             path=f"contacts.{number}.law",
@@ -70,14 +70,12 @@ def massless(scene: Scene, point: Point) -> bool:
 def check(scene: Scene, method: Method) -> list[Bond]:
     """Return the bonds of all contacts; raises `CaseError` or `PairingError`, with path and remedy."""
     if not rods_of(scene):
-        raise CaseError(
-            "the scene has no rod, and the exact solution is one of waves in rods", path="bodies", remedy="Add a rod."
-        )
+        raise CaseError("the scene has no rod; the exact solver needs one", path="bodies", remedy="Add a rod.")
     for any_body in scene.bodies.values():
         if any_body.rotation is not None:
             raise CaseError(
-                f"'{any_body.name}' turns at {any_body.rotation.rate:.6g} rad/s, which disperses its waves, and the "
-                "exact solution is one of waves that keep their shape",
+                f"'{any_body.name}' turns at {any_body.rotation.rate:.6g} rad/s, which disperses its waves; the "
+                "exact solver needs waves that keep their shape",
                 path=f"bodies.{any_body.name}.rotation",
                 remedy="Use finite_element or modal.",
             )
@@ -102,7 +100,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
         sides = (contact.left, contact.right)
         if any(scene.bodies[point.body].bends for point in sides):
             raise CaseError(
-                f"contact {contact.name} meets a beam, and the exact solution is one of waves in rods",
+                f"contact {contact.name} meets a beam; the exact solver supports only rods",
                 path=path,
                 remedy="Use a model that steps.",
             )

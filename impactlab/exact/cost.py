@@ -52,7 +52,7 @@ def spent(log: Log) -> float:
 
 
 def predicted_s(scene: Scene, method: Method) -> float:
-    """Return the predicted seconds of `impactlab.exact.solve.solve`; raises `CaseError` where it does not serve."""
+    """Return the predicted seconds of `impactlab.exact.solve.solve`; raises `CaseError` where it does not apply."""
     return begin(scene, method).predicted_s
 
 
@@ -62,7 +62,7 @@ def begin(scene: Scene, method: Method) -> Begun:
     Raises
     ------
     CaseError, PairingError
-        Where the solver does not serve.
+        Where the solver does not support the scene.
     """
     began = clock.perf_counter()
     layout, log = build(scene, method)

@@ -111,14 +111,14 @@ def check_loads(scene: Scene) -> None:
             lines = load.lines(scene.duration)
             if lines is None:
                 raise CaseError(
-                    f"the force over time on '{name}' is a formula, and the exact solution serves straight lines",
+                    f"the force over time on '{name}' is a formula; the exact solver supports only straight lines",
                     path=path,
                     remedy="Give a table {t: [...], f: [...]}, or use finite_element or modal.",
                 )
             if lines > MAX_LINES:
                 raise CaseError(
-                    f"the force over time on '{name}' has {lines} straight lines within the run, and the exact "
-                    f"solution serves up to {MAX_LINES}",
+                    f"the force over time on '{name}' has {lines} straight lines within the run; the exact "
+                    f"solver supports up to {MAX_LINES}",
                     path=path,
                     remedy="Give fewer samples, or use finite_element or modal.",
                 )

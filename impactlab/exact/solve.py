@@ -49,7 +49,7 @@ def network(scene: Scene, method: Method) -> tuple[Layout, Log]:
 
 
 def serves(scene: Scene, method: Method) -> str | None:
-    """Return None if `solve` serves the bodies, contacts and laws, else the reason in one sentence."""
+    """Return None if `solve` supports the bodies, contacts and laws, else the reason in one sentence."""
     try:
         built(scene, method)
     except (CaseError, PairingError) as error:
@@ -78,7 +78,7 @@ def solve(
     Raises
     ------
     CaseError, PairingError
-        Before the start, for a scene that the solver does not serve.
+        Before the start, for a scene that the solver does not support.
     StepError
         If events or pieces accumulate without limit; carries the history so far.
 

@@ -26,7 +26,7 @@ def factor_of(unit: str, wanted: str) -> float:
     if wanted == "1":
         if unit in FRACTIONS:
             return FRACTIONS[unit]
-        raise CaseError(f"{shown(unit)} is no unit of a strain", remedy=f"Write one of {', '.join(FRACTIONS)}.")
+        raise CaseError(f"{shown(unit)} is not a unit of strain", remedy=f"Write one of {', '.join(FRACTIONS)}.")
     try:
         return to_si(f"1 {unit}", wanted)
     except ValueError as error:

@@ -42,7 +42,7 @@ def read_signals(file: str | Path, channels: Mapping[str, str]) -> list[Signal]:
     Raises
     ------
     CaseError
-        If the file cannot be read, a column has no unit, or a cell is no number; names file and line.
+        If the file cannot be read, a column has no unit, or a cell is not a number; names file and line.
     ExtraError
         For a NetCDF file without xarray and h5netcdf: ``pip install 'impactlab[data]'``.
     """
@@ -163,7 +163,7 @@ class _Csv:
                 found.append(float(row[number]))
             except ValueError:
                 text = row[number] if number < len(row) else ""
-                why = f"{shown(text)} is no number" if len(row) == count else f"{len(row)} cells, {count} columns"
+                why = f"{shown(text)} is not a number" if len(row) == count else f"{len(row)} cells, {count} columns"
                 raise CaseError(
                     why, line=line, path=heading, remedy="Write a decimal point, and commas between columns only."
                 ) from None

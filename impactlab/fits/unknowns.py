@@ -65,7 +65,7 @@ def unknown(case: Case, path: str, bounds: Any) -> Unknown:
     try:
         low, high = bounds
     except (TypeError, ValueError):
-        raise CaseError(f"{bounds!r} is no pair of bounds", path=path, remedy="Give (lower, upper).") from None
+        raise CaseError(f"{bounds!r} is not a pair of bounds", path=path, remedy="Give (lower, upper).") from None
     ends = [_number(end, parameter.unit, path) for end in (low, high)]
     if not ends[0] < ends[1]:
         raise CaseError(f"bounds {low} and {high}", path=path, remedy="Give the lower one first.")
@@ -112,7 +112,7 @@ def _number(given: Any, unit: str, path: str) -> float:
             found = to_si(str(given), unit)
         except ValueError as error:
             raise CaseError(
-                f"{shown(str(given))}: {error}", path=path, remedy="Give a number, or a text such as 10 us."
+                f"{shown(str(given))}: {error}", path=path, remedy="Give a number, or a string such as 10 us."
             ) from None
     if not math.isfinite(found):
         raise CaseError(f"{given} is not finite", path=path, remedy="Give a finite number, or 'free'.")

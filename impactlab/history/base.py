@@ -1,4 +1,4 @@
-"""History of a run, stepped or exact: channels at any time, events, contact periods, energies, warnings, cost."""
+"""History of a run, stepped or exact: channels, events, contact periods, energies, warnings, cost."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class ContactSpan(NamedTuple):
 
 
 class BranchChange(NamedTuple):
-    """A change of branch of a law that is linear between such changes: it yields, unloads, opens."""
+    """A change of branch of a piecewise linear law: it yields, unloads, opens."""
 
     time: float  # s
     contact: str
@@ -63,7 +63,7 @@ class BranchChange(NamedTuple):
 
 
 class LinkResult(NamedTuple):
-    """Results of a link, or of all links of one name: forces, permanent set, energy taken."""
+    """Results of a link, or of all of one name: forces, permanent set, energy taken."""
 
     name: str
     pieces: int
@@ -239,12 +239,18 @@ class AbstractHistory(Views, ABC):
         """Return the instants (n,) [s] at which a channel jumps; empty where it is continuous."""
 
     def largest(self, channel: str) -> float:
-        """Return the largest value of a channel in the run, as a rule that at equal instants."""
+        """Return the largest value of a channel in the run.
+
+        As a rule it is the largest at equal instants.
+        """
         return float(np.max(self.evaluate(np.linspace(0.0, self.duration, LARGEST_SAMPLES), channel)))
 
     @property
     def record_rate(self) -> float:
-        """Records of channels per second, between which channels are not known; inf where they are known everywhere."""
+        """Records of channels per second.
+
+        Between them channels are not known; inf where they are known everywhere.
+        """
         return math.inf
 
     def measured(self, probe: Probe | str | int) -> Measured:
@@ -272,7 +278,7 @@ class AbstractHistory(Views, ABC):
         Raises
         ------
         ImpactlabError
-            If the body is no rod or shaft, x lies outside it, or a channel is missing.
+            If the body is not a rod or a shaft, x lies outside it, or a channel is missing.
         """
         return separated(self.scene, body, x, self.channels(), lambda channel: self.evaluate(t, channel))
 
@@ -300,7 +306,10 @@ class AbstractHistory(Views, ABC):
         return [span for _, span in self._by_contact().get(contact, ())]
 
     def spans_of(self, contacts: Iterable[str]) -> list[ContactSpan]:
-        """Return the periods of contact of several contacts by their names, in the order of ``contacts`` of the run."""
+        """Return the periods of contact of several contacts by their names.
+
+        They are in the order of ``contacts`` of the run.
+        """
         table = self._by_contact()
         found = [numbered for contact in dict.fromkeys(contacts) for numbered in table.get(contact, ())]
         return [span for _, span in sorted(found, key=lambda numbered: numbered[0])]

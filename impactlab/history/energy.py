@@ -25,9 +25,10 @@ DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: a smaller difference of s
 
 @dataclass(frozen=True)
 class EnergyBook:
-    """Energies over the run and the balance inside it (units J; gain and loss are shares of the scale).
+    """Energies over the run and the balance inside it [J].
 
-    The balance is the same in every frame of reference; the scale is that of the bodies' own frame.
+    Gain and loss are shares of the scale. The balance is the same in every frame of reference; the scale is that of the
+    bodies' own frame.
     """
 
     time: Array  # (n,) s, the instants at which energies were taken

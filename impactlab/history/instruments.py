@@ -1,4 +1,4 @@
-"""Measured signals: the signal of a probe as its instrument would give it, from the history of a run.
+"""Measured signals: the signal of a probe as its instrument would give it.
 
 On its way the true signal is averaged over the gauge, low-passed, sampled, given noise, and converted.
 """
@@ -64,14 +64,17 @@ def instrumented(scene: Scene) -> list[tuple[int, Probe]]:
 
 
 def measured_file(number: int) -> str:
-    """Return the name of the table with the measured signal of a probe by its number from 0: measured_1.csv."""
+    """Return the name of the table with the measured signal of a probe, as measured_1.csv.
+
+    Probes are numbered from 0.
+    """
     return f"measured_{number + 1}.csv"
 
 
 def check_rates(scene: Scene, recorded: float, only: Probe | None = None) -> None:
-    """Raise `CaseError` where an instrument, any or that of one probe, is faster than the records of its run.
+    """Raise `CaseError` where an instrument is faster than the records of its run.
 
-    There are ``recorded`` of them per second.
+    It is any instrument, or that of one probe; ``recorded`` is the number of records per second.
     """
     for number, probe in instrumented(scene):
         if only not in (None, probe):
@@ -135,7 +138,10 @@ def measure(history: Recorded, asked: Probe | str | int) -> Measured:
 
 
 def measured_signals(history: Measuring) -> dict[int, Measured]:
-    """Return the measured signals of a history by number of the probe, without those that its records do not give."""
+    """Return the measured signals of a history by number of the probe.
+
+    Those that its records do not give are left out.
+    """
     found = {}
     for number, probe in instrumented(history.scene):
         with suppress(CaseError):  # of a reference with other records

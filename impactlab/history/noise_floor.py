@@ -1,4 +1,4 @@
-"""The noise floor of contacts: touches by rounding, or before any wave can arrive, are no events.
+"""The noise floor of contacts: touches by rounding, or before any wave, are not events.
 
 Faces that rest on each other with a gap of zero touch by rounding, and implicit and modal descriptions move them
 before a wave has arrived. Such touches are left out of events and spans, and a span that began too early begins with

@@ -1,4 +1,7 @@
-"""A sampled history: channels at the instants of a page, fields at its frames; the content of the file of a run."""
+"""A sampled history: channels at the instants of a page, fields at its frames.
+
+It is the content of the file of a run.
+"""
 
 from __future__ import annotations
 

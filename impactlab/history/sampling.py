@@ -1,4 +1,7 @@
-"""The instants at which a page, a table or a file samples a history: equal steps over the whole run."""
+"""The instants at which a page, a table or a file samples a history.
+
+They are equal steps over the whole run.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ def page_times(duration: float, points: int = HISTORY_POINTS) -> NDArray[float64
 
 
 def file_times(duration: float, channels: int, points: int = HISTORY_POINTS) -> NDArray[float64]:
-    """Return the instants of a file [s]: fewer where it holds thousands of channels, as of a chain of many bodies."""
+    """Return the instants of a file [s].
+
+    There are fewer where it holds thousands of channels, as of a chain of many bodies.
+    """
     return page_times(duration, min(points, max(MIN_POINTS, MAX_NUMBERS // max(1, channels))))
 
 

@@ -74,7 +74,9 @@ class Views:
         return made
 
     def jacobian(self, channel: str, times: ArrayLike, parameters: Sequence[str]) -> Array:
-        """Return the derivatives of a channel of an exact run by numbers of its case, shape (times, parameters), in SI.
+        """Return the derivatives of a channel of an exact run by numbers of its case.
+
+        The shape is (times, parameters), in SI.
 
         Parameters
         ----------
@@ -88,7 +90,7 @@ class Views:
         Raises
         ------
         CaseError
-            If the run is not exact, a path is no number, or the channel is not known.
+            If the run is not exact, a path does not lead to a number, or the channel is not known.
         """
         made: Array = above("derivatives").jacobian(self.case, channel, times, parameters)
         return made

@@ -56,7 +56,7 @@ class Specimen:
             value = getattr(self, name)
             if not (value > 0.0 and math.isfinite(value)):
                 raise ImpactlabError(
-                    f"{name} of the specimen is {value:.6g} m, and it has to be above 0", remedy="Give it in metres."
+                    f"{name} of the specimen is {value:.6g} m; it must be positive", remedy="Give it in metres."
                 )
 
     @property
@@ -93,7 +93,7 @@ class Test:
 
     def __post_init__(self) -> None:
         if not self.dt > 0.0:
-            raise ImpactlabError(f"dt is {self.dt:.6g} s, and it has to be above 0", remedy="Give it in seconds.")
+            raise ImpactlabError(f"dt is {self.dt:.6g} s; it must be positive", remedy="Give it in seconds.")
         rows = same_length(incident=self.incident, reflected=self.reflected, transmitted=self.transmitted)
         for name, row in zip(("incident", "reflected", "transmitted"), rows, strict=True):
             object.__setattr__(self, name, row)

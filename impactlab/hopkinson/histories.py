@@ -27,14 +27,15 @@ def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion
     Raises
     ------
     ImpactlabError
-        If the body is no rod, or has more than one segment.
+        If the body is not a rod, or has more than one segment.
     """
     bodies = history.scene.bodies
     waves = bodies[name].waves if name in bodies else None
     if waves is None or "strain" not in bodies[name].quantities or len(waves.segments) != 1:
         rods = [each for each, body in bodies.items() if "strain" in body.quantities]
         raise ImpactlabError(
-            f"'{name}' is no rod of one segment", remedy=f"Name one of the rods: {', '.join(rods) or 'there are none'}."
+            f"'{name}' is not a rod with one segment",
+            remedy=f"Name one of the rods: {', '.join(rods) or 'there are none'}.",
         )
     segment = waves.segments[0]
     diameter = math.sqrt(4.0 * segment.area / math.pi)
@@ -44,7 +45,7 @@ def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion
 def sampled(history: AbstractHistory, channel: str, rate: float) -> tuple[float, Array]:
     """Return the time between samples [s] and a channel sampled at ``rate`` [Hz] from t = 0 on, shape (n,)."""
     if not (rate > 0.0 and math.isfinite(rate)):
-        raise ImpactlabError(f"the rate is {rate:.6g} Hz, and it has to be above 0", remedy="Give it in hertz.")
+        raise ImpactlabError(f"the rate is {rate:.6g} Hz; it must be positive", remedy="Give it in hertz.")
     dt = 1.0 / rate
     count = math.floor(history.duration * rate * (1.0 + 1e-12)) + 1
     return dt, history.evaluate(dt * np.arange(count), channel)

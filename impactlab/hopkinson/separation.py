@@ -197,5 +197,5 @@ def _damped_number(bar: Bar, frequency: Array, rate: float) -> NDArray[np.comple
 
 def _distance(name: str, value: float) -> float:
     if not (value > 0.0 and math.isfinite(value)):
-        raise ImpactlabError(f"the {name} is {value:.6g} m, and it has to be above 0", remedy="Give it in metres.")
+        raise ImpactlabError(f"the {name} is {value:.6g} m; it must be positive", remedy="Give it in metres.")
     return value

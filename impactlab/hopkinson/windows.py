@@ -78,7 +78,7 @@ def largest(values: Array, threshold: float) -> float:
     if not 0.0 < threshold < 1.0:
         raise ImpactlabError(
             f"the threshold is {threshold:.6g}, a share of the largest value between 0 and 1",
-            remedy="0.05 serves signals whose noise is below that.",
+            remedy="0.05 suits signals whose noise is below that.",
         )
     peak = float(np.abs(values).max())
     if peak == 0.0:

@@ -19,9 +19,9 @@ class Adaptive(AbstractAdaptive):
     """Adaptive integration (scipy): the step follows from an error estimate, and contact events are located.
 
     The force of a contact is that of its law at the gap and gap rate of the instant, so that any law whose force
-    follows from these two is served, on bodies with constant matrices and on mechanisms. At each touch and opening the
+    follows from these two is allowed, on bodies with constant matrices and on mechanisms. At each touch and opening the
     integration starts again. RK45 and DOP853 are explicit Runge-Kutta pairs of orders 5(4) and 8(5,3); Radau and BDF
-    serve stiff scenes; LSODA switches between both. Without ``absolute_tolerance`` the relative one holds for it too.
+    suit stiff scenes; LSODA switches between both. Without ``absolute_tolerance`` the relative one holds for it too.
     A step given by the case as dt or courant is the longest allowed; points_per_period has no meaning here.
 
     References

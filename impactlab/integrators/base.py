@@ -115,7 +115,10 @@ class AbstractIntegrator(AbstractScheme):
 
     @abstractmethod
     def step(self, system: Operators, dt: float) -> Step:
-        """Return the scheme for one body and a step of dt [s]; raise `PairingError` where it cannot serve the body."""
+        """Return the scheme for one body and a step of dt [s].
+
+        Raise `PairingError` where it does not support the body.
+        """
 
     def prepare(self, system: Operators, ports: Array, dt: float, at_start: Array | None = None) -> Stepper:
         """Return the stepper of one body; ``ports`` (n_ports, n_dof) are the rows along which contacts push it.
@@ -189,8 +192,9 @@ class Problem(NamedTuple):
 class AbstractAdaptive(AbstractScheme):
     """A scheme that chooses its own steps. To write one, supply two methods and ``most_steps``.
 
-    It sees a first-order system (`Problem`) and serves the laws that declare ``smooth``; `impactlab.simulate.adaptive`
-    builds the system, cuts it at the events of contacts, and calls for a new solver after each.
+    It sees a first-order system (`Problem`) and supports the laws that declare ``smooth``.
+    `impactlab.simulate.adaptive` builds the system, cuts it at the events of contacts, and calls for a new solver after
+    each.
     """
 
     most_steps: int  # after which a run ends as failed

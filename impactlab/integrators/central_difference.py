@@ -176,7 +176,8 @@ class CentralDifference(AbstractIntegrator):
     def step(self, system: Operators, dt: float) -> Step:
         if has_coupled_damping(system):
             raise PairingError(
-                "integrator 'central_difference' serves dampers on single coordinates, and this damping couples them",
+                "integrator 'central_difference' supports only dampers on single coordinates, and this damping "
+                "couples them",
                 remedy="Use newmark, or a damping proportional to the mass.",
                 path="solve.integrator",
             )

@@ -116,7 +116,7 @@ class ExactModal(AbstractIntegrator):
     def step(self, system: Operators, dt: float) -> Step:
         if np.count_nonzero(system.damping):
             raise PairingError(
-                "integrator 'exact_modal' serves undamped modes only",
+                "integrator 'exact_modal' supports only undamped modes",
                 remedy="Use newmark, or midpoint where events are located.",
                 path="solve.integrator",
             )

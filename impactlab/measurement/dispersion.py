@@ -223,7 +223,7 @@ def shift(
     values = checked_signal("the signal", signal)
     _positive("dt", dt)
     if not math.isfinite(distance):
-        raise ImpactlabError(f"the distance {distance:.6g} m is no length", remedy="Give a finite distance in metres.")
+        raise ImpactlabError(f"the distance {distance:.6g} m is not finite", remedy="Give a finite distance in metres.")
     count = len(values) if periodic else padded(len(values), dt, distance, bar)
     frequency, kept = in_band(bar, count, dt, band)
     spectrum = np.fft.rfft(values, count)
@@ -317,7 +317,7 @@ def _check_poisson(poisson: float) -> None:
 
 def _positive(name: str, value: float) -> None:
     if not (value > 0.0 and math.isfinite(value)):
-        raise ImpactlabError(f"{name} is {value:.6g}, and it has to be above 0", remedy="Give it in SI units.")
+        raise ImpactlabError(f"{name} is {value:.6g}; it must be positive", remedy="Give it in SI units.")
 
 
 def _within(values: Array, limit: float, name: str, unit: str) -> None:

@@ -147,7 +147,7 @@ class AbstractRodModel(ABC):
         """Return the rod in coordinates, or as a body that steps by itself (`AbstractSelfStepping`).
 
         ``faces`` are the rod's contacts, for descriptions that depend on the places and the partners. Raises
-        `CaseError` where the description cannot serve the rod.
+        `CaseError` where the description does not support the rod.
         """
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:

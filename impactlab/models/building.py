@@ -22,7 +22,7 @@ def build_body(
     Raises
     ------
     CaseError
-        If a body that deforms has no model, or its model cannot serve it.
+        If a body that deforms has no model, or its model does not support it.
     PairingError
         If the model has a theory of rods, and the body is of another kind.
     """
@@ -46,7 +46,7 @@ def build_body(
         return model.build_beam(body, gravity, faces)
     if model.theory and not isinstance(body, Rod):
         raise PairingError(
-            f"theory '{model.theory}' is one of rods, and '{body.name}' is a {body.kind}",
+            f"theory '{model.theory}' applies to rods, but '{body.name}' is a {body.kind}",
             remedy="Use finite_element, modal or continuous for this body.",
             path=f"solve.models.{body.name}",
         )

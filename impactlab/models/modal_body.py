@@ -122,7 +122,7 @@ class ModalBody(AbstractDiscreteModel):
     def arriving(self, face: float, delay: float, speed: Literal["phase", "group"]) -> Array:
         if self._rod.rotation is not None:
             raise PairingError(
-                f"messengers of single modes serve bodies that do not turn, and '{self._rod.name}' turns at "
+                f"messengers of single modes do not support rotating bodies, and '{self._rod.name}' turns at "
                 f"{self._rod.rotation.rate:.6g} rad/s",
                 remedy="Use wave_identification (rods), addition_deletion or penalty.",
                 path=f"bodies.{self._rod.name}.rotation",

@@ -148,7 +148,7 @@ def say_if_compiling(entry: Any) -> None:
     """Log, once in a session, that compiled code is made first, if that of a function is not on disk."""
     if COMPILED and parent_process() is None and not _said and not is_kept(entry):
         _said.append(True)
-        LOG.warning("compiling the loops: once on this machine, up to a minute ...")
+        LOG.warning("compiling code for this kind of run (once per machine, up to a minute) ...")
 
 
 def entered(entry: Any, *arguments: Any) -> Any:

@@ -106,8 +106,8 @@ def match(
     Raises
     ------
     CaseError
-        If signals differ in length, are not finite or not in order of time, a name is no number of the soil, or the
-        head cannot be identified.
+        If signals differ in length, are not finite or not in order of time, a name is not that of a number of the soil,
+        or the head cannot be identified.
 
     References
     ----------

@@ -160,7 +160,7 @@ def soil_path(case: Case, name: str) -> tuple[int, str]:
     blocks = list(_blocks(case))
     if number < 0 or not isinstance(laws.get(blocks[number][0].name), Smith):
         raise CaseError(
-            f"{name!r} is no number of a soil link. Named contacts: {', '.join(names) or 'none'}",
+            f"{name!r} does not name a number of a soil link. Named contacts: {', '.join(names) or 'none'}",
             remedy="Write the name of a contact with the law smith and one of its fields, as toe.capacity.",
             path=name,
         )

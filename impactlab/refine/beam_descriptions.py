@@ -65,7 +65,7 @@ def is_infinite(beam: Beam) -> bool:
 def continuous(asked: Simulation, jumps: bool = False, unchecked: bool = False) -> Description | None:
     """Return the continuous beams, for hard contacts, infinite beams, and where ``jumps`` of a force send fronts.
 
-    None if not served; ``unchecked``, a run may still be refused as it is set up.
+    None if not possible; ``unchecked``, a run may still be refused as it is set up.
     """
     scene, beams = asked.scene, beams_of(asked.scene)
     sheared = [beam for beam in beams if beam.theory == "timoshenko"]
@@ -97,7 +97,7 @@ def continuous(asked: Simulation, jumps: bool = False, unchecked: bool = False) 
 
 
 def can_be_set_up(description: Description) -> bool:
-    """Return whether the parts of a description serve its scene."""
+    """Return whether the parts of a description support its scene."""
     try:
         driver.prepare(*description.simulation(MIN_FINENESS))
     except ImpactlabError:

@@ -58,15 +58,15 @@ def first_guess(scene: Scene, method: Method) -> Simulation:
 def run(scene: Scene, method: Method, progress: Progress | None = None) -> AbstractHistory:
     """Return the history of the cheapest description that keeps the tolerance.
 
-    Where the exact solver serves and no stepped description promises to be much faster, it is taken without a trial.
+    Where the exact solver applies and no stepped description promises to be much faster, it is taken without a trial.
     Else the descriptions are studied in order of their predicted cost: each is run at two levels of fineness, and
     finer until its estimated error, times a safety factor, lies within the tolerance.
 
     Raises
     ------
     CaseError
-        Where no description serves: two masses in hard contact, or an overlap. Where the tolerance is out of reach,
-        with the best that could be reached.
+        Where no description is suitable: two masses in hard contact, or an overlap. Where the tolerance is out of
+        reach, with the best that could be reached.
     StepError
         Where every candidate fails on the way.
     """
@@ -114,13 +114,13 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
 
 
 def studies_of(asked: Simulation) -> tuple[list[Study], str]:
-    """Return a study of every description, and why the exact solver does not serve."""
+    """Return a study of every description, and why the exact solver does not apply."""
     studies, why = in_turn(asked)
     return list(studies), why
 
 
 def in_turn(asked: Simulation, served: tuple[Description | None, str] | None = None) -> tuple[Iterator[Study], str]:
-    """Return a study of every description, each made when it is asked for, and why the exact solver does not serve.
+    """Return a study of every description, each made when it is asked for, and why the exact solver does not apply.
 
     The preferred one is the first; ``served`` is the exact solver where it has been sought.
     """
@@ -329,7 +329,7 @@ def _better(one: tuple[Study, Level], best: tuple[Study, Level], tolerance: floa
 def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
     """Run the next level, the first time one that is coarser, too; estimate errors and set the next fineness.
 
-    The finer one comes first where its modes serve the coarser one.
+    The finer one comes first where its modes are of use to the coarser one.
     """
     description = study.description
     if not description.unit:
@@ -377,7 +377,7 @@ def _stepped(asked: Simulation) -> Iterator[Study]:
 
 
 def _ladder(tried: list[Candidate], others: Iterable[Study], seconds: float, why: str) -> list[Candidate]:
-    """Return the candidates that were tried, those that were not, and why the exact solver does not serve."""
+    """Return the candidates that were tried, those that were not, and why the exact solver does not apply."""
     beside = [candidate(study, None, "not run", longer(study.seconds, seconds)) for study in others]
     return [*tried, *beside, *not_served(why)]
 
@@ -391,7 +391,7 @@ def _nothing_serves(why: str, studies: list[Study]) -> CaseError:
             path="solve.tolerance",
         )
     return CaseError(
-        f"no description serves this scene: {why or 'its contacts have no unique solution'}",
+        f"no description suits this scene: {why or 'its contacts have no unique solution'}",
         remedy="Give the contact a law with a stiffness, or model, integrator and step of your own.",
         path="solve.tolerance",
     )

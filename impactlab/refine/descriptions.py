@@ -74,7 +74,7 @@ def modelled_as(
 
 
 def exact(asked: Simulation) -> Description:
-    """Return the exact solver; raise `CaseError` or `PairingError` where it does not serve."""
+    """Return the exact solver; raise `CaseError` or `PairingError` where it does not apply."""
     waves = modelled_as(asked, Continuous(), None, StepRule(points_per_period=10.0))
     begun = begin(*waves)
     return Description(

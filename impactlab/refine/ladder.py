@@ -54,7 +54,7 @@ def candidate(study: Study, level: Level | None, verdict: Verdict, reason: str) 
 
 
 def not_served(why: str) -> list[Candidate]:
-    """Return the record of the exact solver where it does not serve, for a reason."""
+    """Return the record of the exact solver where it does not apply, for a reason."""
     return [Candidate("continuous, from event to event", None, None, verdict="refused", reason=why)] if why else []
 
 

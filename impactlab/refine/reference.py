@@ -76,7 +76,7 @@ def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S, exact_only
         Seconds of predicted solving that a converged solution may take (`impactlab.refine.cost`): the same scene always
         has the same reference.
     exact_only : bool
-        Whether None is returned where the exact solver does not serve, or does not come to its end.
+        Whether None is returned where the exact solver does not apply, or does not come to its end.
     """
     if any(theories(scene, method)):
         return None

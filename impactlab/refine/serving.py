@@ -1,4 +1,4 @@
-"""Which descriptions serve a scene: those of its bodies, as far as its physics has a unique solution."""
+"""Descriptions that suit a scene: those of its bodies, as far as its physics has a unique solution."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from impactlab.scene.problem import Scene
 
 
 def stepped(asked: Simulation) -> list[Description]:
-    """Return the descriptions that step and serve a scene; none where nothing converges."""
+    """Return the descriptions that step and suit a scene; none where nothing converges."""
     return list(_stepped(asked))
 
 
 def _stepped(asked: Simulation) -> Iterator[Description]:
-    """Give the descriptions that step and serve a scene, each made when it is asked for."""
+    """Give the descriptions that step and suit a scene, each made when it is asked for."""
     if not has_unique_solution(asked):
         return
     if changes(asked.scene):
@@ -32,7 +32,7 @@ def _stepped(asked: Simulation) -> Iterator[Description]:
 
 
 def exact_for(asked: Simulation) -> tuple[Description | None, str]:
-    """Return the exact solver, or None and why it does not serve; a scene with beams needs no reason."""
+    """Return the exact solver, or None and why it does not apply; a scene with beams needs no reason."""
     if beams_of(asked.scene):
         return None, ""
     try:

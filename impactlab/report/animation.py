@@ -119,7 +119,9 @@ def check_target(path: Path) -> None:
     """Raise `ImpactlabError` where no animation can be written: another ending, no folder, no ffmpeg."""
     ending = path.suffix.lower()
     if ending not in RATE:
-        raise ImpactlabError(f"'{path}' is no name of an animation", remedy="Give one that ends in .gif or .mp4.")
+        raise ImpactlabError(
+            f"'{path}' is not a valid file name for an animation", remedy="Give one that ends in .gif or .mp4."
+        )
     if not path.absolute().parent.is_dir():
         raise ImpactlabError(f"there is no folder '{path.absolute().parent}'", remedy="Make it, or give another file.")
     if ending == ".mp4" and shutil.which("ffmpeg") is None:
@@ -142,7 +144,8 @@ def film(history: AbstractHistory) -> tuple[Figure, Step, int]:
     chains = mechanism.chains(scene)
     if not chains and any(body.changes for body in scene.bodies.values()):
         raise ImpactlabError(
-            "a mechanism that is no chain of links has no drawing", remedy="Plot its channels, or the page of the run."
+            "a mechanism that is not a chain of links cannot be drawn",
+            remedy="Plot its channels, or the page of the run.",
         )
     high = 0.47 if chains else 0.24  # of the figure, its upper part
     stage, below = figure.add_axes((0.09, 0.9 - high, wide, high)), figure.add_axes((0.09, 0.115, wide, 0.71 - high))

@@ -82,7 +82,7 @@ def positions(history: AbstractHistory, scene: Scene, name: str) -> Figure:
     """Return the mechanism at the start, where contacts begin, and at the end, with the path of its end between."""
     mechanism = scene.bodies[name]
     if not isinstance(mechanism, Mechanism):
-        raise TypeError(f"{name} is no mechanism")
+        raise TypeError(f"{name} is not a mechanism")
     path = joints(history, mechanism, np.linspace(0.0, history.duration, 200))[:, -1]
     begun = [span.start for span in history.contacts if name in _bodies(scene, span.contact)][:MAX_DRAWN]
     figure, ((axis,),) = grid(1, 1, 3.2, Margins())

@@ -1,6 +1,6 @@
 """Facts of a scene: its rods and beams, the impedance and the striker of a contact.
 
-Laws get the facts of their two sides as `SideFacts`; the impedance and masses here serve checks, warnings and
+Laws get the facts of their two sides as `SideFacts`; the impedance and masses here are for checks, warnings and
 the automatic choice.
 """
 
@@ -46,7 +46,7 @@ def struck_on_ends(scene: Scene) -> bool:
 
 
 def is_coupled(rod: WaveBody) -> bool:
-    """Return whether the rod has inner dampers, which explicit schemes do not serve."""
+    """Return whether the rod has inner dampers, which explicit schemes do not support."""
     return rod.damping.stiffness > 0.0 or any(segment.viscosity > 0.0 for segment in rod.segments)
 
 
@@ -83,7 +83,7 @@ def shortest_transit(scene: Scene) -> float:
 
 
 def is_a_delay_line(scene: Scene) -> bool:
-    """Return whether the stepped delay line serves the rods of a scene."""
+    """Return whether the stepped delay line supports the rods of a scene."""
     rods = rods_of(scene)
     plain = not scene.gravity and not any(rod.is_damped or len(rod.segments) > 1 or rod.rotation for rod in rods)
     return bool(rods) and plain and struck_on_ends(scene)

@@ -41,7 +41,8 @@ def memory_limit() -> float:
         limit = math.nan
     if not 1e6 <= limit <= 1e15:
         raise CaseError(
-            f"IMPACTLAB_MEMORY={given[:40]!r} is no limit of memory", remedy="Give a number of bytes, 1e6 to 1e15."
+            f"IMPACTLAB_MEMORY={given[:40]!r} is not a valid memory limit",
+            remedy="Give a number of bytes, 1e6 to 1e15.",
         )
     return limit
 

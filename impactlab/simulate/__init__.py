@@ -11,5 +11,5 @@ if TYPE_CHECKING:
 
 __all__ = ["Plan", "Progress", "prepare", "run"]
 
-# Rooms below import `impactlab.simulate.pairing` without the step loop.
+# Packages below import `impactlab.simulate.pairing` without the step loop.
 __getattr__ = lazy_names(__name__, {"impactlab.simulate.driver": __all__})

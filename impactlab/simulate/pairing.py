@@ -26,14 +26,14 @@ CONTINUOUS_LAWS = {  # on a rod, on a beam
 
 
 def check_pairs(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Own) -> None:
-    """Raise `PairingError` where an integrator cannot serve the laws or events of a method."""
+    """Raise `PairingError` where an integrator does not support the laws or events of a method."""
     differences = integrator.load_point == 0.0 and integrator.velocity_point == 0.5
     for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(scene, method), strict=True)):
         path = f"contacts.{number}.law"
         if law.needs_second_differences() and not differences:
             raise PairingError(
-                f"restitution in law '{kind_of(law)}' is one of second differences, and '{kind_of(integrator)}' has "
-                "none",
+                f"the restitution of law '{kind_of(law)}' is defined by second differences of position, which "
+                f"integrator '{kind_of(integrator)}' does not have",
                 remedy="Use central_difference, restitution: 0, or law velocity_complementarity.",
                 path=path,
             )
@@ -153,7 +153,7 @@ def check_located(scene: Scene, method: Method, integrator: AbstractIntegrator, 
 
 
 def check_smooth(scene: Scene, method: Method, integrator: AbstractAdaptive, own: Own) -> None:
-    """Raise `PairingError` where an adaptive integrator cannot serve the laws or descriptions of a scene."""
+    """Raise `PairingError` where an adaptive integrator does not support the laws or descriptions of a scene."""
     name = kind_of(integrator)
     others = "midpoint" if changes(scene) else "newmark, central_difference or exact_modal"
     for number, law in enumerate(laws_of(scene, method)):
@@ -183,7 +183,7 @@ def check_ordinary(integrator: AbstractAdaptive, body: str, system: Operators) -
     for fault, has_it in faults:
         if has_it:
             raise PairingError(
-                f"integrator '{kind_of(integrator)}' cannot serve '{body}', which has {fault}",
+                f"integrator '{kind_of(integrator)}' does not support '{body}', which has {fault}",
                 remedy="Use another description of this body, or another integrator.",
                 path="solve.integrator",
             )

@@ -227,7 +227,8 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
     count = int(asked["count"])
     for end in (first, last):
         if not isinstance(end, (int, float)) or isinstance(end, bool):
-            raise CaseError(f"{shown(end)} is no number to begin or end a range", path=path, remedy="List the values.")
+            text = f"{shown(end)} is not a number and cannot begin or end a range"
+            raise CaseError(text, path=path, remedy="List the values.")
     if not 2 <= count <= MAX_RANGE:
         text = f"a range of {count} values; allowed: 2 to {MAX_RANGE}"
         raise CaseError(text, remedy="Give another number of values.", path=path)
@@ -287,7 +288,7 @@ def read_points(file: Path) -> dict[str, list[Any]]:
     for number, heading in enumerate(header):
         named = re.fullmatch(r"\s*([^\s\[]+)\s*(?:\[([^\]]*)\])?\s*", heading)
         if named is None or named[1] in columns:
-            raise CaseError(f"{shown(heading)} is no heading of a column, or stands twice", file=str(file),
+            raise CaseError(f"{shown(heading)} is not a valid column heading, or appears twice", file=str(file),
                             remedy="Write a path of the case, as in: bodies.hammer.mass [kg].")  # fmt: skip
         columns[named[1]] = [_cell(file, line, row, number, named[2] or "") for line, row in enumerate(rows, start=2)]
     return columns

@@ -87,7 +87,7 @@ class Batch:
         return made
 
     def at(self, numbers: Sequence[int] | range) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
-        """Return the values of each quantity at points, and which points are served."""
+        """Return the values of each quantity at points, and which points have values."""
         table, states = self.marcher.results(np.array(numbers, np.int64), self.asked)
         served = (states == points.SERVED) & ~self.refused[np.asarray(numbers)]
         table[~served] = np.nan

@@ -66,7 +66,7 @@ def connected(address: str, made: Sweep, plugins: Mapping[str, str]) -> Iterator
         raise ExtraError("a cluster needs distributed (Dask), not installed", remedy="pip install 'impactlab[cluster]'")
     local = re.fullmatch(r"local:(\d{1,4})", address)
     if local is None and not re.fullmatch(r"(tcp|tls)://[^\s/]+:\d{1,5}", address):
-        text = f"{shown(address)} is no address of a cluster"
+        text = f"{shown(address)} is not a valid address of a cluster"
         raise CaseError(text, path="--cluster", remedy="Write tcp://HOST:PORT of a Dask scheduler, or local:2.")
     if local is not None and not 1 <= int(local[1]) <= MAX_LOCAL:
         text = f"{local[1]} workers on this machine; allowed: 1 to {MAX_LOCAL}"

@@ -186,7 +186,7 @@ def of_stepping(part: AbstractIntegrator) -> Iterator[Measured]:
 
 
 def partners(law: AbstractContactLaw) -> tuple[AbstractIntegrator, AbstractRodModel]:
-    """Return the first integrator and model that serve the law, or raise the last refusal."""
+    """Return the first integrator and model that support the law, or raise the last refusal."""
     refusal: ImpactlabError | None = None
     for integrator in (Newmark(), CentralDifference(), ExactModal()):
         for model in (Modal(None, 40), FiniteElement(40, "lumped")):

@@ -120,6 +120,10 @@ def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stri
             assembly.grow()
         if status in (loop.LAW_FAILED, loop.NOT_FINITE):
             raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
-            text = "a contact law gave no answer" if status == loop.LAW_FAILED else "the energy is not a finite number"
+            text = (
+                "a contact law did not return a force"
+                if status == loop.LAW_FAILED
+                else "the energy is not a finite number"
+            )
             clock = assembly.clock
             raise StepError(text, time=clock.time, step=clock.step, history=history, remedy=SMALLER_STEP) from raised

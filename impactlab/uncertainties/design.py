@@ -38,7 +38,7 @@ class Design(NamedTuple):
 
 
 def check_samples(samples: int, seed: int) -> None:
-    """Raise `CaseError` where samples are no power of two, or the seed is no whole number."""
+    """Raise `CaseError` where samples are not a power of two, or the seed is not a whole number."""
     if isinstance(samples, bool) or not isinstance(samples, kinds.Integral) or samples < MIN_SAMPLES:
         text = f"{samples} samples are too few"
         raise CaseError(text, path="--samples", remedy=f"Give at least {MIN_SAMPLES}, a power of two.")
@@ -47,7 +47,9 @@ def check_samples(samples: int, seed: int) -> None:
         text = f"{samples} samples: Sobol points are balanced in sets of a power of two"
         raise CaseError(text, path="--samples", remedy=f"Give {max(below, MIN_SAMPLES)} or {2 * below}.")
     if isinstance(seed, bool) or not isinstance(seed, kinds.Integral) or not 0 <= seed <= MAX_SEED:
-        raise CaseError(f"{seed} is no seed", path="--seed", remedy=f"Give a whole number from 0 to {MAX_SEED}.")
+        raise CaseError(
+            f"{seed} is not a valid seed", path="--seed", remedy=f"Give a whole number from 0 to {MAX_SEED}."
+        )
 
 
 def design(uncertain: Sequence[Uncertain], samples: int, seed: int, *, indices: bool) -> Design:

@@ -126,7 +126,7 @@ class _Reader:
         elif isinstance(given, Iterable):
             shape = self._table(list(given), None)
         else:
-            raise self._wrong(f"{shown(given)} is no distribution")
+            raise self._wrong(f"{shown(given)} is not a distribution")
         mean, deviation = float(shape.mean()), float(shape.std())
         if not (math.isfinite(mean) and math.isfinite(deviation)):
             raise self._wrong("a distribution without a finite mean and deviation")
@@ -140,7 +140,7 @@ class _Reader:
         called = re.fullmatch(r"\s*([A-Za-z_]+)\s*\((.*)\)\s*", text, flags=re.DOTALL)
         if called is None or called[1] not in NAMES:
             near = closest(called[1], NAMES) if called else ""
-            raise self._wrong(f"{shown(text)} is no distribution.{near}")
+            raise self._wrong(f"{shown(text)} is not a distribution.{near}")
         name, parts = called[1], [part.strip() for part in called[2].split(",")]
         if name == "table":
             return self._of_table(parts)
@@ -197,7 +197,7 @@ class _Reader:
             return self._of_file(Path(parts[0]), parts[1] if len(parts) > 1 else "")
         pairs = [[side.strip() for side in part.split(":")] for part in parts]
         if not all(all(pair) for pair in pairs) or {len(pair) for pair in pairs} not in ({1}, {2}):
-            raise self._wrong(f"{shown(', '.join(parts))} is no table", f"Write {NAMES['table']}.")
+            raise self._wrong(f"{shown(', '.join(parts))} is not a valid table", f"Write {NAMES['table']}.")
         return self._table([pair[0] for pair in pairs], [pair[1] for pair in pairs] if len(pairs[0]) == 2 else None)
 
     def _of_file(self, file: Path, column: str) -> Shape:

@@ -89,7 +89,7 @@ def uncertainty(
     check_samples(samples, seed)
     percents = _percents(percentiles)
     if failed not in (STOP, LEAVE_OUT):
-        text = f"{shown(failed)} is no way to treat points without values.{closest(failed, (STOP, LEAVE_OUT))}"
+        text = f"{shown(failed)} is not a way to treat points without values.{closest(failed, (STOP, LEAVE_OUT))}"
         raise CaseError(text, path="--failed", remedy=f"Give {STOP} or {LEAVE_OUT}.")
     uncertain = read_uncertain(case, vary)
     made = design(uncertain, samples, seed, indices=indices)

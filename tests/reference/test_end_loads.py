@@ -292,7 +292,7 @@ def test_exact_a_sine_of_many_lines_and_the_limit() -> None:
     many = {"t": np.linspace(0.0, 2 * T, 2002), "f": np.linspace(0.0, 1.0, 2002)}
     with pytest.raises(CaseError, match="has 2001 straight lines within the run"):
         il.run(pushed(many, model=model, dt=None))
-    with pytest.raises(CaseError, match="is a formula, and the exact solution serves straight lines"):
+    with pytest.raises(CaseError, match="is a formula; the exact solver supports only straight lines"):
         il.run(pushed(SINE, model=model, dt=None))
 
 

@@ -309,8 +309,8 @@ def test_signals_that_cannot_be_matched(on_160: il.Case, time: Any, text: str, r
 @pytest.mark.parametrize(
     ("free", "text"),
     [
-        (["tip.capacity"], "'tip.capacity' is no number of a soil link. Named contacts: shaft, toe"),
-        (["contacts.0.law.stiffness"], "is no number of a soil link"),
+        (["tip.capacity"], "'tip.capacity' does not name a number of a soil link. Named contacts: shaft, toe"),
+        (["contacts.0.law.stiffness"], "does not name a number of a soil link"),
         (["toe.tension"], "'tension' is not fitted to signals. Allowed: capacity, quake, damping"),
         ([], "no number to fit"),
     ],

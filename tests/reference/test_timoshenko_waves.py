@@ -250,7 +250,7 @@ def test_the_step_fits_the_contact_and_both_grids() -> None:
 def test_what_it_does_not_know_is_refused() -> None:
     case = scene(beam(), 2e-7, 1e-5)
     for change, told in (
-        ({"gravity": -9.81}, "serves no gravity"),
+        ({"gravity": -9.81}, "does not support gravity"),
         ({"probes": (Probe("beam", 0.1, "stress"),)}, "no stress at"),
         ({"step": StepRule(dt=1e-5)}, "beyond the stability limit"),
         ({"events": "located"}, "continuous beam 'beam' has one step length"),
@@ -259,7 +259,7 @@ def test_what_it_does_not_know_is_refused() -> None:
             prepare(*case.but(**change))
         assert caught.value.remedy
     for change, told in (
-        ({"tension": 5.0}, "serves no tension"),
+        ({"tension": 5.0}, "does not support tension"),
         ({"segments": beam().segments * 2}, "second segment"),
     ):
         with pytest.raises(ImpactlabError, match=told):

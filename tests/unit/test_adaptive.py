@@ -425,7 +425,7 @@ def test_a_given_step_is_the_longest() -> None:
         assert bound.cost.steps >= bound.duration / longest > free.cost.steps
 
 
-@pytest.mark.parametrize(("raises", "says"), [(False, "gave no answer"), (True, "ValueError: too deep for me")])
+@pytest.mark.parametrize(("raises", "says"), [(False, "did not return a force"), (True, "ValueError: too deep for me")])
 def test_a_law_that_fails_ends_the_run_with_what_was_reached(raises: bool, says: str) -> None:
     with pytest.raises(StepError, match=says) as failed:
         run(*ball(Failing(raises), 0.1, integrator=Adaptive("RK45", 1e-9)))

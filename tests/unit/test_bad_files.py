@@ -140,7 +140,7 @@ def test_what_is_no_file_is_refused(path: str) -> None:
         (["--repeats", "100000000"], "--repeats"),
         (["--repeats", "1" + "0" * 30], "--repeats"),
         (["--jobs", "1000000"], "--jobs"),
-        (["--from", "/dev/zero"], "'/dev/zero' is no regular file"),
+        (["--from", "/dev/zero"], "'/dev/zero' is not a regular file"),
         (["--from", "."], "is a folder"),
         (["--grid", "/dev/zero"], "/dev/zero"),
     ],
@@ -162,7 +162,7 @@ def test_the_limit_of_memory_can_be_raised(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("IMPACTLAB_MEMORY", "1e8")
     refused(["check", str(file)], "take about 22.4 MB. Allowed: 10 MB")
     monkeypatch.setenv("IMPACTLAB_MEMORY", "a lot")
-    refused(["check", str(file)], "IMPACTLAB_MEMORY='a lot' is no limit of memory")
+    refused(["check", str(file)], "IMPACTLAB_MEMORY='a lot' is not a valid memory limit")
     file.write_text(GOOD.replace("points_per_period: 10}", "dt: 1.0e-12}\n  records: 10000000"), encoding="utf-8")
     monkeypatch.setenv("IMPACTLAB_MEMORY", "1e9")
     refused(["check", str(file)], "solve.records: 1e+07 records of 9 numbers take about 1.44 GB. Allowed: 900 MB")

@@ -40,7 +40,7 @@ EDITS = [
         "a first or last sample of 0",
     ),
     ("{t: [1.0e-4, 1.0e-2], f: [1, 10]}", "the samples begin at 0.0001 s", "a first or last sample of 0"),
-    ("{t: [0, 1], g: [0, 1]}", "is no force over time", "a formula of t", "{t: [...], f: [...]}"),
+    ("{t: [0, 1], g: [0, 1]}", "is not a valid force over time", "a formula of t", "{t: [...], f: [...]}"),
     ("1e4/t", "not a finite number at t = 0 s", "Correct the formula"),
     ("1e4*tan(t)", "the formula calls 'tan'", "functions allowed: abs, cos, exp, sin, sqrt"),
     ("1e4*x*t", "the formula names 'x'", "allowed: numbers, t, pi"),

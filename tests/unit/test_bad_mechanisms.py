@@ -105,7 +105,7 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     ({f"{LINKS}.0.drive": {"rate": 30.0, "within": 0.0}}, f"{LINKS}.0.drive.within", "0 s is out of range", "Fix"),
     ({f"{LINKS}.0.angle": "60 m"}, f"{LINKS}.0.angle", "a unit of another dimension", "Fix the value"),
     ({"mechanisms.press.end": {"slide": math.nan}}, "mechanisms.press.end", "nan is not a finite number", "Fix"),
-    ({"contacts.0.along": "z"}, "contacts.0.along", "'z' is no direction. Allowed: x, y, or [cos, sin]", "Fix"),
+    ({"contacts.0.along": "z"}, "contacts.0.along", "'z' is not a direction. Allowed: x, y, or [cos, sin]", "Fix"),
     (
         {"contacts.0.between": ["rod.at(0.5)", "block"]},
         "contacts.0.between.0",
@@ -137,7 +137,7 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     (
         {"gravity": [0.0, 0.0, -9.81]},
         "gravity",
-        "a list of 3 is no gravity. Allowed: a number in m/s2, or [x, y]",
+        "a list of 3 is not a valid gravity. Allowed: a number in m/s2, or [x, y]",
         "Fix the value",
     ),
     ({**NO_MECHANISM, "gravity": [0.0, -9.81]}, "gravity", "and this case has none", "Give a number"),
@@ -166,7 +166,7 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     (
         {"solve": {"duration": 1.0e-3, "tolerance": 1.0e-2}},
         "solve.tolerance",
-        "the automatic choice does not serve mechanisms, and 'press' is one",
+        "the automatic choice does not support mechanisms, and 'press' is one",
         "half the step",
     ),
     *(
@@ -223,7 +223,7 @@ def test_a_scheme_for_constant_matrices_is_refused(kind: str) -> None:
 @pytest.mark.parametrize(
     ("law", "text"),
     [
-        ({"kind": "wave_identification"}, "which all its links move"),
+        ({"kind": "wave_identification"}, "all of whose links move it"),
         ({"kind": "wave_initialised"}, "law 'wave_initialised' needs the waves that run along a body"),
         ({"kind": "nitsche"}, "law 'nitsche' needs the waves"),
         ({"kind": "impedance_residual"}, "law 'impedance_residual' needs the waves"),

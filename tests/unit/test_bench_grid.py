@@ -42,7 +42,7 @@ def test_a_grid_extends_the_common_one(tmp_path: Path) -> None:
     extended = read_grid(written(tmp_path, own))
     assert [each.name for each in extended] == [*(each.name for each in common), "spring"]
     assert extended[0].sibling_of == "spring"  # in place of the common one of that name
-    with pytest.raises(CaseError, match="'others' is no grid to extend"):
+    with pytest.raises(CaseError, match="'others' is not a grid that can be extended"):
         read_grid(written(tmp_path, own.replace("builtin", "others")))
 
 

@@ -97,7 +97,10 @@ def test_a_block_without_a_kind_is_no_basis(tmp_path, given, shown):
 @pytest.mark.parametrize(
     ("model", "text"),
     [
-        ("{kind: finite_element, order: 2, mass: redistributed}", "solve.model.mass: mass 'redistributed' is one of"),
+        (
+            "{kind: finite_element, order: 2, mass: redistributed}",
+            "solve.model.mass: mass 'redistributed' applies only to",
+        ),
         ("{kind: modal, elements: 9, mass: redistributed, order: 3}", "Allowed: order 1"),
     ],
 )

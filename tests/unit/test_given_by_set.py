@@ -102,7 +102,7 @@ def test_a_lone_surrogate_is_refused_with_its_place(tmp_path: Path) -> None:
     )
     answered = CliRunner().invoke(app, ["check", str(file)])
     assert answered.exit_code == 2
-    assert "title: '\\ud800' holds half of a character" in answered.stderr
+    assert "title: '\\ud800' contains an incomplete Unicode character (lone surrogate)" in answered.stderr
 
 
 def test_a_formula_in_braces_without_quotes_is_pointed_to_them() -> None:

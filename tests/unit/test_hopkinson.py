@@ -257,7 +257,7 @@ def test_bad_input_is_refused_in_words():
         contacts=[il.Contact("ball", "rod.left", {"kind": "penalty", "stiffness": 1e8})],
         solve={"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": 1e-6}},
     ))  # fmt: skip
-    with pytest.raises(ImpactlabError, match="'ball' is no rod of one segment"):
+    with pytest.raises(ImpactlabError, match="'ball' is not a rod with one segment"):
         hopkinson.of_history(history, "ball", "rod")
     with pytest.raises(ImpactlabError, match="'rod' has 0 strain probes"):
         hopkinson.of_history(history, "rod", "rod")

@@ -149,7 +149,7 @@ def test_files_that_hold_no_run_are_named(tmp_path: Path, struck: AbstractHistor
     with pytest.raises(ImpactlabError, match="there is no file"):
         open_netcdf(tmp_path / "none.nc")
     (tmp_path / "text.nc").write_text("no data")
-    with pytest.raises(ImpactlabError, match="is no NetCDF file"):
+    with pytest.raises(ImpactlabError, match="is not a NetCDF file"):
         open_netcdf(tmp_path / "text.nc")
     data = struck.to_xarray()
     del data.attrs["impactlab_format"]

@@ -193,7 +193,7 @@ def test_the_command_writes_a_film(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("waves.avi", "is no name of an animation"),
+        ("waves.avi", "is not a valid file name for an animation"),
         ("none/waves.gif", "there is no folder"),
         ("waves.mp4", "needs the program ffmpeg"),
     ],

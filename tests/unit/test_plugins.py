@@ -1,4 +1,4 @@
-"""Parts are listed without importing, loaded by name, and a faulty one says why it cannot serve."""
+"""Parts are listed without importing, loaded by name, and a faulty one says why it cannot be used."""
 
 from __future__ import annotations
 

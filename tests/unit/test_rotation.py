@@ -247,7 +247,7 @@ OTHER = "stop: {kind: wall}\n  other: {kind: mass, mass: 1.0, rotation: {rate: 5
         (ROD, [("kind: wall}", "kind: wall, rotation: {rate: 100.0}}")], "bodies.stop",
          ["a wall has no rotation of its own"]),
         (ROD, [("axis_at: 0.0}", "axis_at: 0.0, plane: chord}")], "bodies.rod.rotation.plane",
-         ["plane 'chord' is one of beams"]),
+         ["`plane` applies only to beams"]),
         (ROD, [("rate: 100.0", "rate: 27000.0")], "bodies.rod.rotation.rate",
          ["turns at 27000 rad/s", "from 26995.7 rad/s on", "Give a lower rate"]),
         (ROD, [("ends: {left: clamped}", "ends: {left: free}")], "bodies.rod.ends",

@@ -225,5 +225,5 @@ def test_a_theory_of_rods_does_not_describe_a_shaft() -> None:
         def build(self, rod: Rod, gravity: float, faces: tuple[object, ...] = ()) -> None:
             raise AssertionError
 
-    with pytest.raises(ImpactlabError, match="theory 'lateral' is one of rods, and 'shaft' is a shaft"):
+    with pytest.raises(ImpactlabError, match="theory 'lateral' applies to rods, but 'shaft' is a shaft"):
         build_body(shaft(), {"shaft": Lateral()}, 0.0, ())

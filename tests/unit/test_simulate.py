@@ -55,7 +55,7 @@ LUMPED = FiniteElement(20, "lumped")
         ),
         (
             paper(Modal(10), WaveIdentification(), ExactModal(), events="located"),
-            PairingError, "contacts.0.law", "counts on steps of one length",
+            PairingError, "contacts.0.law", "needs a constant step",
         ),
         (paper(Modal(None, 10), Penalty(), Newmark(), StepRule(courant=0.5)), CaseError, "solve.step", "needs a mesh"),
         (

@@ -67,7 +67,7 @@ def scheduler(tmp_path) -> Iterator[tuple[subprocess.Popen[str], str]]:
 @pytest.mark.parametrize(
     ("address", "words"),
     [
-        ("tcp:/nowhere", "is no address of a cluster"),
+        ("tcp:/nowhere", "is not a valid address of a cluster"),
         ("local:0", "0 workers on this machine; allowed: 1 to 1024"),
         ("tcp://127.0.0.1:{port}", "does not answer within 0.5 s"),
     ],

@@ -79,7 +79,7 @@ def _typed(texts: Any, column: str, file: str) -> list[Any]:
 def _text(path: Path) -> str:
     remedy = "Give a table.csv of a bench."
     if path.exists() and not path.is_file():
-        raise CaseError(f"{str(path)!r} is {'a folder' if path.is_dir() else 'no regular file'}", remedy=remedy)
+        raise CaseError(f"{str(path)!r} is {'a folder' if path.is_dir() else 'not a regular file'}", remedy=remedy)
     try:
         with path.open("rb") as stream:
             packed = stream.read(len(GZIP)) == GZIP

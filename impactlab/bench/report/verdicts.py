@@ -67,7 +67,7 @@ def violations(row: Row) -> Iterator[str]:
             yield "failed without a reason or the time that it reached"
     else:
         if row.energy_gain is None or row.energy_loss is None:
-            yield "its energy is no number"
+            yield "its energy is not a number"
         elif row.energy_gain > MAX_GAIN and not telling(row):
             yield f"gained {100.0 * row.energy_gain:.2g} % of its energy without a warning"
         if row.momentum_error is not None and row.momentum_error > MAX_IMBALANCE:

@@ -1,7 +1,7 @@
 """Derivatives of the numbers of a network: central differences of eighth order of networks built beside it.
 
 The numbers are products, quotients and roots of the parameters, so that differences over one per cent are exact to
-1e-13; no formula has to be derived, and every parameter of a case file is served.
+1e-13; no formula has to be derived, and every parameter of a case file is supported.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
     @property
     @abstractmethod
     def longest_step(self) -> float:
-        """Return the longest step that it can take [s]; inf where any is served."""
+        """Return the longest step that it can take [s]; inf where any step is possible."""
 
     def too_long(self, dt: float) -> CaseError | None:
         """Return the error of a step [s] beyond `longest_step`; None, as here, for a general one."""
@@ -115,7 +115,7 @@ def under_waves(end: End, impedance: float, dt: float) -> tuple[float, float, fl
 def check_served(beam: Beam, gravity: float, theory: str, remedy: str, more: Mapping[str, bool]) -> None:
     """Raise `PairingError` for a beam with segments, tension, damping, gravity, or one of ``more``."""
     faults = {
-        "second segment": len(beam.segments) > 1,
+        "a second segment": len(beam.segments) > 1,
         "tension": beam.tension != 0.0,
         "damping": beam.is_damped,
         **more,
@@ -124,7 +124,7 @@ def check_served(beam: Beam, gravity: float, theory: str, remedy: str, more: Map
     for fault, has_it in faults.items():
         if has_it:
             raise PairingError(
-                f"the continuous {theory} beam '{beam.name}' serves no {fault}",
+                f"the continuous {theory} beam '{beam.name}' does not support {fault}",
                 remedy=remedy,
                 path=f"solve.models.{beam.name}",
             )

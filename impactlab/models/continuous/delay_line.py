@@ -1,4 +1,4 @@
-"""Delay line: travelling waves of a uniform rod, stepped, for laws that the exact solver does not serve."""
+"""Delay line: travelling waves of a uniform rod, stepped, for laws that the exact solver does not support."""
 
 from __future__ import annotations
 
@@ -82,13 +82,15 @@ class DelayLine(AbstractSelfStepping):
     def __init__(self, rod: WaveBody, gravity: float) -> None:
         if len(rod.segments) != 1:
             raise CaseError(
-                f"the stepped delay line serves uniform rods, and '{rod.name}' has {len(rod.segments)} segments",
+                f"the stepped delay line supports only uniform rods, and '{rod.name}' has {len(rod.segments)} segments",
                 remedy="Use finite_element.",
                 path="solve.model",
             )
         if gravity != 0.0:
             raise CaseError(
-                "the stepped delay line serves no gravity", remedy="Use finite_element or modal.", path="solve.model"
+                "the stepped delay line does not support gravity",
+                remedy="Use finite_element or modal.",
+                path="solve.model",
             )
         if rod.is_damped:
             raise CaseError(dispersed(rod), remedy="Use finite_element or modal.", path="solve.model")
@@ -172,4 +174,4 @@ class DelayLine(AbstractSelfStepping):
 
 def dispersed(rod: WaveBody) -> str:
     """Return the reason why a damped rod has no delay line."""
-    return f"'{rod.name}' is damped, and waves in a damped rod change their shape: the continuous model serves none"
+    return f"'{rod.name}' is damped, so that its waves change their shape: the continuous model does not support it"

@@ -22,7 +22,7 @@ class Continuous(AbstractRodModel):
     Rods under hard contacts, constant springs and, without a step, laws that are linear between changes of branch are
     solved from event to event; under other laws a rod is delays between its ends, the ends of its segments and the
     places of its contacts, which are evaluated in each step. A Timoshenko beam steps too, its two families of waves
-    each shifted exactly (`timoshenko`); an Euler-Bernoulli beam has no fronts and is served where it is infinite, by
+    each shifted exactly (`timoshenko`); an Euler-Bernoulli beam has no fronts and is supported where it is infinite, by
     its exact memory at the place where it is struck (`infinite_beam`).
 
     References

@@ -160,7 +160,7 @@ def check_order(order: int, mass: str) -> None:
     """Raise `CaseError` where a mass matrix does not exist for that order."""
     if mass == "redistributed" and order > 1:
         raise CaseError(
-            f"mass 'redistributed' is one of 2-node bars, and order {order} is given. Allowed: order 1",
+            f"mass 'redistributed' applies only to 2-node bars, but order {order} is given. Allowed: order 1",
             remedy="Give order: 1, or mass: lumped.",
             path="mass",
         )

@@ -63,13 +63,13 @@ class BeamMesh(AbstractMesh):
     def __init__(self, beam: Beam, elements: int, mass: MassMatrix, gravity: float, order: int = 1) -> None:
         if order > 1:
             raise CaseError(
-                f"order {order} is one of bar elements, and '{beam.name}' is a beam. Allowed: order 1",
+                f"order {order} applies only to bar elements, but '{beam.name}' is a beam. Allowed: order 1",
                 remedy="Leave order out, and give more elements.",
                 path="solve.model.order",
             )
         if mass == "redistributed":
             raise CaseError(
-                f"mass 'redistributed' is one of bar elements, and '{beam.name}' is a beam",
+                f"mass 'redistributed' applies only to bar elements, but '{beam.name}' is a beam",
                 remedy="Give mass: consistent or lumped.",
                 path="solve.model.mass",
             )

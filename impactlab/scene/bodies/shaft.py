@@ -3,7 +3,7 @@
 G J theta'' = rho I_p theta_tt. A face at the arm r moves by u = r theta, and a contact force F there gives the torque
 F r. Put into the first equation, u solves that of a rod with E = G, E A = G J/r2 and rho A = rho I_p/r2: the wave speed
 sqrt(G J/(rho I_p)) is the same, and the impedance is that of torsion, sqrt(G J rho I_p), over r2. So a shaft is kept as
-this rod, which every model serves, and read in its own quantities: twist u/r, twist rate v/r, torque N r.
+this rod, which every model supports, and read in its own quantities: twist u/r, twist rate v/r, torque N r.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ class Push(NamedTuple):
 
 
 def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
-    """Return every body in its coordinates; raises `CaseError` where a model cannot serve one."""
+    """Return every body in its coordinates; raises `CaseError` where a model does not support one."""
     built: dict[str, BuiltBody] = {}
     rigid: dict[tuple[float, float, bool], BuiltBody] = {}  # masses of a chain are mostly alike
     for name, body in scene.bodies.items():
@@ -268,7 +268,7 @@ def check_phases(phased: Mapping[str, Phases], built: Mapping[str, BuiltBody], s
         stepper, system = steppers[name], built[name].system
         if np.any(system.damping):
             raise PairingError(
-                f"'{name}' changes its coordinates with its contact, which serves undamped rods only",
+                f"'{name}' changes its coordinates with its contact, which is possible only for undamped rods",
                 remedy="Leave the damping out, or use another basis.",
                 path="solve.model",
             )

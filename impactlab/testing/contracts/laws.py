@@ -20,7 +20,7 @@ MOTIONS = 20  # random ones of a law with branches
 
 
 class LawContract:
-    """Properties of every law, of contacts and of links. Override ``sides`` where the law serves other bodies."""
+    """Properties of every law, of contacts and of links. Override ``sides`` where the law supports other bodies."""
 
     part: ClassVar[AbstractContactLaw]
     dt: ClassVar[float] = 1e-7
