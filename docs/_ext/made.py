@@ -53,7 +53,11 @@ def allowed(field: Schema) -> str:
     if kind == "object":
         keys = [f"{key}: …" for key in field.get("properties", {})]
         return f"`{{{', '.join(keys)}}}`" if keys else "blocks by name"
-    return {"string": "text", "boolean": "`true`, `false`"}.get(kind, "") if isinstance(kind, str) else "number or text"
+    return (
+        {"string": "string", "boolean": "`true`, `false`"}.get(kind, "")
+        if isinstance(kind, str)
+        else "number or string"
+    )
 
 
 def is_unit(field: Schema) -> bool:
