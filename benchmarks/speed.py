@@ -47,8 +47,8 @@ not eight rows at a time as the package does.
 The ratios depend on the width of the vector registers and on how busy the machine is. On an AMD EPYC with registers of
 256 bits an earlier state of this program gave 0.144, 0.184 and 0.471 us with 100, 400 and 1600 elements in its quick
 moments, 3.9, 1.7 and 1.1 times the best loop by hand. With 100 elements three parts have no counterpart in that loop:
-energies and momenta at some 200 instants (25 ns of each step), a law that is called by its address and told all that
-any law may ask, with its records and events (60 ns), and the call of the loop from Python (9 ns).
+energies and momenta at some 200 instants (25 ns of each step), a law that is called by its address and passed every
+field that any law may read, with its records and events (60 ns), and the call of the loop from Python (9 ns).
 
 ## Scaling
 

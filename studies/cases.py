@@ -201,7 +201,7 @@ def draw(axis: object, name: str, group: list[Line]) -> None:
 def page(lines: dict[str, list[Line]]) -> str:
     """Return the table of the page, with the number of cases."""
     rows = [row(line) for group in lines.values() for line in group]
-    head = "case | what it is | reference | contacts | first opening | peak force | leaves with"
+    head = "case | what it is | reference | contacts | first opening | peak force | exit velocity"
     return f"{len(lines)} cases, {len(rows)} scenes.\n\n{table(head, rows)}"
 
 

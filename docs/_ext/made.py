@@ -1,7 +1,7 @@
 """Texts of pages that are made from the code: the keys of case files, registered parts, refusals.
 
 A line ``<!-- made: case format -->`` of a page stands for the first, ``<!-- made: parts of contact_laws -->`` for parts
-of one group, ``<!-- made: refusals -->`` for the last.
+of one group, ``<!-- made: refusals -->`` for the last. A note above it, for readers of the repository, is left out.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from impactlab.plugins import registry
 BODIES = ("RodBlock", "BeamBlock", "ShaftBlock", "MassBlock", "WallBlock")
 Schema = Mapping[str, Any]
 LIMITS = {"exclusiveMinimum": "> {:g}", "minimum": "≥ {:g}", "exclusiveMaximum": "< {:g}", "maximum": "≤ {:g}"}
-MADE = re.compile(r"^<!-- made: (?P<what>[^>]+?) -->$", re.MULTILINE)
+MADE = re.compile(r"^(This table is filled in [^\n]*\n\n)?<!-- made: (?P<what>[^>]+?) -->$", re.MULTILINE)
 
 
 def title(block: str) -> str:
@@ -53,7 +53,11 @@ def allowed(field: Schema) -> str:
     if kind == "object":
         keys = [f"{key}: …" for key in field.get("properties", {})]
         return f"`{{{', '.join(keys)}}}`" if keys else "blocks by name"
-    return {"string": "text", "boolean": "`true`, `false`"}.get(kind, "") if isinstance(kind, str) else "number or text"
+    return (
+        {"string": "string", "boolean": "`true`, `false`"}.get(kind, "")
+        if isinstance(kind, str)
+        else "number or string"
+    )
 
 
 def is_unit(field: Schema) -> bool:

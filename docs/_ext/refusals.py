@@ -1,4 +1,4 @@
-"""Every refusal in the code of impactlab: text and remedy of each error that is raised, by room."""
+"""Every refusal in the code of impactlab: text and remedy of each error that is raised, by package."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from impactlab.casefile.faults import FIX_VALUE
 
 PACKAGE = Path(impactlab.__file__).parent
 ERRORS = ("CaseError", "PairingError", "PluginError", "StepError", "ImpactlabError", "refuse", "failure")
-ROOMS = {
+PACKAGES = {
     "Reading a case file": ("casefile",),
-    "Bodies and their models": ("models", "bases", "scene"),
+    "Bodies and their models": ("models", "bases", "scene", "mechanisms"),
     "Contact laws and integrators": ("contact", "integrators"),
     "Planning and running": ("simulate", "refine", "api", "environment", "numerics"),
     "The exact solver": ("exact",),
-    "Results and reports": ("history", "report", "metrics", "files", "animation"),
+    "Results and reports": ("history", "report", "metrics", "files"),
     "Benches and sweeps": ("bench", "sweeps"),
     "Sensitivities, fits and uncertainties": ("derivatives", "fits", "uncertainties"),
-    "Parts and plugins": ("plugins", "testing", "cite", "cli"),
+    "Bars, piles, drills and chains": ("hopkinson", "measurement", "piling", "drilling", "granular", "dispersion"),
+    "Parts and plugins": ("plugins", "options", "testing", "cite", "cli"),
 }
 
 
@@ -31,7 +32,7 @@ class Refusal(NamedTuple):
 
     text: str
     remedy: str
-    room: str
+    package: str
 
 
 def written(node: ast.expr | None, named: dict[str, str]) -> str:
@@ -75,7 +76,7 @@ def constants(path: Path) -> dict[str, str]:
 
 def of_file(path: Path) -> Iterator[Refusal]:
     """Give the refusals of a module."""
-    room = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    package = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
     module, fixed = ast.parse(path.read_text(encoding="utf-8")), constants(path)
     for function in (node for node in ast.walk(module) if isinstance(node, ast.FunctionDef)):
         named = dict(fixed)
@@ -91,7 +92,7 @@ def of_file(path: Path) -> Iterator[Refusal]:
             if text.strip("… "):
                 given = next((written(each.value, named) or "…" for each in call.keywords if each.arg == "remedy"), "")
                 remedy = FIX_VALUE if name == "refuse" else given
-                yield Refusal(text, remedy, room)
+                yield Refusal(text, remedy, package)
 
 
 def refusals() -> list[Refusal]:
@@ -101,12 +102,13 @@ def refusals() -> list[Refusal]:
 
 
 def page() -> str:
-    """Return the tables of all refusals, by room, in Markdown."""
+    """Return the tables of all refusals, by package, in Markdown."""
     lines: list[str] = []
     known = refusals()
-    for title, rooms in ROOMS.items():
+    for title, packages in PACKAGES.items():
         lines += ["", f"### {title}", "", "| message | what to do |", "|---|---|"]
-        rows = sorted((each for each in known if each.room in rooms), key=lambda each: each.text.lstrip("…' ").lower())
+        here = [each for each in known if each.package in packages]
+        rows = sorted(here, key=lambda each: each.text.lstrip("…' ").lower())
         lines += [f"| {plain(each.text)} | {plain(each.remedy)} |" for each in rows]
     return "\n".join(lines)
 
