@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from impactlab.environment import check_environment
-from impactlab.lazy import lazy_names
+from impactlab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
@@ -111,6 +111,4 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
     check_environment,
 )
 
-
-def __dir__() -> list[str]:
-    return sorted(["__version__", *__all__])
+__dir__ = public_names(["__version__", *__all__])

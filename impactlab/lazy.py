@@ -38,6 +38,12 @@ def above(module: str) -> Any:
     return import_module(f"impactlab.{module}")
 
 
+def public_names(names: Iterable[str]) -> Callable[[], list[str]]:
+    """Return a package's `__dir__`: its public names alone, for completion and `help`, also those not imported yet."""
+    listed = sorted(names)
+    return lambda: list(listed)
+
+
 def lazy_names(
     package: str, names: Mapping[str, Iterable[str]], first: Callable[[], None] | None = None
 ) -> Callable[[str], Any]:

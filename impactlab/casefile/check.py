@@ -20,6 +20,8 @@ from impactlab.plugins import Registry
 from impactlab.scene.bodies import Table
 from impactlab.scene.ranges import range_of
 
+LAST_DIGITS = 1e-12  # of a length: a sum of segments may differ by them
+
 
 def check(case: CaseBlock, registry: Registry) -> None:
     """Raise the `CaseError` of the first broken rule, which holds the others."""
@@ -96,7 +98,7 @@ def _profile_is_finite(body: ElasticBlock, path: str) -> None:
     if given is None or shape is None:
         return
     path, length, unit = f"{path}.{body.profile_key}", body.total_length, body.profile_unit
-    if isinstance(given, Table) and (given.x[0] > 0.0 or given.x[-1] < length):
+    if isinstance(given, Table) and (given.x[0] > 0.0 or given.x[-1] < length * (1.0 - LAST_DIGITS)):
         raise CaseError(
             f"the table goes from {given.x[0]:g} to {given.x[-1]:g} m; the {body.kind} from 0 to {length:g} m",
             remedy=f"Give values over the whole {body.kind}.",

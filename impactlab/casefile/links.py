@@ -51,7 +51,10 @@ class JointBlock(Block):
     joint: Annotated[str, words("hinge", "clamped")] = Field(
         default="hinge", description="hinge, or clamped to the end before it; to a driven hub if the hinge is driven"
     )
-    angle: Angle = Field(default=0.0, description="angle at t = 0 [rad], from +x, counterclockwise")
+    angle: Angle = Field(
+        default=0.0,
+        description="angle at t = 0 [rad], from +x, counterclockwise; of a clamped link that of the link before it",
+    )
     rate: Rate = Field(default=0.0, description="angular rate at t = 0 [rad/s]")
     torque: Annotated[float, quantity("N m")] = Field(
         default=0.0, description="torque on the link from the one before it [N m]"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from impactlab.casefile.beams import BeamBlock
@@ -106,16 +106,25 @@ def gravity_of(case: CaseBlock) -> float:
 def mechanism_body(case: CaseBlock, name: str, marks: tuple[Mark, ...]) -> Mechanism:
     """Return a mechanism of a checked case in SI."""
     block = chains_of(case)[name]
-    links = tuple(_link(case, joint) for joint in block.links)
+    links = tuple(_link(case, *each) for each in zip(block.links, _angles(block.links), strict=True))
     slide = None if block.end == "free" else block.end["slide"]
     return Mechanism(name, links, slide, marks, gravity=vector(case.gravity))
 
 
-def _link(case: CaseBlock, joint: JointBlock) -> Link:
+def _angles(joints: Sequence[JointBlock]) -> list[float]:
+    """Return the angles of links at t = 0 [rad]: one that is clamped to the link before it goes on straight."""
+    angles: list[float] = []
+    for joint in joints:
+        straight = angles and joint.joint == "clamped" and joint.drive is None and "angle" not in joint.model_fields_set
+        angles.append(angles[-1] if straight else joint.angle)
+    return angles
+
+
+def _link(case: CaseBlock, joint: JointBlock, angle: float) -> Link:
     block: Any = case.bodies[joint.body]
     drive = None if joint.drive is None else Drive(joint.drive.rate, joint.drive.within or 0.0)
     given: dict[str, Any] = {
-        "joint": joint.joint, "angle": joint.angle, "rate": joint.rate, "torque": joint.torque, "drive": drive,
+        "joint": joint.joint, "angle": angle, "rate": joint.rate, "torque": joint.torque, "drive": drive,
         "end_mass": joint.end_mass, "axial_modes": joint.axial_modes,
     }  # fmt: skip
     if isinstance(block, BeamBlock):

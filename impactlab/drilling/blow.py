@@ -14,6 +14,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.bilinear import Bilinear
 from impactlab.drilling.drill import Drill, drill_of
 from impactlab.history.base import AbstractHistory
+from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact
 from impactlab.types import Array
@@ -28,6 +29,13 @@ class Loop(NamedTuple):
     penetration: Array  # m
     force: Array  # N
     work: Array  # J, on the rock so far
+
+    def __repr__(self) -> str:
+        return (
+            f"<Loop of {len(self.time)} samples, {prefixed_range(self.time[0], self.time[-1], 's')}: penetration to "
+            f"{prefixed(self.penetration.max(), 'm')}, force to {prefixed(self.force.max(), 'N')}, "
+            f"work {prefixed(self.work[-1], 'J')}>"
+        )
 
 
 @dataclass(frozen=True)

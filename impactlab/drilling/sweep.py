@@ -13,11 +13,12 @@ from impactlab.contact.bilinear import Bilinear
 from impactlab.drilling.blow import blow
 from impactlab.drilling.drill import drill_of
 from impactlab.errors import CaseError
+from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Efficiencies:
     """One blow on rocks of several stiffnesses, shape (n,) each."""
 
@@ -26,6 +27,16 @@ class Efficiencies:
     first_pass: Array  # efficiency before the wave from the bit has returned to it
     peak_force: Array  # N
     final: Array  # m, penetration that stays
+
+    def __repr__(self) -> str:
+        if not len(self.stiffness):
+            return "<Efficiencies without stiffnesses>"
+        best = int(np.argmax(self.efficiency))
+        return (
+            f"<Efficiencies of {len(self.stiffness)} stiffnesses, "
+            f"{prefixed_range(self.stiffness.min(), self.stiffness.max(), 'N/m')}: the largest is "
+            f"{self.efficiency[best]:.4g} at {prefixed(self.stiffness[best], 'N/m')}>"
+        )
 
 
 def sweep(case: Case | Simulation, stiffnesses: Iterable[float]) -> Efficiencies:

@@ -43,10 +43,12 @@ class Drawing(NamedTuple):
 
 
 def cuts(rod: WaveBody, scene: Scene) -> list[float]:
-    """Return the places [m] of the nodes of a rod: ends, segment boundaries, inner contact points."""
-    places = [0.0]
-    for segment in rod.segments:
-        places.append(places[-1] + segment.length)
+    """Return the places [m] of the nodes of a rod: ends, boundaries where the section changes, inner contact points."""
+    places, end = [0.0], 0.0
+    for number, segment in enumerate(rod.segments, start=1):
+        end += segment.length
+        if number == len(rod.segments) or not segment.continues_in(rod.segments[number]):  # else nothing is reflected
+            places.append(end)
     for contact in scene.contacts:
         for point in (contact.left, contact.right):
             if point.body == rod.name and 0.0 < point.x < rod.length:

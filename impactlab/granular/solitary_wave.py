@@ -26,7 +26,7 @@ MAX_TURNS = 500
 TOLERANCE = 1e-15  # of the largest value, between two turns
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SolitaryWave:
     """The shape of the wave: s is time over that per bead, and r the overlap over A, with A^(n-1) = m/(k T^2)."""
 
@@ -34,6 +34,12 @@ class SolitaryWave:
     s: Array  # (points,)
     overlap: Array  # (points,) r(s), 1
     residual: float  # largest difference of r and tent * r^n
+
+    def __repr__(self) -> str:
+        return (
+            f"<SolitaryWave of exponent {self.exponent:g}, {len(self.s)} points: C {self.factor:.7g}, "
+            f"largest overlap {self.largest:.7g}, residual {self.residual:.2g}>"
+        )
 
     @property
     def largest(self) -> float:

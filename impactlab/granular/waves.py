@@ -10,17 +10,28 @@ import numpy as np
 
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory
+from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.types import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LeadingWave:
     """Largest force of each contact in a row, and when it acted."""
 
     contacts: tuple[str, ...]
     times: Array  # (contacts,) s
     forces: Array  # (contacts,) N
+
+    def __repr__(self) -> str:
+        count = len(self.contacts)
+        if not count:
+            return "<LeadingWave along no contact>"
+        return (
+            f"<LeadingWave along {count} contact{'s' if count > 1 else ''}, "
+            f"{prefixed_range(self.times[0], self.times[-1], 's')}: largest forces "
+            f"{prefixed(self.forces[0], 'N')} in the first, {prefixed(self.forces[-1], 'N')} in the last>"
+        )
 
     def speed(self, first: int = 0, last: int = -1) -> float:
         """Return the speed from one contact to another [contacts/s].

@@ -10,6 +10,8 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from impactlab.prefixes import prefixed, prefixed_range
+
 Array = NDArray[float64]
 
 
@@ -23,7 +25,7 @@ class CarriedEnergy(NamedTuple):
 DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: a smaller difference of such energies is rounding
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EnergyBook:
     """Energies over the run and the balance inside it [J].
 
@@ -37,6 +39,18 @@ class EnergyBook:
     booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
     work: Array  # (n,) work of gravity and end forces so far
     carried: CarriedEnergy | None = None  # by free bodies in a common motion (`impactlab.scene.frame`); None: nothing
+
+    def __repr__(self) -> str:
+        bodies = f"{len(self.bodies)} bod{'ies' if len(self.bodies) != 1 else 'y'}"
+        if not len(self.time):
+            return f"<EnergyBook of {bodies}, no instants>"
+        lost = sum(float(values[-1]) for values in self.booked.values())
+        return (
+            f"<EnergyBook of {bodies} at {len(self.time)} instants, "
+            f"{prefixed_range(self.time[0], self.time[-1], 's')}: total {prefixed(self.total[0], 'J')} to "
+            f"{prefixed(self.total[-1], 'J')}, work {prefixed(self.work[-1], 'J')}, losses {prefixed(lost, 'J')}, "
+            f"largest gain {round(100.0 * self.largest_gain, 9):.3g} %>"
+        )
 
     @cached_property
     def total(self) -> Array:

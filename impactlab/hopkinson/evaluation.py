@@ -13,7 +13,8 @@ length Ls. With equal forces on both faces, i + r = t, the three are one.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+import warnings
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -21,26 +22,33 @@ import numpy as np
 from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
-from impactlab.errors import ImpactlabError
-from impactlab.hopkinson.separation import one_gauge, same_length
-from impactlab.hopkinson.windows import THRESHOLD
+from impactlab.errors import DoubtfulResult, ImpactlabError, UnusualValue
+from impactlab.hopkinson.separation import GUARD, parted, same_length
+from impactlab.hopkinson.windows import THRESHOLD, above, cut
 from impactlab.measurement.dispersion import Bar, shift
+from impactlab.measurement.inputs import above_zero, warn, warn_samples, warn_size, warn_unusual
+from impactlab.prefixes import prefixed, prefixed_range
 
 Array = NDArray[float64]
+
+MAX_QUIET = 0.1  # of its range: that of the incident signal, by noise, in an interval before the first pulse
+MIN_OFFSET = 2e-3  # of the largest strain: of a smaller offset the strain of a specimen changes by some 1 %
+MIN_BEFORE = 10  # samples before the first pulse, to tell an offset from noise
+WIDER = 1e-6  # relative, of two diameters that are one
 
 __all__ = ["Curve", "Specimen", "Test", "equilibrium", "evaluate", "measured"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False, repr=False)
 class Specimen:
     """A cylinder between two bars.
 
     Parameters
     ----------
-    length : float
-        Before the test [m].
-    diameter : float
-        Before the test [m].
+    length : float or str
+        Before the test [m], or a text with its unit such as ``"6 mm"``. An `UnusualValue` is issued above 0.5 m.
+    diameter : float or str
+        Before the test [m], likewise.
 
     Raises
     ------
@@ -51,13 +59,13 @@ class Specimen:
     length: float
     diameter: float
 
-    def __post_init__(self) -> None:
-        for name in ("length", "diameter"):
-            value = getattr(self, name)
-            if not (value > 0.0 and math.isfinite(value)):
-                raise ImpactlabError(
-                    f"{name} of the specimen is {value:.6g} m; it must be positive", remedy="Give it in metres."
-                )
+    def __init__(self, length: float | str, diameter: float | str) -> None:
+        for name, value in (("length", length), ("diameter", diameter)):
+            object.__setattr__(self, name, above_zero(f"{name} of the specimen", value, "m"))
+            warn_size(f"{name} of the specimen", getattr(self, name))
+
+    def __repr__(self) -> str:
+        return f"<Specimen, length {prefixed(self.length, 'm')}, diameter {prefixed(self.diameter, 'm')}>"
 
     @property
     def area(self) -> float:
@@ -65,9 +73,11 @@ class Specimen:
         return 0.25 * math.pi * self.diameter**2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Test:
     """The waves at the faces of a specimen between two bars alike: strains, positive in compression.
+
+    An `UnusualValue` is issued where a strain is above 2 %, or the time between samples above 10 us.
 
     Parameters
     ----------
@@ -87,9 +97,9 @@ class Test:
 
     dt: float
     bar: Bar
-    incident: Array = field(repr=False)
-    reflected: Array = field(repr=False)
-    transmitted: Array = field(repr=False)
+    incident: Array
+    reflected: Array
+    transmitted: Array
 
     def __post_init__(self) -> None:
         if not self.dt > 0.0:
@@ -97,6 +107,18 @@ class Test:
         rows = same_length(incident=self.incident, reflected=self.reflected, transmitted=self.transmitted)
         for name, row in zip(("incident", "reflected", "transmitted"), rows, strict=True):
             object.__setattr__(self, name, row)
+        warn_samples(self.dt, *rows)
+
+    def __repr__(self) -> str:
+        peaks = ", ".join(
+            f"{name} {1e6 * row[np.argmax(np.abs(row))]:.4g}"
+            for name, row in (
+                ("incident", self.incident), ("reflected", self.reflected), ("transmitted", self.transmitted)
+            )
+        )  # fmt: skip
+        count = len(self.incident)
+        length = prefixed_range(0.0, self.dt * (count - 1), "s")
+        return f"<Test of {count} samples, {length}, largest strains: {peaks} µm/m>"
 
     @property
     def time(self) -> Array:
@@ -110,14 +132,24 @@ class Test:
         return stiffness * (self.incident + self.reflected), stiffness * self.transmitted
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Curve:
     """Stress, strain and rate of a specimen over time, positive in compression."""
 
-    time: Array = field(repr=False)  # (n,) s
-    strain: Array = field(repr=False)  # (n,)
-    stress: Array = field(repr=False)  # (n,) Pa
-    rate: Array = field(repr=False)  # (n,) 1/s
+    time: Array  # (n,) s
+    strain: Array  # (n,)
+    stress: Array  # (n,) Pa
+    rate: Array  # (n,) 1/s
+
+    def __repr__(self) -> str:
+        if not len(self.time):
+            return "<Curve without samples>"
+        ranges = [(float(row.min()), float(row.max())) for row in (self.strain, self.stress, self.rate)]
+        return (
+            f"<Curve of {len(self.time)} samples, {prefixed_range(self.time[0], self.time[-1], 's')}: strain "
+            f"{100.0 * ranges[0][0]:.3g} to {100.0 * ranges[0][1]:.4g} %, stress {prefixed_range(*ranges[1], 'Pa')}, "
+            f"rate {ranges[2][0]:.4g} to {ranges[2][1]:.4g} 1/s>"
+        )
 
     @cached_property
     def true(self) -> Curve:
@@ -148,10 +180,15 @@ def measured(
     transmission_gauge: ArrayLike,
     dt: float,
     bar: Bar,
-    distances: tuple[float, float],
+    distances: tuple[float | str, float | str],
     threshold: float = THRESHOLD,
+    far_ends: tuple[float | str, float | str] | None = None,
+    zero: tuple[float, float] | None = None,
 ) -> Test:
     """Return the waves at the specimen from one gauge on each bar.
+
+    They end before a wave that comes back from the far end of a bar reaches its gauge, 2 (distance to that end)/c0
+    after the first wave has passed the specimen; from then on all three are zero, and the strain stays constant.
 
     Parameters
     ----------
@@ -161,23 +198,106 @@ def measured(
         Time between samples [s].
     bar : Bar
         Both bars; with dispersion their pulses are moved by it.
-    distances : (float, float)
-        From each gauge to the specimen [m].
+    distances : (float or str, float or str)
+        From each gauge to the specimen [m], or texts with their units.
     threshold : float
         As of `one_gauge`.
+    far_ends : (float or str, float or str), optional
+        From each gauge to the other end of its bar [m]: the struck end, and the end of the transmission bar. By
+        default both as far as the gauge on the incident bar is from the specimen: right for gauges in the middle.
+    zero : (float, float), optional
+        Start and end [s] of an interval before the first pulse. The mean of each signal there is subtracted from it.
 
     Raises
     ------
     ImpactlabError
-        If the signals differ in length, or the pulses on the incident bar overlap.
+        If the signals differ in length, the pulses on the incident bar overlap, or the interval for zero holds no
+        sample or the front of a pulse.
+
+    Warns
+    -----
+    DoubtfulResult
+        If a wave at the specimen has not ended when the waves are cut.
+    UnusualValue
+        If a strain is above 2 %, ``dt`` above 10 us, or a signal differs from zero before the first pulse, without
+        ``zero``, by more than noise and 0.2 % of its largest value.
 
     References
     ----------
     Kolsky1949; Gray2000.
     """
     front, back = same_length(incident_gauge=incident_gauge, transmission_gauge=transmission_gauge)
-    waves = one_gauge(front, dt, bar, distances[0], threshold)
-    return Test(dt, bar, waves.to_right, waves.to_left, shift(back, dt, -distances[1], bar))
+    ways = [above_zero("a distance to the specimen", each, "m") for each in distances]
+    far = [ways[0]] * 2 if far_ends is None else [above_zero("a distance to a far end", each, "m") for each in far_ends]
+    if zero is not None:
+        front, back = _zeroed(front, back, dt, zero)
+    warn_samples(dt, front, back)
+    started = int(above(front, threshold)[0])
+    if zero is None:
+        _warn_of_offsets(front, back, dt, started)
+    start = started * dt
+    end = start + (ways[0] + 2.0 * (1.0 - GUARD) * min(far)) / bar.wave_speed  # at the specimen
+    waves = parted(front, dt, bar, ways[0], threshold, end + ways[0] / bar.wave_speed)
+    transmitted = shift(cut(back, dt, 0.0, end + ways[1] / bar.wave_speed), dt, -ways[1], bar)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnusualValue)  # of the signals it is issued already
+        test = Test(dt, bar, *(cut(each, dt, 0.0, end) for each in (waves.to_right, waves.to_left, transmitted)))
+    if end + max(ways) / bar.wave_speed < dt * len(front):
+        _warn_if_loud(test, end, GUARD * min(far) / bar.wave_speed, threshold)
+    return test
+
+
+def _zeroed(front: Array, back: Array, dt: float, interval: tuple[float, float]) -> tuple[Array, Array]:
+    """Return the signals of the two gauges less their means in an interval [s] before the first pulse."""
+    start, end = interval
+    time = dt * np.arange(len(front))
+    inside = (time >= start) & (time <= end)
+    if not inside.any():
+        raise ImpactlabError(
+            f"the interval for zero, {start:.6g} to {end:.6g} s, holds no sample of the record, 0 to {time[-1]:.6g} s",
+            remedy="Give its start and its end in seconds from the first sample.",
+        )
+    moved, size = float(np.ptp(front[inside])), float(np.ptp(front))
+    if moved > MAX_QUIET * size:
+        raise ImpactlabError(
+            f"the incident gauge moves by {1e6 * moved:.4g} um/m inside the interval for zero, {start:.6g} to "
+            f"{end:.6g} s, and by {1e6 * size:.4g} um/m in the whole record",
+            remedy="End the interval before the first pulse.",
+        )
+    return np.asarray(front - front[inside].mean()), np.asarray(back - back[inside].mean())
+
+
+def _warn_of_offsets(front: Array, back: Array, dt: float, started: int) -> None:
+    """Issue an `UnusualValue` of a signal whose mean before the first pulse differs from zero by more than noise."""
+    count = started // 2
+    if count < MIN_BEFORE:
+        return
+    for name, signal in (("incident", front), ("transmission", back)):
+        quiet, size = signal[:count], float(np.abs(signal).max())
+        mean = float(quiet.mean())
+        if abs(mean) > max(MIN_OFFSET * size, 5.0 * float(quiet.std()) / math.sqrt(count)):
+            warn_unusual(
+                f"the {name} gauge has a mean of {1e6 * mean:.3g} um/m before the first pulse, "
+                f"{100.0 * abs(mean) / size:.2g} % of its largest strain. If that is an offset, give "
+                f"zero=(0, {dt * count:.3g}): strains of the specimen are integrals of it."
+            )
+
+
+def _warn_if_loud(test: Test, end: float, before: float, threshold: float) -> None:
+    """Issue a `DoubtfulResult` if a wave, as the mean of the time just before its end [s], has not ended there."""
+    window = slice(max(0, round((end - before) / test.dt) - 1), round(end / test.dt))
+    found = []
+    for name, wave in (("reflected", test.reflected), ("transmitted", test.transmitted)):
+        share = abs(float(wave[window].mean())) / float(np.abs(wave).max() or 1.0)
+        if share > threshold:
+            found.append(f"the {name} one still has {100.0 * share:.3g} % of its largest strain")
+    if found:
+        warn(
+            f"the waves at the specimen are cut at {end:.6g} s, before one from the far end of a bar reaches a gauge, "
+            f"and {' and '.join(found)}: the curve is right up to there. Give far_ends, the distances from the gauges "
+            "to the far ends of their bars, if they are longer.",
+            DoubtfulResult,
+        )
 
 
 def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Curve:
@@ -196,12 +316,22 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
     ImpactlabError
         If ``waves`` is none of them.
 
+    Warns
+    -----
+    UnusualValue
+        If the specimen is wider than the bar.
+
     References
     ----------
     Gray2000.
     """
     if waves not in (1, 2, 3):
         raise ImpactlabError(f"no evaluation by {waves!r} waves", remedy="Give 1, 2 or 3.")
+    if specimen.diameter > test.bar.diameter * (1.0 + WIDER):
+        warn_unusual(
+            f"the specimen is wider than the bar, {prefixed(specimen.diameter, 'm')} and "
+            f"{prefixed(test.bar.diameter, 'm')}: its edge touches no bar. Check the units of both diameters."
+        )
     front, back = test.forces
     incident, reflected, transmitted = test.incident, test.reflected, test.transmitted
     speed = test.bar.wave_speed / specimen.length

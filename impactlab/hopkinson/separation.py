@@ -10,8 +10,9 @@ from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
-from impactlab.hopkinson.windows import THRESHOLD, cut, largest
+from impactlab.hopkinson.windows import THRESHOLD, above, cut
 from impactlab.measurement.dispersion import Bar, band_limit, checked_signal, padded, shift, wave_number
+from impactlab.measurement.inputs import above_zero, in_si, warn_samples
 
 Array = NDArray[float64]
 
@@ -30,6 +31,13 @@ class TwoWaves(NamedTuple):
     to_right: Array  # (n,)
     to_left: Array  # (n,)
 
+    def __repr__(self) -> str:
+        peaks = [1e6 * float(np.abs(wave).max()) for wave in self]
+        return (
+            f"<TwoWaves of {len(self.to_right)} samples, largest strains {peaks[0]:.4g} µm/m to the right, "
+            f"{peaks[1]:.4g} µm/m to the left>"
+        )
+
     def force(self, bar: Bar) -> Array:
         """Return the force through the section [N], shape (n,)."""
         return np.asarray(bar.young * bar.area * (self.to_right + self.to_left))
@@ -40,7 +48,12 @@ class TwoWaves(NamedTuple):
 
 
 def one_gauge(
-    strain: ArrayLike, dt: float, bar: Bar, distance: float, threshold: float = THRESHOLD, end: float | None = None
+    strain: ArrayLike,
+    dt: float,
+    bar: Bar,
+    distance: float | str,
+    threshold: float = THRESHOLD,
+    end: float | None = None,
 ) -> TwoWaves:
     """Return the waves at the right end of a bar from one gauge that the pulses pass one after the other.
 
@@ -54,8 +67,8 @@ def one_gauge(
     dt : float
         Time between samples [s].
     bar : Bar
-    distance : float
-        From the gauge to the end [m].
+    distance : float or str
+        From the gauge to the end [m], or a text with its unit.
     threshold : float
         Share of the largest value below which the gauge is quiet.
     end : float, optional
@@ -72,8 +85,13 @@ def one_gauge(
     Kolsky1949; Gray2000.
     """
     values = checked_signal("the strain", strain)
-    way = _distance("distance", distance)
-    loud = np.flatnonzero(np.abs(values) > threshold * largest(values, threshold))
+    warn_samples(dt, values)
+    return parted(values, dt, bar, above_zero("the distance", distance, "m"), threshold, end)
+
+
+def parted(values: Array, dt: float, bar: Bar, way: float, threshold: float, end: float | None) -> TwoWaves:
+    """Return what `one_gauge` does, of a checked signal and a distance in metres."""
+    loud = above(values, threshold)
     start = float(loud[0]) * dt
     trip = 2.0 * way / bar.wave_speed
     back = start + trip
@@ -97,7 +115,7 @@ def one_gauge(
 
 
 def two_gauges(
-    first: ArrayLike, second: ArrayLike, dt: float, bar: Bar, places: tuple[float, float], at: float
+    first: ArrayLike, second: ArrayLike, dt: float, bar: Bar, places: tuple[float | str, float | str], at: float | str
 ) -> TwoWaves:
     """Return the waves at a place from two gauges, however long the pulses are.
 
@@ -113,9 +131,9 @@ def two_gauges(
     dt : float
         Time between samples [s].
     bar : Bar
-    places : (float, float)
-        x of the two gauges [m].
-    at : float
+    places : (float or str, float or str)
+        x of the two gauges [m], or texts with their units.
+    at : float or str
         x of the place [m]. Outside the two gauges the record loses the waves that pass there before its start or after
         its end.
 
@@ -129,15 +147,18 @@ def two_gauges(
     LundbergHenchoz1977; Bacon1998.
     """
     one, two = same_length(first_gauge=first, second_gauge=second)
-    apart = places[1] - places[0]
-    if apart == 0.0 or not math.isfinite(apart):
+    near, far = (in_si("a place of the gauges", place, "m") for place in places)
+    x = in_si("the place", at, "m")
+    if far == near or not math.isfinite(far - near):
         raise ImpactlabError(
-            f"both gauges are at {places[0]:.6g} m", remedy="Two waves need gauges at two places of the bar."
+            f"both gauges are at {near:.6g} m", remedy="Two waves need gauges at two places of the bar."
         )
-    if apart < 0.0:
-        return two_gauges(two, one, dt, bar, (places[1], places[0]), at)
+    if far < near:
+        one, two, near, far = two, one, far, near
+    warn_samples(dt, one, two)
+    apart = far - near
     n = len(one)
-    count = padded(n, dt, max(apart, abs(at - places[0])), bar)
+    count = padded(n, dt, max(apart, abs(x - near)), bar)
     rate = DECAY / (n * dt)
     weight = np.exp(-rate * dt * np.arange(n))
     number = _damped_number(bar, np.asarray(np.fft.rfftfreq(count, dt)), rate)
@@ -149,7 +170,7 @@ def two_gauges(
         there = np.fft.irfft(wave * np.exp(-1j * number * distance), count)[:n] / weight
         return shift(there, dt, 0.0, bar)
 
-    return TwoWaves(moved(right, at - places[0]), moved(e1 - right, places[0] - at))
+    return TwoWaves(moved(right, x - near), moved(e1 - right, near - x))
 
 
 def force_and_velocity(force: ArrayLike, velocity: ArrayLike, bar: Bar) -> TwoWaves:
@@ -193,9 +214,3 @@ def _damped_number(bar: Bar, frequency: Array, rate: float) -> NDArray[np.comple
     slope, curvature = (above - below) / (2.0 * width), (above - 2.0 * here + below) / width**2
     curvature = np.where(beyond == 0.0, curvature, 0.0)
     return np.asarray(here + slope * (beyond - 1j * rate) - 0.5 * rate**2 * curvature)
-
-
-def _distance(name: str, value: float) -> float:
-    if not (value > 0.0 and math.isfinite(value)):
-        raise ImpactlabError(f"the {name} is {value:.6g} m; it must be positive", remedy="Give it in metres.")
-    return value

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.measurement.dispersion import checked_signal
+from impactlab.prefixes import prefixed_range
 
 Array = NDArray[float64]
 
@@ -25,6 +26,9 @@ class Pulse(NamedTuple):
     end: float  # s, of the last one
     peak: float  # the value of largest magnitude, with its sign
     mean: float  # over the pulse
+
+    def __repr__(self) -> str:
+        return f"<Pulse of {prefixed_range(self.start, self.end, 's')}: peak {self.peak:.4g}, mean {self.mean:.4g}>"
 
 
 def pulses(signal: ArrayLike, dt: float, threshold: float = THRESHOLD, quiet: float = 0.0) -> tuple[Pulse, ...]:
@@ -86,6 +90,11 @@ def largest(values: Array, threshold: float) -> float:
     return peak
 
 
+def above(values: Array, threshold: float) -> NDArray[np.intp]:
+    """Return the numbers of the samples whose magnitude is above a share of the largest; raise as `largest`."""
+    return np.flatnonzero(np.abs(values) > threshold * largest(values, threshold))
+
+
 def _pulse(values: Array, begin: int, end: int, dt: float) -> Pulse:
     part = values[begin:end]
-    return Pulse(begin * dt, (end - 1) * dt, float(part[np.argmax(np.abs(part))]), float(part.mean()))
+    return Pulse(float(begin * dt), float((end - 1) * dt), float(part[np.argmax(np.abs(part))]), float(part.mean()))

@@ -1,10 +1,21 @@
-"""Time integrators: base class, records and kernels for those who write one."""
+"""Time integrators: base class, records and kernels for those who write one.
+
+AbstractIntegrator  base class of schemes with fixed steps
+AbstractAdaptive    base class of schemes that choose their own steps
+Step                a scheme for one body and one step length, as its author writes it
+Stepper             a prepared step with its response columns
+Problem             a first-order system y' = rates(t, y), as an adaptive scheme gets it
+Operators           mass, damping and stiffness of a body, as a scheme gets them
+springs_of          a stiffness as springs: to the ground, then the bands below its diagonal
+pull                forces of springs at given displacements, subtracted
+in_springs          x K y/2 of springs: their energy
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from impactlab.lazy import lazy_names
+from impactlab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Problem, Step, Stepper
@@ -33,3 +44,4 @@ __getattr__ = lazy_names(  # a case is read without compiled code
         "impactlab.numerics.banded_kernels": ("in_springs", "pull"),
     },
 )
+__dir__ = public_names(__all__)

@@ -30,6 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.lazy import lazy
+from impactlab.measurement.inputs import above_zero, in_si, warn_size
+from impactlab.prefixes import prefixed
 
 Array = NDArray[float64]
 Theory = Literal["pochhammer", "love", "none"]
@@ -45,17 +47,17 @@ TABLE_POINTS = 257  # of wave numbers over frequency, a first guess that the equ
 __all__ = ["Bar", "band_limit", "love_speed", "phase_speed", "phase_speed_at", "shift", "wave_number"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False, repr=False)
 class Bar:
     """A round bar that waves run along.
 
     Parameters
     ----------
-    diameter : float
-        d [m].
-    wave_speed : float
+    diameter : float or str
+        d [m], or a text with its unit such as ``"16 mm"``. An `UnusualValue` is issued above 0.5 m.
+    wave_speed : float or str
         c0 = sqrt(E/rho) of long waves [m/s].
-    density : float
+    density : float or str
         rho [kg/m3].
     poisson : float
         Poisson's ratio, 0 to 0.5.
@@ -74,14 +76,31 @@ class Bar:
     poisson: float = 0.3
     dispersion: Theory = "pochhammer"
 
-    def __post_init__(self) -> None:
-        for name in ("diameter", "wave_speed", "density"):
-            _positive(f"{name} of the bar", getattr(self, name))
+    def __init__(
+        self,
+        diameter: float | str,
+        wave_speed: float | str,
+        density: float | str,
+        poisson: float = 0.3,
+        dispersion: Theory = "pochhammer",
+    ) -> None:
+        given = {"diameter": (diameter, "m"), "wave_speed": (wave_speed, "m/s"), "density": (density, "kg/m3")}
+        for name, (value, unit) in given.items():
+            object.__setattr__(self, name, above_zero(f"{name} of the bar", value, unit))
+        object.__setattr__(self, "poisson", poisson)
+        object.__setattr__(self, "dispersion", dispersion)
+        warn_size("diameter of the bar", self.diameter)
         _check_poisson(self.poisson)
         if self.dispersion not in ("pochhammer", "love", "none"):
             raise ImpactlabError(
                 f"no dispersion {self.dispersion!r} of a bar", remedy="Give 'pochhammer', 'love' or 'none'."
             )
+
+    def __repr__(self) -> str:
+        return (
+            f"<Bar of {prefixed(self.diameter, 'm')}: c0 {self.wave_speed:.6g} m/s, density {self.density:.6g} kg/m3, "
+            f"Poisson's ratio {self.poisson:.4g}, dispersion {self.dispersion}>"
+        )
 
     @property
     def area(self) -> float:
@@ -188,7 +207,7 @@ def band_limit(bar: Bar) -> float:
 
 
 def shift(
-    signal: ArrayLike, dt: float, distance: float, bar: Bar, band: float | None = None, periodic: bool = False
+    signal: ArrayLike, dt: float, distance: float | str, bar: Bar, band: float | None = None, periodic: bool = False
 ) -> Array:
     """Return the signal of one travelling wave as it passes a place further along its way.
 
@@ -202,8 +221,8 @@ def shift(
         Shape (n,): any quantity that the wave carries.
     dt : float
         Time between samples [s].
-    distance : float
-        Along the way of the wave [m].
+    distance : float or str
+        Along the way of the wave [m], or a text with its unit.
     bar : Bar
         ``dispersion="none"`` delays all frequencies alike, by distance/c0.
     band : float, optional
@@ -222,13 +241,14 @@ def shift(
     """
     values = checked_signal("the signal", signal)
     _positive("dt", dt)
-    if not math.isfinite(distance):
-        raise ImpactlabError(f"the distance {distance:.6g} m is not finite", remedy="Give a finite distance in metres.")
-    count = len(values) if periodic else padded(len(values), dt, distance, bar)
+    way = in_si("the distance", distance, "m")
+    if not math.isfinite(way):
+        raise ImpactlabError(f"the distance {way:.6g} m is not finite", remedy="Give a finite distance in metres.")
+    count = len(values) if periodic else padded(len(values), dt, way, bar)
     frequency, kept = in_band(bar, count, dt, band)
     spectrum = np.fft.rfft(values, count)
     spectrum[~kept] = 0.0
-    spectrum[kept] *= np.exp(-1j * distance * wave_number(bar, frequency[kept]))
+    spectrum[kept] *= np.exp(-1j * way * wave_number(bar, frequency[kept]))
     return np.asarray(np.fft.irfft(spectrum, count)[: len(values)])
 
 

@@ -15,17 +15,27 @@ from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.piling.blow import set_in
 from impactlab.piling.pile import Pile, pile_of
+from impactlab.prefixes import prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BearingGraph:
     """Set and blow count over static capacity, shape (n,) each."""
 
     capacity: Array  # N, of all soil links together
     set: Array  # m in one blow; 0 where the toe does not yield
     blows_per_metre: Array  # 1/m; NaN where the toe does not yield
+
+    def __repr__(self) -> str:
+        if not len(self.capacity):
+            return "<BearingGraph without capacities>"
+        return (
+            f"<BearingGraph of {len(self.capacity)} capacities, "
+            f"{prefixed_range(self.capacity.min(), self.capacity.max(), 'N')}: sets "
+            f"{prefixed_range(self.set.min(), self.set.max(), 'm')}>"
+        )
 
 
 def static_capacity(run: Simulation, pile: Pile) -> float:

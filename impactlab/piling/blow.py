@@ -14,6 +14,7 @@ from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.history.base import AbstractHistory
 from impactlab.piling.pile import Pile, pile_of
+from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
@@ -37,6 +38,13 @@ class Head(NamedTuple):
     force: Array  # N, compression positive
     velocity: Array  # m/s, positive into the soil
     impedance: float  # N s/m
+
+    def __repr__(self) -> str:
+        return (
+            f"<Head of {len(self.time)} samples, {prefixed_range(self.time[0], self.time[-1], 's')}: largest force "
+            f"{prefixed(self.force.max(), 'N')}, velocity {prefixed(self.velocity.max(), 'm/s')}, "
+            f"impedance {prefixed(self.impedance, 'N s/m')}>"
+        )
 
     @property
     def impedance_velocity(self) -> Array:

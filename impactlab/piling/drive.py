@@ -17,6 +17,7 @@ from impactlab.errors import CaseError
 from impactlab.piling.blow import sets_of
 from impactlab.piling.pile import Pile, pile_of
 from impactlab.piling.rest import Rest, check_at_rest, rest_of
+from impactlab.prefixes import prefixed
 from impactlab.scene.bodies import Table
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
@@ -34,12 +35,31 @@ class Driven(NamedTuple):
     force: Array  # (n - 1,) N in the pile between them, compression positive
     soil: dict[str, float]  # N, static resistances by name of the contact
 
+    def __repr__(self) -> str:
+        left = "" if self.toe_force is None else f", {prefixed(self.toe_force, 'N')} left at the toe"
+        return f"<Driven: head {prefixed(self.head, 'm')}, toe {prefixed(self.toe, 'm')}{left}>"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Driving:
     """A pile driven by several blows, with the residual forces between them."""
 
     blows: tuple[Driven, ...]
+
+    def __repr__(self) -> str:
+        count = len(self.blows)
+        named = f"{count} blow{'s' if count != 1 else ''}"
+        if not count:
+            return f"<Driving of {named}>"
+        last, rate = self.blows[-1], self.blows_per_metre
+        if rate is None:
+            return (
+                f"<Driving of {named}: the last moves head {prefixed(last.head, 'm')}, toe {prefixed(last.toe, 'm')}>"
+            )
+        return (
+            f"<Driving of {named}: set {prefixed(self.set, 'm')} from blow {self.repeats_from} on, "
+            f"{rate:.4g} blows per metre>"
+        )
 
     @property
     def set(self) -> float | None:

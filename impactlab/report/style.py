@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar, cast
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.prefixes import Unit as Unit
+from impactlab.prefixes import scaled as scaled
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -34,7 +36,6 @@ WIDTH = 8.6  # inches, of a figure on a page
 COLUMNS = {"one": 3.35, "two": 6.9}  # inches, of a figure in one column and across two of a journal
 _width: ContextVar[float] = ContextVar("width", default=WIDTH)
 LABEL = 8.0  # points, of names beside lines
-PREFIXES = {1e9: "G", 1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m", 1e-6: "µ", 1e-9: "n"}
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -48,13 +49,6 @@ class Trace(NamedTuple):
     colour: str
     dash: tuple[float, tuple[float, ...] | None] = (0, None)
     reference: AbstractHistory | None = None  # the reference of its errors, a dark line
-
-
-class Unit(NamedTuple):
-    """How a quantity is shown: values are divided by ``size`` and labelled ``label``."""
-
-    size: float
-    label: str
 
 
 @functools.cache
@@ -169,14 +163,6 @@ def grid(
         },
     )
     return figure, [list(row) for row in axes]
-
-
-def scaled(unit: str, largest: float) -> Unit:
-    """Return the prefix that brings ``largest`` [unit] to between 1 and 1000."""
-    if not math.isfinite(largest) or largest <= 0.0:
-        return Unit(1.0, unit)
-    size = next((size for size in PREFIXES if largest >= 0.9999 * size), 1e-9)
-    return Unit(size, PREFIXES[size] + unit)
 
 
 def clock(scene: Scene) -> Unit:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
@@ -12,7 +13,7 @@ import numpy as np
 from impactlab import hopkinson
 from impactlab.contact.smith import Smith
 from impactlab.contact.specimen import Specimen
-from impactlab.errors import ImpactlabError
+from impactlab.errors import ImpactlabError, RunWarning
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.piling.blow import Head
@@ -70,7 +71,10 @@ def plates_of(trace: Trace, scene: Scene) -> list[Plate]:
             words = "Nominal stress over nominal strain: the specimen itself, and the curve that its law has when slow."
             gauges = by_gauges(history, contact.left.body, contact.right.body, law)
             if gauges is not None:
-                words += " By three waves: what the strain probes of the two bars give."
+                words += (
+                    " By three waves: what the strain probes of the two bars give, until a wave from the far end of a "
+                    "bar reaches one of them."
+                )
             draw = partial(stress_strain, history, contact.name, law, gauges)
             plates.append(Plate(f"specimen_{number}", f"Specimen, {contact.name}", words, draw))
     if found_loops := loops(history, scene):
@@ -135,7 +139,8 @@ def pile_head(head: Head, scene: Scene) -> Figure:
 def by_gauges(history: AbstractHistory, incident: str, transmission: str, law: Specimen) -> hopkinson.Curve | None:
     """Return the curve that the probes of two bars give by three waves; None where they are no such bars."""
     diameter = float(np.sqrt(4.0 * law.area / np.pi))
-    with suppress(ImpactlabError):
+    with suppress(ImpactlabError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RunWarning)  # the caption has the end of the curve
         test = hopkinson.of_history(history, incident, transmission)
         return hopkinson.evaluate(test, hopkinson.Specimen(law.length, diameter))
     return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from impactlab.lazy import lazy_names
+from impactlab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from impactlab.simulate.driver import Plan, Progress, prepare, run
@@ -13,3 +13,4 @@ __all__ = ["Plan", "Progress", "prepare", "run"]
 
 # Packages below import `impactlab.simulate.pairing` without the step loop.
 __getattr__ = lazy_names(__name__, {"impactlab.simulate.driver": __all__})
+__dir__ = public_names(__all__)

@@ -47,7 +47,7 @@ def _too_coarse(history: AbstractRecordedHistory, contact: Contact) -> Iterator[
     # A mass m on a rod of impedance Z loses its speed in m/Z; a spring k between them lets both swing with sqrt(m/k).
     time = max(mass / impedance, math.sqrt(mass / stiffness)) if mass < math.inf else math.inf
     words = "the speed of the striking body changes"
-    if contact.gap < 0.0 and 0.0 < stiffness < math.inf:
+    if float(history.recorded[f"gap:{contact.name}"].values[0]) < 0.0 and 0.0 < stiffness < math.inf:
         at_start = float(history.energy.stored[0])
         if at_start > MIN_STORED * float(history.energy.total[0]):
             # An initial overlap relaxes as fast as the spring lets it.

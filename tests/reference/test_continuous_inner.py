@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+import impactlab as il
 from impactlab.contact.penalty import Penalty
 from impactlab.errors import StepError
 from impactlab.exact import march
@@ -137,3 +140,53 @@ def test_events_without_end_stop_the_run(monkeypatch):
         solve(*struck(1.0, 6.0, CLAMPED))
     assert caught.value.time == 0.0
     assert caught.value.history is None
+
+
+def test_a_rod_in_two_equal_pieces_is_the_rod_in_one() -> None:
+    steel = {"young": 2e11, "density": 8000}
+
+    def run(*lengths: float) -> Any:
+        first = [{"length": length, "area": 1e-4, "material": steel} for length in lengths]
+        rod = {"kind": "rod", "segments": [*first, {"length": 0.2, "area": 2e-4, "material": steel}]}
+        law = {"kind": "penalty", "stiffness": 1e8}
+        return il.run(
+            il.Case.from_dict({
+                "bodies": {
+                    "ball": {"kind": "mass", "mass": 0.3, "velocity": 2.0},
+                    "rod": rod,
+                    "other": {"kind": "rod", "length": 0.4, "area": 2e-4, "material": "steel"},
+                },
+                "contacts": [
+                    {"between": ["ball", "rod.left"], "law": {"kind": "addition_deletion"}},
+                    {"between": ["rod.right", "other.left"], "gap": 1e-5, "law": law},
+                ],
+                "solve": {"duration": 1.5e-3, "model": {"kind": "continuous"}},
+                "probes": [{"body": "rod", "at": 0.2, "quantity": "stress"}],
+            })
+        )  # fmt: skip
+
+    one, three = run(0.3), run(0.1, 0.13, 0.07)
+    times = np.linspace(0.0, one.duration, 1000)
+    for channel in one.channels():
+        expected = one.evaluate(times, channel)
+        assert np.abs(three.evaluate(times, channel) - expected).max() <= 1e-11 * np.abs(expected).max(), channel
+    assert three.cost.steps < 1.5 * one.cost.steps  # without waves that the boundaries do not reflect
+
+
+def test_a_sweep_of_one_of_two_equal_pieces_is_that_of_single_runs() -> None:
+    pieces = [{"length": length, "area": 1e-4, "material": "steel"} for length in (0.1, 0.2)]
+    case = il.Case.from_dict({
+        "bodies": {
+            "ball": {"kind": "mass", "mass": 0.3, "velocity": 2.0},
+            "rod": {"kind": "rod", "segments": pieces, "displacement": {"x": [0.0, 0.3], "u": [0.0, 1e-6]}},
+        },
+        "contacts": [{"between": ["ball", "rod.left"], "law": {"kind": "addition_deletion"}}],
+        "solve": {"duration": 3e-4, "model": {"kind": "continuous"}},
+    })  # fmt: skip
+    plain = case.with_("bodies.rod.displacement", None)
+    areas = np.linspace(0.9e-4, 1.1e-4, 251)  # as many as a batch has; one of them is that of the other piece
+    found = il.sweep(plain, {"bodies.rod.segments.1.area": areas}, quantities=["impulse"]).impulse.to_numpy().ravel()
+    for place in (0, 125, 250):
+        history = il.run(plain.with_("bodies.rod.segments.1.area", float(areas[place])))
+        assert found[place] == pytest.approx(history.impulse_of("ball|rod.left"), rel=1e-12)
+    assert il.run(case).energy.final_error < 1e-9  # 0.1 m and 0.2 m are 0.30000000000000004 m: no fault of the table

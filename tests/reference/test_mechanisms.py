@@ -233,3 +233,19 @@ def test_a_beam_that_spins_up_lags_and_stretches_as_published():
     book = history.energy
     total = book.bodies["chain"] - book.work
     assert float(np.abs(total - total[0]).max() / np.abs(book.bodies["chain"]).max()) < 1e-8
+
+
+def test_a_link_clamped_without_an_angle_goes_on_straight():
+    def angles(**second: Any) -> list[float]:
+        bodies = {name: {"kind": "link", "length": 0.5, "mass": 1.0} for name in ("a", "b")}
+        links = [{"body": "a", "angle": "90 deg", "rate": 4.0}, {"body": "b", **second}]
+        made = il.Case.from_dict({
+            "bodies": bodies,
+            "mechanisms": {"arm": {"links": links}},
+            "solve": {"duration": 1e-3, "step": {"dt": 1e-4}},
+        })  # fmt: skip
+        return [link.angle for link in made.scene().bodies["arm"].links]
+
+    assert angles(joint="clamped") == pytest.approx([np.pi / 2.0, np.pi / 2.0])
+    assert angles(joint="clamped", angle=0.0) == pytest.approx([np.pi / 2.0, 0.0])
+    assert angles(joint="hinge") == pytest.approx([np.pi / 2.0, 0.0])

@@ -326,3 +326,42 @@ def test_a_delay_of_the_whole_impact_brings_no_edge():
     assert last is not None
     assert row.upper == pytest.approx(0.05 + (3.5 - last), rel=1e-6)
     assert row.lower == -math.inf
+
+
+def test_a_kink_beside_the_value_spoils_no_difference_of_runs() -> None:
+    """A front that passes the end of a contact at 0.1 % more of a length: found 7 % off, with an error of 1 %."""
+    aluminium, steel, soft = ({"young": y, "density": d} for y, d in ((7e10, 2700), (2.1e11, 7850), (3e9, 1200)))
+    pieces = [
+        {"length": 0.14977, "area": 3.822e-4, "material": aluminium},
+        {"length": 0.16171, "area": 1.1605e-4, "material": steel},
+    ]
+    others = [
+        {"length": 0.42439, "area": 3.3705e-4, "material": soft},
+        {"length": 0.10165, "area": 3.2621e-4, "material": aluminium},
+    ]
+    pushed = {"t": [3.7777e-05, 9.2906e-05, 1.3199e-4, 1.4517e-4], "f": [0.0, -11122.0, 17328.0, 0.0]}
+    case = il.Case.from_dict({
+        "bodies": {
+            "one": {"kind": "rod", "segments": pieces, "velocity": 2.8474, "ends": {"left": {"force": pushed}}},
+            "between": {"kind": "mass", "mass": 0.15295},
+            "two": {"kind": "rod", "segments": others},
+            "last": {"kind": "mass", "mass": 5.8358},
+            "wall": {"kind": "wall"},
+        },
+        "contacts": [
+            {"between": ["one.right", "between"], "law": {"kind": "addition_deletion"}},
+            {"between": ["between", "two.left"], "law": {"kind": "penalty", "stiffness": 3.7864e8}},
+            {"between": ["two.right", "last"], "law": {"kind": "addition_deletion"}, "gap": 1e-4},
+            {"between": ["last", "wall"], "law": {"kind": "penalty", "stiffness": 6.2875e7, "damping": 3403.1}},
+        ],
+        "solve": {"duration": 7.047e-4, "model": {"kind": "continuous"}},
+    })  # fmt: skip
+    path, length = "bodies.one.segments.1.length", 0.16171
+
+    def impulse(value: float) -> float:
+        return il.run(case.with_(path, value)).impulse_of("one.right|between")
+
+    step = 1e-6 * length
+    row = il.sensitivities(case, [path], ["impulse"]).find("impulse", path, "one.right|between")
+    assert row.derivative == pytest.approx((impulse(length + step) - impulse(length - step)) / (2.0 * step), rel=1e-6)
+    assert row.error < 1e-6

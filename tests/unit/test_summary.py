@@ -30,6 +30,7 @@ class SoftSpring:
     answers_force: ClassVar[bool] = True
     hard: ClassVar[bool] = False
     force_jumps: ClassVar[bool] = False
+    two_sided: ClassVar[bool] = False
     stiffness: float | Relative = 1.0
     damping: float = 0.0
 

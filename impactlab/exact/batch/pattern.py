@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -268,7 +269,14 @@ def _segment_at(scene: Scene, point: Point, starts: dict[str, int]) -> int:
 
 
 def fits(scene: Scene) -> bool:
-    """Return whether the numbers of a scene fit into a vector: rods start without a displacement of their own."""
-    return all(body.elastic is None or body.elastic.displacement is None for body in scene.bodies.values()) and all(
-        math.isfinite(contact.gap) for contact in scene.contacts
+    """Return whether the numbers of a scene fit into a vector.
+
+    Rods start without a displacement of their own, and no two segments are one piece, of which a sweep may change one.
+    """
+    elastic = [body.elastic for body in scene.bodies.values() if body.elastic is not None]
+    pieces = [pair for body in elastic for pair in pairwise(body.segments)]
+    return (
+        all(body.displacement is None for body in elastic)
+        and not any(one.continues_in(other) for one, other in pieces)
+        and all(math.isfinite(contact.gap) for contact in scene.contacts)
     )

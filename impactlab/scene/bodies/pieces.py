@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -37,6 +37,10 @@ class Segment:
     young: float  # Pa
     density: float  # kg/m3
     viscosity: float = 0.0  # Pa s: stress = E strain + viscosity times strain rate (Kelvin and Voigt)
+
+    def continues_in(self, other: Segment) -> bool:
+        """Return whether another piece has the same section and material, so that both are one."""
+        return replace(other, length=self.length) == self
 
     @property
     def wave_speed(self) -> float:

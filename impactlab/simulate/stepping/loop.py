@@ -313,7 +313,8 @@ def start(m: StepArrays, dt: float) -> None:
         face.free_u, face.free_v = face.u, face.v
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
-        if (contact.smooth != 0 and contact.initial_gap < 0.0) or contact.joined != 0:
+        gap = contact.initial_gap + m.faces[2 * number + 1].u - m.faces[2 * number].u  # with displacements at t = 0
+        if (contact.smooth != 0 and gap < 0.0) or contact.joined != 0:
             # Overlapping faces and links may store energy at the start: the law is evaluated while all compliances are
             # still zero.
             load_point, contact.load_point = contact.load_point, 0.0

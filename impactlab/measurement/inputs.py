@@ -1,0 +1,90 @@
+"""Values that users give to functions on signals: numbers with units, and warnings of sizes that may be a slip."""
+
+from __future__ import annotations
+
+import math
+import numbers
+import sys
+import warnings
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+from impactlab.errors import ImpactlabError, RunWarning, UnusualValue
+from impactlab.lazy import lazy
+
+units = lazy("impactlab.casefile.units")  # loaded by the first text
+
+MAX_STRAIN = 0.02  # of a bar: the strongest steels yield below 1 %, bars of polymers below 2 %
+MAX_SIZE = 0.5  # m, diameter of a bar, size of a specimen
+MAX_INTERVAL = 10e-6  # s, between samples: a pulse of a striker of 0.25 m lasts ten of them
+
+
+def in_si(name: str, value: float | str, unit: str) -> float:
+    """Return a number in an SI unit of a number or of a text with a unit.
+
+    Raises
+    ------
+    ImpactlabError
+        If it is neither, or has a unit of another dimension.
+    """
+    if isinstance(value, str):
+        try:
+            return float(units.to_si(value, unit))
+        except ValueError as error:
+            raise ImpactlabError(f"{name}: {error}", remedy="Give a number in SI, or a number with its unit.") from None
+    if not isinstance(value, numbers.Real):
+        raise ImpactlabError(
+            f"{name} is {value!r}, and it has to be a number in {unit} or a text with a unit",
+            remedy="Give a number in SI, or a number with its unit.",
+        )
+    return float(value)
+
+
+def above_zero(name: str, value: float | str, unit: str) -> float:
+    """Return a number in an SI unit that has to be finite and above 0; raise `ImpactlabError` of any other."""
+    found = in_si(name, value, unit)
+    if not (found > 0.0 and math.isfinite(found)):
+        raise ImpactlabError(
+            f"{name} is {found:.6g} {unit}, and it has to be above 0",
+            remedy="Give it in SI units, or as a text with its unit.",
+        )
+    return found
+
+
+def warn_size(name: str, value: float) -> None:
+    """Issue an `UnusualValue` of a size [m] that is that of no Hopkinson bar."""
+    if value > MAX_SIZE:
+        warn_unusual(
+            f"the {name} is {value:.6g} m, and those of Hopkinson bars are below {MAX_SIZE:g} m. Lengths are in "
+            f"metres: of {value:.6g} mm give {1e-3 * value:.6g}, or '{value:.6g} mm'."
+        )
+
+
+def warn_samples(dt: float, *strains: NDArray[float64]) -> None:
+    """Issue an `UnusualValue` of strains beyond those of a bar, and of a long interval between samples [s]."""
+    peak = max((float(np.abs(strain).max()) for strain in strains if strain.size), default=0.0)
+    if peak > MAX_STRAIN:
+        warn_unusual(
+            f"the largest strain of a bar is {peak:.6g}, and bars stay elastic below {MAX_STRAIN:g}. Strains are m/m: "
+            "multiply those in um/m by 1e-6."
+        )
+    if dt > MAX_INTERVAL:
+        warn_unusual(
+            f"the time between samples is {dt:.6g} s, longer than {1e6 * MAX_INTERVAL:g} us: pulses of Hopkinson bars "
+            f"last some 100 us. Times are in seconds: of {dt:.6g} us give {1e-6 * dt:.6g}."
+        )
+
+
+def warn_unusual(text: str) -> None:
+    """Issue an `UnusualValue` at the first caller outside of impactlab."""
+    warn(text, UnusualValue)
+
+
+def warn(text: str, kind: type[RunWarning]) -> None:
+    """Issue a warning at the first caller outside of impactlab."""
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("impactlab."):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, kind, stacklevel=level)

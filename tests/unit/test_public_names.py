@@ -1,0 +1,82 @@
+"""Completion and `help` of packages list their public names; reprs of results are one line."""
+
+from __future__ import annotations
+
+import pydoc
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from impactlab import drilling, granular, hopkinson, piling
+from impactlab.history.energy import EnergyBook
+from impactlab.lazy import public_names
+
+PACKAGES = ("hopkinson", "piling", "drilling", "granular", "integrators", "simulate")
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_completion_lists_the_public_names_alone(name: str) -> None:
+    package = import_module(f"impactlab.{name}")
+    assert dir(package) == sorted(package.__all__)
+    assert all(hasattr(package, each) for each in dir(package))
+
+
+@pytest.mark.parametrize("name", [each for each in PACKAGES if each != "simulate"])
+def test_the_docstring_has_a_line_for_each_public_name(name: str) -> None:
+    package = import_module(f"impactlab.{name}")
+    lines = (package.__doc__ or "").splitlines()
+    for each in package.__all__:
+        assert any(each in line.split("  ")[0].split(", ") or f"({each})" in line for line in lines), each
+
+
+def test_help_documents_functions_that_are_imported_on_first_use() -> None:
+    text = pydoc.render_doc(hopkinson, renderer=pydoc.plaintext)
+    assert "    measured(\n" in text or "    measured(incident_gauge" in text
+    assert "Return the waves at the specimen from one gauge on each bar." in text
+    assert "class Specimen" in text
+
+
+def test_a_changed_list_does_not_change_the_names() -> None:
+    listed = public_names(["b", "a"])
+    listed().append("c")
+    assert listed() == ["a", "b"]
+
+
+def test_reprs_of_results_with_arrays_are_one_line() -> None:
+    n = 1000
+    t, names = 1e-6 * np.arange(n), tuple(f"bead_{number}|bead_{number + 1}" for number in range(n))
+    wave = granular.LeadingWave(names, t, np.linspace(1200.0, 900.0, n))
+    assert repr(wave) == (
+        "<LeadingWave along 1000 contacts, 0 to 999 µs: largest forces 1.2 kN in the first, 900 N in the last>"
+    )
+    one = piling.Driven(5e-3, 5e-3, 2e4, t, np.zeros(n - 1), {"toe": 2e4})
+    assert repr(one) == "<Driven: head 5 mm, toe 5 mm, 20 kN left at the toe>"
+    assert repr(piling.Driving((one, one, one))) == (
+        "<Driving of 3 blows: set 5 mm from blow 1 on, 200 blows per metre>"
+    )
+    assert repr(piling.Driving((one,))) == "<Driving of 1 blow: the last moves head 5 mm, toe 5 mm>"
+    head = piling.Head(t, np.full(n, 4e6), np.full(n, 1.6), 2.5e6)
+    assert repr(head).startswith("<Head of 1000 samples, 0 to 999 µs: largest force 4 MN, velocity 1.6 m/s")
+    graph = piling.BearingGraph(np.array([1e6, 2e6]), np.array([10e-3, 2e-3]), np.array([100.0, 500.0]))
+    assert repr(graph) == "<BearingGraph of 2 capacities, 1 to 2 MN: sets 2 to 10 mm>"
+    loop = drilling.Loop(t, 1e-3 * np.ones(n), 5e4 * np.ones(n), np.linspace(0.0, 146.6, n))
+    assert repr(loop) == "<Loop of 1000 samples, 0 to 999 µs: penetration to 1 mm, force to 50 kN, work 146.6 J>"
+    found = drilling.Efficiencies(np.array([1e7, 1e8]), np.array([0.5, 0.7]), *np.zeros((3, 2)))
+    assert repr(found) == "<Efficiencies of 2 stiffnesses, 10 to 100 MN/m: the largest is 0.7 at 100 MN/m>"
+    assert repr(granular.solitary_wave()).startswith("<SolitaryWave of exponent 1.5, 4096 points: C 0.9055")
+
+
+def test_the_repr_of_energies_has_their_balance() -> None:
+    t = np.linspace(0.0, 600e-6, 4)
+    book = EnergyBook(
+        t,
+        {"rod": np.array([15.78, 12.0, 10.0, 8.335]), "mass": np.zeros(4)},
+        np.zeros(4),
+        {"contact": np.array([0.0, 3.78, 5.78, 7.445]), "ends": np.zeros(4)},
+        np.zeros(4),
+    )
+    assert repr(book) == (
+        "<EnergyBook of 2 bodies at 4 instants, 0 to 600 µs: total 15.78 J to 8.335 J, work 0 J, losses 7.445 J, "
+        "largest gain 0 %>"
+    )
