@@ -47,7 +47,7 @@ def above_zero(name: str, value: float | str, unit: str) -> float:
     found = in_si(name, value, unit)
     if not (found > 0.0 and math.isfinite(found)):
         raise ImpactlabError(
-            f"{name} is {found:.6g} {unit}, and it has to be above 0",
+            f"{name} is {found:.6g} {unit}, and it must be positive",
             remedy="Give it in SI units, or as a text with its unit.",
         )
     return found
