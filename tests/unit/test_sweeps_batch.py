@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab import plugins
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.exact.batch import marcher, points
@@ -295,6 +296,7 @@ def test_a_batch_that_differs_from_a_run_is_told(small, monkeypatch, caplog):
         return {"hammer|rod.left": 1.0}
 
     monkeypatch.setattr(quantities, "impulse", impulse)
+    monkeypatch.setitem(PAPER.registry._loaded, (plugins.QUANTITIES.name, "impulse"), impulse)
     found = il.sweep(PAPER.method("continuous"), {MASS: [1.0, 2.0]}, quantities=["impulse"])
     assert engines(found) == {"run"}
     assert "impulse of point 0" in caplog.text
