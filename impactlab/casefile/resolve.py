@@ -117,7 +117,8 @@ def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
     if isinstance(block, ShaftBlock):
         return described(block)
     segments = [_piece(piece) for piece in body.segments]
-    shape: dict[str, Any] = segments[0] if len(segments) == 1 else {"segments": segments}
+    in_segments = len(segments) > 1 or getattr(block, "segments", None) is not None
+    shape: dict[str, Any] = {"segments": segments} if in_segments else segments[0]
     values = {"kind": body.kind, **shape, "ends": {"left": end_values(body.left), "right": end_values(body.right)}}
     if isinstance(body, Beam):
         values |= {"theory": body.theory, "tension": body.tension}

@@ -69,7 +69,10 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the reference energy"))
     loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
     if loss > LOSS_WARN:
-        text = f"{100 * loss:.2g} % of the reference energy was lost without a formula: to the scheme, or to the law"
+        text = (
+            f"{100 * loss:.2g} % of the reference energy was lost without a formula: to the scheme, or to a law whose "
+            "reply does not count it as `dissipated`"
+        )
         found.append(Warned("energy_loss", text))
     if scene.round_trip > 0.0:
         for contact in meeting:

@@ -204,7 +204,7 @@ def test_with_fills_in_defaults_where_the_case_is_silent(case):
 
 def test_with_takes_numpy_numbers_and_refuses_objects(case):
     assert case.with_("bodies.rod.length", np.float64(0.5)).scene().bodies["rod"].length == 0.5
-    with pytest.raises(CaseError, match=r"a value of type 'object'\. Allowed: numbers, texts"):
+    with pytest.raises(CaseError, match=r"a value of type 'object'\. Allowed: numbers, strings"):
         case.with_("bodies.rod.length", object())
     with pytest.raises(CaseError, match="takes a value or fields, not both"):
         case.with_("solve.step", 1.0, dt=1e-7)
@@ -350,3 +350,17 @@ def test_a_case_that_comes_with_the_package_is_loaded_by_its_name():
     assert load_case("two_rods").to_yaml() == load_case(Path(__file__).parents[2] / "cases" / "two_rods.yaml").to_yaml()
     with pytest.raises(CaseError, match="no case of that name comes with impactlab"):
         load_case("two_rodes")
+
+
+def test_a_rod_of_one_segment_keeps_the_keys_that_it_was_given():
+    piece = {"length": 0.3, "area": 1e-4, "material": "steel"}
+    made = Case.from_dict({
+        "bodies": {
+            "ball": {"kind": "mass", "mass": 0.3, "velocity": 2.0},
+            "rod": {"kind": "rod", "segments": [piece]},
+        },
+        "contacts": [{"between": ["ball", "rod.left"], "law": {"kind": "addition_deletion"}}],
+        "solve": {"duration": 1e-3, "model": {"kind": "continuous"}},
+    })  # fmt: skip
+    assert made.resolved()["bodies"]["rod"]["segments"][0]["length"] == 0.3
+    assert made.unit_of("bodies.rod.segments.0.length") == "m"
