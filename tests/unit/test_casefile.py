@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactlab import CaseError, load_case
+from impactlab import Case, CaseError, load_case
 from impactlab.scene import ElasticBody, End, Mass, Wall
 from impactlab.scene.method import laws_of
 
