@@ -35,7 +35,7 @@ STUDIES = {
     "methods": "studies.comparison.study",
     "paper": "studies.paper.study",
     "stepped_derivatives": "studies.stepped_derivatives",
-    "trades": "studies.trades",
+    "applications": "studies.applications",
 }
 
 

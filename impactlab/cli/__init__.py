@@ -1,4 +1,4 @@
-"""The command line. Heavy modules are imported when a command first uses them (`cli.rooms`): ``--help`` stays light.
+"""The command line. A command imports heavy modules when it first uses them (`cli.lazy_modules`): ``--help`` is quick.
 
 Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 after Ctrl-C.
 """
@@ -12,7 +12,18 @@ from typing import Annotated
 import typer
 
 from impactlab import __version__
-from impactlab.cli import benching, cases, deriving, fitting, parts, reopening, running, starting, sweeping, varying
+from impactlab.cli import (
+    bench,
+    check_choose_cite,
+    fit,
+    new_cases,
+    run_compare,
+    saved_runs,
+    schema_plugins,
+    sensitivities,
+    sweep,
+    uncertainty,
+)
 from impactlab.cli.reporting import Left, print_failure
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
@@ -48,7 +59,7 @@ def _options(
 # In this order --help lists them.
 for command, summary, examples in (
     (
-        running.run,
+        run_compare.run,
         "Run one case; print and save its results.",
         [
             "impactlab run my_case.yaml",
@@ -57,17 +68,17 @@ for command, summary, examples in (
         ],
     ),
     (
-        running.compare,
+        run_compare.compare,
         "Run all methods of a case and compare their errors.",
         ["impactlab compare axial_impact --out out", "impactlab compare my_case.yaml --methods base,continuous"],
     ),
     (
-        benching.bench,
+        bench.bench,
         "Measure speed and error of many methods on many cases.",
         ["impactlab bench two_rods.yaml --methods exact,central_difference --out out/bench"],
     ),
     (
-        sweeping.sweep,
+        sweep.sweep,
         "Run a case over a grid of values.",
         [
             "impactlab sweep axial_impact --method continuous --over 'bodies.hammer.mass=0.2 kg:20 kg:50log'",
@@ -75,12 +86,12 @@ for command, summary, examples in (
         ],
     ),
     (
-        deriving.sensitivities,
+        sensitivities.sensitivities,
         "Differentiate results by numbers of a case.",
         ["impactlab sensitivities axial_impact --method continuous --parameters bodies.hammer.mass,contacts.0.gap"],
     ),
     (
-        fitting.fit,
+        fit.fit,
         "Fit numbers of a case to measured signals.",
         [
             "impactlab fit my_case.yaml data.csv --signal 'force [kN]=force:hammer|rod.left' \\",
@@ -88,38 +99,42 @@ for command, summary, examples in (
         ],
     ),
     (
-        varying.uncertainty,
+        uncertainty.uncertainty,
         "Propagate uncertain inputs: percentiles, Sobol indices.",
         [
             "impactlab uncertainty axial_impact --method continuous --vary 'bodies.hammer.mass=normal(2.133 kg, 1 %)'",
             "impactlab uncertainty my_case.yaml --vary 'contacts.0.gap=uniform(0 mm, 0.1 mm)' --samples 1024 --out out",
         ],
     ),
-    (reopening.report, "Make the page of a saved run again.", ["impactlab report out/history.nc --out again"]),
+    (saved_runs.report, "Make the page of a saved run again.", ["impactlab report out/history.nc --out again"]),
     (
-        reopening.animate,
+        saved_runs.animate,
         "Write an animation of a run (.gif or .mp4).",
         ["impactlab animate hopkinson_chain -o waves.gif", "impactlab animate my_case.yaml -o waves.mp4"],
     ),
-    (cases.check, "Check a case; print all its values in SI.", ["impactlab check my_case.yaml"]),
+    (check_choose_cite.check, "Check a case; print all its values in SI.", ["impactlab check my_case.yaml"]),
     (
-        cases.choose,
+        check_choose_cite.choose,
         "Show how a tolerance picks a method, and what it costs.",
         ["impactlab choose two_material_rod --tolerance 1e-3"],
     ),
-    (starting.new, "Write a commented case file to start from.", ["impactlab new my_test --like hopkinson"]),
+    (new_cases.new, "Write a commented case file to start from.", ["impactlab new my_test --like hopkinson"]),
     (
-        starting.cases,
+        new_cases.cases,
         "List, print or copy the bundled cases.",
         ["impactlab cases", "impactlab cases hopkinson_chain --copy"],
     ),
-    (parts.schema, "Print the JSON schema of case files.", ["impactlab schema > case.schema.json"]),
+    (schema_plugins.schema, "Print the JSON schema of case files.", ["impactlab schema > case.schema.json"]),
     (
-        parts.plugins,
+        schema_plugins.plugins,
         "List models, laws, integrators, ...; check one of them.",
         ["impactlab plugins", "impactlab plugins --check hertz"],
     ),
-    (cases.cite, "Print BibTeX entries of the sources a case uses.", ["impactlab cite my_case.yaml > sources.bib"]),
+    (
+        check_choose_cite.cite,
+        "Print BibTeX entries of the sources a case uses.",
+        ["impactlab cite my_case.yaml > sources.bib"],
+    ),
 ):
     listed = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples)
     app.command(short_help=summary, epilog=listed)(command)

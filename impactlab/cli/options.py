@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from impactlab.cli.rooms import casefile, edit, starter
+from impactlab.cli.lazy_modules import casefile, edit, starter
 from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:

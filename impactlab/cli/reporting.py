@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from impactlab.cli.rooms import api, console
+from impactlab.cli.lazy_modules import api, console
 from impactlab.errors import ImpactlabError, StepError, SweepError
 
 if TYPE_CHECKING:

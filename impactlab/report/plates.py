@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from impactlab.history.base import AbstractHistory
-from impactlab.report import balance, diagram, fields, mechanism, overview, plots, signals, trades
+from impactlab.report import applications, balance, diagram, fields, mechanism, overview, plots, signals
 from impactlab.report.page import Plate
 from impactlab.report.signals import MEASURED, Panel
 from impactlab.report.style import Trace, exact_of
@@ -38,7 +38,7 @@ def of_run(trace: Trace, scene: Scene) -> list[Plate]:
         for name in chains
     ]
     own = [trace.history, *([trace.reference] if trace.reference is not None else [])]
-    first = [*moved, *trades.plates_of(trace, scene), *probes([trace], scene, compared=False)]
+    first = [*moved, *applications.plates_of(trace, scene), *probes([trace], scene, compared=False)]
     return [*first, *waves(own, scene), *over_time, shares, *along]
 
 

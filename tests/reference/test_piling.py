@@ -279,7 +279,7 @@ def test_numbers_that_are_not_free_stay(on_160: il.Case, at_head: Head) -> None:
 
 def test_the_table_of_the_case_is_that_of_its_blow() -> None:
     """cases/measured_head.csv is what the run of smith_pile gives, to its digits."""
-    from studies.trades import head_table
+    from studies.applications import head_table
 
     kept = Path(__file__).parents[2].joinpath("cases", "measured_head.csv").read_text(encoding="utf-8")
     ours, theirs = (

@@ -12,7 +12,7 @@ import pytest
 import impactlab as il
 from impactlab import hopkinson
 from impactlab.errors import ImpactlabError
-from impactlab.report import trades
+from impactlab.report import applications
 from impactlab.report.style import PALETTE, Trace
 
 pytestmark = pytest.mark.filterwarnings("error::impactlab.errors.RunWarning")
@@ -85,7 +85,7 @@ def test_the_starter_ends_before_the_first_echo() -> None:
 
 
 def test_the_picture_of_the_starter_follows_its_specimen(history) -> None:
-    plate = trades.plates_of(Trace("starter", history, PALETTE[0]), history.scene)[0]
+    plate = applications.plates_of(Trace("starter", history, PALETTE[0]), history.scene)[0]
     assert "far end" in plate.caption
     strain, stress = plate.draw().axes[0].lines[2].get_data()
     assert 4.9 < np.max(strain) < 5.0

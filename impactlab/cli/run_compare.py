@@ -6,6 +6,19 @@ from typing import Annotated, Any
 
 import typer
 
+from impactlab.cli.lazy_modules import (
+    api,
+    compare_report,
+    console,
+    figure_files,
+    files,
+    histories,
+    output,
+    provenance,
+    references,
+    run_report,
+    sampling,
+)
 from impactlab.cli.options import (
     CaseFile,
     Figures,
@@ -20,19 +33,6 @@ from impactlab.cli.options import (
     load,
 )
 from impactlab.cli.reporting import Left, code_of, reporting, say_hints, words
-from impactlab.cli.rooms import (
-    api,
-    compare_report,
-    console,
-    figure_files,
-    files,
-    histories,
-    output,
-    provenance,
-    references,
-    run_report,
-    sampling,
-)
 from impactlab.wall_time import timed
 
 

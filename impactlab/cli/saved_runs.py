@@ -7,9 +7,19 @@ from typing import Annotated
 
 import typer
 
+from impactlab.cli.lazy_modules import (
+    animation,
+    api,
+    console,
+    figure_files,
+    files,
+    output,
+    provenance,
+    run_report,
+    sampling,
+)
 from impactlab.cli.options import CaseFile, Figures, Method, Sets, Variant, Width, load
 from impactlab.cli.reporting import reporting
-from impactlab.cli.rooms import animation, api, console, figure_files, files, output, provenance, run_report, sampling
 
 
 def report(

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 import typer
 
+from impactlab.cli.lazy_modules import api, choices, citations, console
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import Left, code_of, reporting, say_hints
-from impactlab.cli.rooms import api, choices, citations, console
 from impactlab.errors import ImpactlabError
 
 

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
+from impactlab.cli.lazy_modules import console, fits
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import reporting
-from impactlab.cli.rooms import console, fits
 from impactlab.errors import CaseError
 
 

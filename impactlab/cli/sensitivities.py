@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
+from impactlab.cli.lazy_modules import console, derivatives
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import reporting
-from impactlab.cli.rooms import console, derivatives
 
 
 def sensitivities(

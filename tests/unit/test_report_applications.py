@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
-from impactlab.report import facts, trades
+from impactlab.report import applications, facts
 from impactlab.report.style import PALETTE, Trace
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -20,13 +20,13 @@ def traced(name: str, **changes: object) -> tuple[il.Case, Trace]:
 
 
 def names_of(trace: Trace) -> list[str]:
-    return [plate.name for plate in trades.plates_of(trace, trace.history.scene)]
+    return [plate.name for plate in applications.plates_of(trace, trace.history.scene)]
 
 
 def test_the_loop_on_rock_encloses_the_work_on_it() -> None:
     _, trace = traced("drill_rod")
     assert names_of(trace) == ["loops"]
-    (loop,) = trades.loops(trace.history, trace.history.scene)
+    (loop,) = applications.loops(trace.history, trace.history.scene)
     assert loop.name == "rod.right|rock"
     # 0.7330685831 of 200 J, by the closed form of docs/drilling.md; corners between the 4001 instants cost some 1e-4.
     assert np.trapezoid(loop.force, loop.closing) == pytest.approx(146.614, rel=5e-4)
@@ -35,13 +35,13 @@ def test_the_loop_on_rock_encloses_the_work_on_it() -> None:
 def test_a_page_of_a_pile_has_its_head_and_its_loops() -> None:
     _, trace = traced("smith_pile", **{"solve.model": {"kind": "finite_element", "elements": 40, "mass": "lumped"}})
     assert names_of(trace) == ["pile_head", "loops"]
-    found = {loop.name: loop for loop in trades.loops(trace.history, trace.history.scene)}
+    found = {loop.name: loop for loop in applications.loops(trace.history, trace.history.scene)}
     assert list(found) == ["ram|helmet", "helmet|pile.left", "shaft", "toe"]
     link = next(each for each in trace.history.links if each.name == "toe")
     assert found["toe"].force.max() == pytest.approx(link.largest, rel=2e-3)
     # The loop of the toe closes with an empty spring: all of its area is lost.
     assert np.trapezoid(found["toe"].force, found["toe"].closing) == pytest.approx(link.loss, rel=5e-3)
-    head = trades.plates_of(trace, trace.history.scene)[0].draw()
+    head = applications.plates_of(trace, trace.history.scene)[0].draw()
     force = head.axes[0].lines[0].get_ydata()
     assert float(np.max(np.asarray(force))) == pytest.approx(4.0, rel=0.02)  # MN
 
@@ -50,7 +50,7 @@ def test_a_page_of_a_pile_under_a_measured_force_has_its_head() -> None:
     """Without hammer the force is the given one; the head is known from a probe of its velocity."""
     _, trace = traced("measured_head", **{"solve.model": {"kind": "finite_element", "elements": 40, "mass": "lumped"}})
     assert names_of(trace) == ["pile_head", "loops"]
-    head = trades.plates_of(trace, trace.history.scene)[0].draw()
+    head = applications.plates_of(trace, trace.history.scene)[0].draw()
     force, moved = (np.asarray(line.get_ydata()) for line in head.axes[0].lines[:2])
     assert float(np.max(force)) == pytest.approx(4.0098, rel=1e-3)  # MN, of the table
     assert float(np.max(moved)) == pytest.approx(1.6 * 2.51, rel=0.02)
@@ -60,7 +60,7 @@ def test_a_page_of_a_pile_under_a_measured_force_has_its_head() -> None:
 
 def test_a_page_of_a_specimen_has_the_curve_put_in_and_the_one_found() -> None:
     _, trace = traced("hopkinson_aluminium")
-    plate = trades.plates_of(trace, trace.history.scene)[0]
+    plate = applications.plates_of(trace, trace.history.scene)[0]
     assert plate.name == "specimen_2"
     assert "three waves" in plate.caption
     put_in, ran, found = plate.draw().axes[0].lines
@@ -73,7 +73,7 @@ def test_a_page_of_a_specimen_has_the_curve_put_in_and_the_one_found() -> None:
 
 def test_a_specimen_without_gauges_has_no_curve_by_waves() -> None:
     _, trace = traced("hopkinson_aluminium", probes=[])
-    plate = trades.plates_of(trace, trace.history.scene)[0]
+    plate = applications.plates_of(trace, trace.history.scene)[0]
     assert "three waves" not in plate.caption
     assert len(plate.draw().axes[0].lines) == 2
 

@@ -6,10 +6,10 @@ from typing import Annotated
 
 import typer
 
+from impactlab.cli.lazy_modules import axes, console, sweeps, uncertainties
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load
 from impactlab.cli.reporting import Left, reporting
-from impactlab.cli.rooms import axes, console, sweeps, uncertainties
-from impactlab.cli.sweeping import Cluster, Kept, Quantities, Shard, Workers
+from impactlab.cli.sweep import Cluster, Kept, Quantities, Shard, Workers
 from impactlab.errors import CaseError
 
 

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
+from impactlab.cli.lazy_modules import console, jsonschema, listings, registries, verdicts
 from impactlab.cli.options import Json
 from impactlab.cli.reporting import Left, reporting
-from impactlab.cli.rooms import console, jsonschema, listings, registries, verdicts
 
 
 def schema(

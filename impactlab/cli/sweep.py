@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
+from impactlab.cli.lazy_modules import axes, console, sweeps
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load
 from impactlab.cli.reporting import Left, reporting
-from impactlab.cli.rooms import axes, console, sweeps
 
 Quantities = Annotated[
     str | None,

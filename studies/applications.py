@@ -121,7 +121,7 @@ def draw_drill() -> Figure:
 def write_head(rows: Sequence[str]) -> int:
     """Write cases/measured_head.csv, the signals at the head of `smith_pile`; ``rows`` is ``--head``."""
     if list(rows) != ["--head"]:
-        print("python -m studies trades --head writes cases/measured_head.csv")
+        print("python -m studies applications --head writes cases/measured_head.csv")
         return 2
     (CASES / "measured_head.csv").write_text(head_table(), encoding="utf-8")
     return 0

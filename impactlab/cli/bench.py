@@ -11,10 +11,10 @@ from typing import Annotated
 
 import typer
 
+from impactlab.cli.lazy_modules import bench_report, benching, cells, console, figure_files, stability_report
+from impactlab.cli.lazy_modules import grid as grids
 from impactlab.cli.options import Figures, Json, found
 from impactlab.cli.reporting import reporting
-from impactlab.cli.rooms import bench_report, benching, cells, console, figure_files, stability_report
-from impactlab.cli.rooms import grid as grids
 
 
 def bench(

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
+from impactlab.cli.lazy_modules import casefile, console, starter
 from impactlab.cli.options import Json
 from impactlab.cli.reporting import reporting
-from impactlab.cli.rooms import casefile, console, starter
 
 
 def new(
