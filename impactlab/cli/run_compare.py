@@ -83,6 +83,8 @@ def run(
                     run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as, data)
                 except Exception as error:  # noqa: BLE001 - raised below, when the data of the run are in place
                     undrawn = error
+                    if data is not None and not (draft / "history.nc").exists():
+                        data()
             console.say(f"written: {out}")
             if undrawn is not None:
                 console.say("its figures and its page could not be drawn; the data of the run are complete")
