@@ -33,6 +33,7 @@ from impactlab.cli.options import (
     load,
 )
 from impactlab.cli.reporting import Left, code_of, reporting, say_hints, words
+from impactlab.errors import ImpactlabError
 from impactlab.wall_time import timed
 
 
@@ -81,6 +82,8 @@ def run(
                 data = files.write_data(draft, history, summary, judge, origin._asdict())
                 try:
                     run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as, data)
+                except (ImpactlabError, OSError, MemoryError):
+                    raise
                 except Exception as error:  # noqa: BLE001 - raised below, when the data of the run are in place
                     undrawn = error
                     if data is not None and not (draft / "history.nc").exists():
