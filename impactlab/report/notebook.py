@@ -67,13 +67,7 @@ def signals_of(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> Figur
     chosen = [panel for group in GROUPS for panel in panels if panel.group == group][:MAX_PANELS]
     if not chosen:
         raise ImpactlabError("there is no signal to draw", remedy="Name probes in the case.", path="probes")
-    figure = plots.signals(chosen, shown, scene, compared=compared)
-    for axes, panel in zip(figure.axes, chosen, strict=False):
-        if len(panel.lines) > 1 and not compared and len(chosen) > 1:
-            axes.legend(
-                axes.get_lines()[-len(panel.lines) :], [line.name for line in panel.lines], fontsize=7, framealpha=0.6
-            )
-    return figure
+    return plots.signals(chosen, shown, scene, compared=compared)
 
 
 def whole(history: AbstractHistory) -> Scene:

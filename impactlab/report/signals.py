@@ -13,6 +13,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.metrics.norms import face_channels, mass_channels
 from impactlab.report.drawn_part import drawn_energies
+from impactlab.report.named_contacts import NamedContact, force_of, gap_of, named_contacts
 from impactlab.report.style import Trace, exact_of
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
@@ -48,8 +49,16 @@ def shown(traces: Sequence[Trace]) -> list[Trace]:
     return [*traces, Trace("exact" if reference.dt is None else "converged", reference, "ink")]
 
 
-def panels(histories: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Panel]:
-    """Return the panels of a page: of one run with a curve per place, of a comparison with a curve per method."""
+def panels(
+    histories: Sequence[Trace], scene: Scene, *, compared: bool, contacts: Sequence[NamedContact] | None = None
+) -> list[Panel]:
+    """Return the panels of a page: of one run with a curve per place, of a comparison with a curve per method.
+
+    Parameters
+    ----------
+    contacts : sequence of NamedContact, optional
+        Contacts whose forces are shown, and gaps of those that are not linked; all of the scene if not given.
+    """
     times = page_times(scene.duration)
     made = []
     for quantity in dict.fromkeys(probe.quantity for probe in scene.probes):
@@ -57,12 +66,13 @@ def panels(histories: Sequence[Trace], scene: Scene, *, compared: bool) -> list[
         channels = [(probe.channel, place(probe, scene)) for probe in probes]
         seen = {} if compared else measured(histories[0].history, probes, times)
         made += _panels(histories, times, quantity, "probe", UNITS[quantity], channels, compared, seen)
-    names = [contact.name for contact in scene.contacts]
-    forces = [(f"force:{name}", said(name)) for name in names]
+    if contacts is None:
+        contacts = named_contacts([trace.history for trace in histories])
+    forces = [(f"force:{each.name}", said(each.name)) for each in contacts]
     probed = {probe.channel for probe in scene.probes}
     moving = [channel for channel in mass_channels(scene) + face_channels(scene) if channel not in probed]
     moved = [(channel, said_place(channel)) for channel in moving]
-    gaps = [(f"gap:{name}", said(name)) for name in names]
+    gaps = [(f"gap:{each.name}", said(each.name)) for each in contacts if not each.linked]
     made += _panels(histories, times, "contact force", "force", "N", forces, compared)
     made += _panels(histories, times, "displacement", "displacement", "m", moved, compared)
     made += _panels(histories, times, "gap", "gap", "m", gaps, compared)
@@ -113,8 +123,14 @@ def measured(history: AbstractHistory, probes: Sequence[Probe], times: Array) ->
 
 def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | None:
     """Return a channel at some times; None where the history has no such channel, or no value of it."""
+    quantity, _, name = channel.partition(":")
     try:
-        values = history.evaluate(times, channel)
+        if quantity == "gap":
+            values = gap_of(history, name, times)
+        elif quantity == "force" and "@" not in name:
+            values = force_of(history, name, times)
+        else:
+            values = history.evaluate(times, channel)
     except ImpactlabError:  # not recorded
         return None
     return values if np.any(np.isfinite(values)) else None

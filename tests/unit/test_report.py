@@ -45,6 +45,7 @@ class Law:
     answers_force: ClassVar[bool] = True
     hard: ClassVar[bool] = False
     remembers: ClassVar[bool] = False
+    two_sided: ClassVar[bool] = False
 
     def restitutions(self) -> None:
         return None
