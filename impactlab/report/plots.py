@@ -17,6 +17,7 @@ from impactlab.report.named_contacts import force_of, gap_of, members_of, view_o
 from impactlab.report.signals import Panel, said, said_place
 from impactlab.report.style import (
     INK,
+    MAX_LABELS,
     MUTED,
     PALETTE,
     PAPER,
@@ -52,6 +53,7 @@ DOWN = 0.8  # inches between rows of panels that each have a title and an axis o
 CROWDED = 33  # letters of a name and its note that fit above a panel of three
 HEADROOM = 1.3  # of the axis of forces over the exact peak; higher values are cut, and their height is written
 UNNAMED = "#b4bcc6"  # of lines without a name, among many
+MAX_INSIDE = 6  # names inside a panel of more lines than `MAX_LABELS`
 HEADING = 0.2  # inches above panels of several methods for the name of the contact
 FLAT = 1e-3  # share of the largest force, below which a negative one is rounding
 KICK_WINDOW = 1.0 / 60.0  # of the time drawn, over which the kicks of an impulse law are averaged to a force
@@ -177,8 +179,23 @@ def _kicks(axis: Axes, trace: Trace, contacts: Sequence[str], view: tuple[float,
 
 
 @drawn
-def signals(panels: Sequence[Panel], histories: Sequence[Trace], scene: Scene, *, compared: bool) -> Figure:
-    """Return panels of signals in rows of three: the names of methods beside them, or of places inside each."""
+def signals(
+    panels: Sequence[Panel],
+    histories: Sequence[Trace],
+    scene: Scene,
+    *,
+    compared: bool,
+    view: tuple[float, float] | None = None,
+) -> Figure:
+    """Return panels of signals in rows of three: the names of methods beside them, or of places inside each.
+
+    Of many places some have names, those of curves far apart.
+
+    Parameters
+    ----------
+    view : pair of float, optional
+        Times [s] between which the panels have their values; the whole run if not given.
+    """
     columns = across(min(len(panels), 3))
     rows = -(-len(panels) // columns)
     names = [trace.name for trace in histories] if compared else [line.name for line in panels[0].lines]
@@ -192,7 +209,8 @@ def signals(panels: Sequence[Panel], histories: Sequence[Trace], scene: Scene, *
         down=DOWN,
     )
     figure, axes = grid(rows, columns, 1.7 if rows > 1 else 2.2, margins)
-    flat, time, t = [axis for row in axes for axis in row], clock(scene), page_times(scene.duration)
+    start, end = view or (0.0, scene.duration)
+    flat, time, t = [axis for row in axes for axis in row], scaled("s", end), start + page_times(end - start)
     for axis, panel in zip(flat, panels, strict=False):
         in_ink = [line for line in panel.lines if histories[line.trace].colour == "ink"]
         frame = in_ink or panel.lines
@@ -200,7 +218,9 @@ def signals(panels: Sequence[Panel], histories: Sequence[Trace], scene: Scene, *
         high = max(float(np.nanmax(line.values)) for line in frame)
         unit, span = scaled(panel.unit, max(abs(low), abs(high))), (high - low) or 1.0
         drawn_lines, handles = [], {}
-        places = range(len(panel.lines)) if compared else labelled([line.values for line in panel.lines])
+        most = MAX_LABELS if beside or len(panel.lines) <= MAX_LABELS else MAX_INSIDE
+        curves = [line.values for line in panel.lines]
+        places = range(len(curves)) if compared else labelled(curves, most)
         colours = {number: PALETTE[place % len(PALETTE)] for place, number in enumerate(places)}
         order = sorted(enumerate(panel.lines), key=lambda line: (line[1] in in_ink, line[0] in colours))
         for number, each in order:
@@ -218,7 +238,8 @@ def signals(panels: Sequence[Panel], histories: Sequence[Trace], scene: Scene, *
         axis.set_title(where or quantity)
         label = unit.label.replace("strain", "ε")
         axis.set_ylabel(f"{quantity.lower()}  [{label}]")
-        time_axis(axis, scene, trips=compared and axis in flat[max(0, len(panels) - columns) : len(panels)])
+        trips = compared and axis in flat[max(0, len(panels) - columns) : len(panels)]
+        time_axis(axis, scene, trips=trips, view=view)
         if beside and not compared:
             label_lines(axis, drawn_lines)
         elif not compared and len(panel.lines) > 1:
@@ -238,7 +259,7 @@ def _legend(axis: Axes, lines: Mapping[str, Line2D], count: int) -> None:
     if count > len(names):
         handles.append(Line2D([], [], color=UNNAMED, linewidth=0.5))
         names.append(f"... {count - len(names)} more")
-    axis.legend(handles, names, fontsize=7, framealpha=0.6)
+    axis.legend(handles, names, fontsize=7, framealpha=0.85)
 
 
 def differences(traces: Sequence[Trace]) -> list[Trace]:

@@ -11,6 +11,7 @@ import numpy as np
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
+from impactlab.history.units import UNITS as CHANNEL_UNITS
 from impactlab.metrics.norms import face_channels, mass_channels
 from impactlab.report.drawn_part import drawn_energies
 from impactlab.report.named_contacts import NamedContact, force_of, gap_of, named_contacts
@@ -20,6 +21,7 @@ from impactlab.types import Array
 
 UNITS = {"displacement": "m", "velocity": "m/s", "strain": "strain", "stress": "Pa", "force": "N", "rotation": "rad"}
 UNITS |= {"bending_moment": "N·m", "shear_force": "N", "twist": "rad", "twist_rate": "rad/s", "torque": "N·m"}
+UNITS_OF_CHANNELS = {name: unit.replace(" ", "·") for name, unit in CHANNEL_UNITS.items()} | UNITS
 MEASURED = "measured"  # name of the curve of an instrument
 ROUNDING = 1e-9  # %, below which a balance is drawn as the straight line it is
 
@@ -50,7 +52,12 @@ def shown(traces: Sequence[Trace]) -> list[Trace]:
 
 
 def panels(
-    histories: Sequence[Trace], scene: Scene, *, compared: bool, contacts: Sequence[NamedContact] | None = None
+    histories: Sequence[Trace],
+    scene: Scene,
+    *,
+    compared: bool,
+    contacts: Sequence[NamedContact] | None = None,
+    view: tuple[float, float] | None = None,
 ) -> list[Panel]:
     """Return the panels of a page: of one run with a curve per place, of a comparison with a curve per method.
 
@@ -58,8 +65,11 @@ def panels(
     ----------
     contacts : sequence of NamedContact, optional
         Contacts whose forces are shown, and gaps of those that are not linked; all of the scene if not given.
+    view : pair of float, optional
+        Times [s] between which the curves have their values; the whole run if not given.
     """
-    times = page_times(scene.duration)
+    start, end = view or (0.0, scene.duration)
+    times = start + page_times(end - start)
     made = []
     for quantity in dict.fromkeys(probe.quantity for probe in scene.probes):
         probes = [probe for probe in scene.probes if probe.quantity == quantity]
@@ -77,6 +87,19 @@ def panels(
     made += _panels(histories, times, "displacement", "displacement", "m", moved, compared)
     made += _panels(histories, times, "gap", "gap", "m", gaps, compared)
     return [*made, _energy(histories, times, compared)]
+
+
+def panels_of(history: Trace, channels: Sequence[str], times: Array) -> list[Panel]:
+    """Return the panels of some channels of one run at some times (n,) [s]: one for each quantity."""
+    made = []
+    quantities = [channel.partition(":")[0] for channel in channels]
+    for quantity in dict.fromkeys(quantities):
+        own = [channel for channel, other in zip(channels, quantities, strict=True) if other == quantity]
+        named = [(channel, said(said_place(channel))) for channel in own]
+        made += _panels(
+            [history], times, quantity, "chosen", UNITS_OF_CHANNELS.get(quantity, "1"), named, compared=False
+        )
+    return made
 
 
 def _panels(
