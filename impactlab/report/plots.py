@@ -21,6 +21,7 @@ from impactlab.report.style import (
     MUTED,
     PALETTE,
     PAPER,
+    UNNAMED,
     Margins,
     Trace,
     Unit,
@@ -52,7 +53,6 @@ COLUMNS = 400  # of time over the width of a figure; in each a curve keeps its e
 DOWN = 0.8  # inches between rows of panels that each have a title and an axis of time
 CROWDED = 33  # letters of a name and its note that fit above a panel of three
 HEADROOM = 1.3  # of the axis of forces over the exact peak; higher values are cut, and their height is written
-UNNAMED = "#b4bcc6"  # of lines without a name, among many
 MAX_INSIDE = 6  # names inside a panel of more lines than `MAX_LABELS`
 HEADING = 0.2  # inches above panels of several methods for the name of the contact
 FLAT = 1e-3  # share of the largest force, below which a negative one is rounding

@@ -26,6 +26,7 @@ INK = "#1b2330"  # the exact answer, text
 MUTED = "#6b7480"  # text and lines in the background
 GRID = "#e1e5ea"
 PAPER = "#ffffff"
+UNNAMED = "#b4bcc6"  # lines without a name, among many
 # Told apart also by eyes without red or green: neighbours differ in lightness. Labels never rely on colour alone.
 PALETTE = ("#2563d9", "#d1481f", "#0d9a84", "#d6a01c", "#7f3f9c", "#62b4e8", "#e78bb2", "#8d97a3", "#5c6b1a")
 DASHES: tuple[tuple[float, tuple[float, ...] | None], ...] = ((0, None), (0, (4, 1.5)), (0, (1.2, 1.2)))
