@@ -259,7 +259,7 @@ def _legend(axis: Axes, lines: Mapping[str, Line2D], count: int) -> None:
     if count > len(names):
         handles.append(Line2D([], [], color=UNNAMED, linewidth=0.5))
         names.append(f"... {count - len(names)} more")
-    axis.legend(handles, names, fontsize=7, framealpha=0.85)
+    axis.legend(handles, names, fontsize=7, facecolor=PAPER, framealpha=0.85)
 
 
 def differences(traces: Sequence[Trace]) -> list[Trace]:
