@@ -36,13 +36,20 @@ def named_contacts(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
     """Return the contacts of the scene that histories share, one for each name, in its order."""
     if not histories:
         return []
-    links = set.intersection(*({link.name for link in history.links} for history in histories))
     found: dict[str, list[tuple[int, str]]] = defaultdict(list)
     for number, contact in enumerate(histories[0].scene.contacts, start=1):
         found[contact.group or contact.name].append((number, contact.name))
-    return [
-        NamedContact(name, own[0][0], tuple(member for _, member in own), name in links) for name, own in found.items()
-    ]
+    made = []
+    for name, own in found.items():
+        members = tuple(member for _, member in own)
+        made.append(NamedContact(name, own[0][0], members, all(_is_linked(each, members) for each in histories)))
+    return made
+
+
+def _is_linked(history: AbstractHistory, members: Sequence[str]) -> bool:
+    """Return whether contacts are joined from the start in a run, also in one that was read from a file."""
+    laws = history.method.laws
+    return all(name in laws and laws[name].two_sided for name in members)
 
 
 def with_figures(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
@@ -123,7 +130,7 @@ def view_of(histories: Sequence[AbstractHistory], name: str, duration: float) ->
 
     The whole run; all contact with a margin, where it lies within less than `ZOOM` of the run.
     """
-    if any(name == link.name for history in histories for link in history.links):
+    if any(_is_linked(history, members_of(history.scene, name)) for history in histories):
         return 0.0, duration
     ends = [each for each in (_loaded(history, name, duration) for history in histories) if each is not None]
     first, last = min((each[0] for each in ends), default=0.0), max((each[1] for each in ends), default=duration)

@@ -100,6 +100,20 @@ def test_pieces_of_one_name_share_a_figure_and_links_have_no_gap(pile: AbstractH
     assert (axes.get_title("left"), axes.get_title("right")) == ("shaft", "smith")
 
 
+def test_a_run_read_from_a_file_has_the_same_figures(pile: AbstractHistory, tmp_path: Path) -> None:
+    pile.to_netcdf(tmp_path / "pile.nc")
+    again = il.open_netcdf(tmp_path / "pile.nc")
+    assert [plate.name for plate in of_run(again)] == [plate.name for plate in of_run(pile)]
+    assert [contact.linked for contact in with_figures([again])] == [False, False, True, True]
+
+
+def test_a_name_of_a_contact_serves_in_an_exact_run() -> None:
+    history = il.run(il.load_case("axial_impact").with_("contacts.0.name", "head").method("continuous"))
+    (force, gap) = (plate.draw() for plate in of_run(history) if plate.name in ("force", "gap"))
+    assert force.axes[0].get_title("left") == gap.axes[0].get_title("left") == "head"
+    assert np.max(force.axes[0].lines[0].get_ydata()) == pytest.approx(78.28, rel=1e-3)  # kN
+
+
 def test_the_live_page_shows_the_contacts_that_have_figures(pile: AbstractHistory) -> None:
     panels = signals.panels([Trace("laws", pile, PALETTE[0])], pile.scene, compared=False)
     (forces,) = (panel for panel in panels if panel.group == "force")
