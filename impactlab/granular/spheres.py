@@ -3,58 +3,117 @@
 from __future__ import annotations
 
 import math
-import numbers
+from typing import TypeAlias, overload
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impactlab.casefile.units import to_si
+from impactlab.casefile.words import shown
 from impactlab.errors import ImpactlabError
+from impactlab.types import Array
+
+Size: TypeAlias = float | str
+"""A number in SI, or a text with a unit such as ``5 mm``."""
 
 
-def sphere_mass(radius: float, density: float) -> float:
-    """Return the mass [kg] of a sphere: 4/3 pi R^3 rho.
+@overload
+def sphere_mass(radius: Size, density: Size) -> float: ...  # type: ignore[overload-overlap]
+@overload
+def sphere_mass(radius: ArrayLike, density: ArrayLike) -> Array: ...
+def sphere_mass(radius: ArrayLike, density: ArrayLike) -> float | Array:
+    """Return the mass [kg] of a sphere: 4/3 pi R^3 rho; of arrays of spheres an array.
 
     Parameters
     ----------
-    radius : float
-        m
-    density : float
-        kg/m3
+    radius : float, str or array, shape (n,)
+        m, or a text with a unit, ``"5 mm"``
+    density : float, str or array, shape (n,)
+        kg/m3, or a text with a unit, ``"7.85 g/cm^3"``
+
+    Raises
+    ------
+    ImpactlabError
+        If a size is no number, or not above 0.
     """
-    _positive(radius=radius, density=density)
-    return 4.0 / 3.0 * math.pi * radius**3 * density
+    r, rho = _positive("radius", radius, "m"), _positive("density", density, "kg/m3")
+    return _plain(4.0 / 3.0 * math.pi * r**3 * rho)
 
 
+@overload
+def sphere_stiffness(  # type: ignore[overload-overlap]
+    young: Size, poisson: float, radius: Size, other: Size = math.inf, *, others: tuple[Size, float] | None = None
+) -> float: ...
+@overload
 def sphere_stiffness(
-    young: float, poisson: float, radius: float, other: float = math.inf, *, others: tuple[float, float] | None = None
-) -> float:
+    young: ArrayLike,
+    poisson: float,
+    radius: ArrayLike,
+    other: ArrayLike = math.inf,
+    *,
+    others: tuple[ArrayLike, float] | None = None,
+) -> Array: ...
+def sphere_stiffness(
+    young: ArrayLike,
+    poisson: float,
+    radius: ArrayLike,
+    other: ArrayLike = math.inf,
+    *,
+    others: tuple[ArrayLike, float] | None = None,
+) -> float | Array:
     """Return k [N/m^1.5] of F = k d^1.5 between a sphere and another one, or a plane.
 
     k = 4/3 E* sqrt(R*), 1/R* = 1/R1 + 1/R2, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two equal spheres have
-    k = E sqrt(2 R)/(3 (1 - nu^2)).
+    k = E sqrt(2 R)/(3 (1 - nu^2)). Of a row of spheres of radii R, ``radius=R[:-1], other=R[1:]`` gives all contacts.
 
     Parameters
     ----------
-    young, poisson, radius : float
-        Of the sphere [Pa, 1, m].
-    other : float
+    young, radius : float, str or array, shape (n,)
+        Of the sphere [Pa, m], or a text with a unit, ``"210 GPa"``.
+    poisson : float
+        Of the sphere.
+    other : float, str or array, shape (n,)
         Radius of the other sphere [m]; inf, as given here, is a plane.
-    others : pair of float, optional
+    others : pair, optional
         Young's modulus [Pa] and Poisson's ratio of the other body; the same material if not given.
+
+    Raises
+    ------
+    ImpactlabError
+        If a size is no number, or out of range.
 
     References
     ----------
     Hertz1882.
     """
     second = (young, poisson) if others is None else others
-    _positive(young=young, radius=radius, other=other, others=second[0])
+    modulus, modulus_other = _positive("young", young, "Pa"), _positive("others", second[0], "Pa")
+    r, r_other = _positive("radius", radius, "m"), _positive("other", other, "m")
     for ratio in (poisson, second[1]):
         if not 0.0 <= ratio <= 0.5:
             raise ImpactlabError(f"poisson {ratio:g} is out of range. Allowed: 0 to 0.5", remedy="Give another ratio.")
-    compliance = (1.0 - poisson**2) / young + (1.0 - second[1] ** 2) / second[0]
-    return 4.0 / 3.0 / compliance * math.sqrt(1.0 / (1.0 / radius + 1.0 / other))
+    compliance = (1.0 - poisson**2) / modulus + (1.0 - second[1] ** 2) / modulus_other
+    return _plain(4.0 / 3.0 / compliance * np.sqrt(1.0 / (1.0 / r + 1.0 / r_other)))
 
 
-def _positive(**given: float) -> None:
-    for name, value in given.items():
-        if not isinstance(value, numbers.Real):
-            raise ImpactlabError(f"{name} {value!r} is not a number", remedy="Give a number in SI, such as 5e-3.")
-        if not value > 0.0:
-            raise ImpactlabError(f"{name} {value:g} is out of range. Allowed: above 0", remedy="Give a size in SI.")
+def _positive(name: str, given: ArrayLike, unit: str) -> Array:
+    """Return a size, or sizes, as an array in SI."""
+    try:
+        values = np.asarray(to_si(given, unit) if isinstance(given, str) else given, dtype=float)
+    except ValueError as error:
+        text = str(error) if isinstance(given, str) else f"{shown(given)} is neither a number nor an array of numbers"
+        raise ImpactlabError(f"{name}: {text}", remedy=f"Give numbers in {unit}.") from None
+    except TypeError:
+        text = f"{name}: {type(given).__name__} is neither a number nor an array of numbers"
+        raise ImpactlabError(text, remedy=f"Give numbers in {unit}.") from None
+    wrong = np.argwhere(~(values > 0.0))
+    if len(wrong):
+        place = tuple(wrong[0].tolist())
+        at = f"[{', '.join(map(str, place))}]" if place else ""
+        text = f"{name}{at} {float(values[place]):g} is out of range. Allowed: above 0"
+        raise ImpactlabError(text, remedy="Give a size in SI.")
+    return values
+
+
+def _plain(values: Array) -> float | Array:
+    return float(values) if np.ndim(values) == 0 else np.asarray(values)

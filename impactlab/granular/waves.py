@@ -1,4 +1,9 @@
-"""The leading wave of a run along its contacts: largest force of each and its instant, between the records."""
+"""The leading wave of a run along its contacts: the first peak of each force and its instant, between the records.
+
+A wave that comes back from the end of a row may be larger than the one before: the largest force of a run says nothing
+about the leading wave. The force of each contact is followed from the first time it has risen to a third of the peak
+at the contact before, and the peak is the largest force until it has fallen by a twentieth.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +16,16 @@ import numpy as np
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory
 from impactlab.prefixes import prefixed, prefixed_range
-from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.types import Array
+
+SHARE = 1.0 / 3.0  # of the peak at the contact before, or of the largest force if that is less: where a pulse begins
+RIPPLE = 0.05  # of the largest force so far: a fall by less does not end a pulse
 
 
 @dataclass(frozen=True, repr=False)
 class LeadingWave:
-    """Largest force of each contact in a row, and when it acted."""
+    """Largest force of each contact in a row as the leading wave passes, and when it acted."""
 
     contacts: tuple[str, ...]
     times: Array  # (contacts,) s
@@ -82,45 +90,88 @@ class LeadingWave:
 def leading_wave(
     history: AbstractHistory, contacts: Sequence[str] | None = None, until: float = math.inf
 ) -> LeadingWave:
-    """Return the largest force of each contact and when it acted, from the parabola through three records.
+    """Return the largest force of each contact as the leading wave passes, and when it acted.
+
+    Both come from the parabola through three records. Waves that follow, such as one that comes back from a wall, do
+    not count, even if they are larger.
 
     Parameters
     ----------
     history : AbstractHistory
         Of a run by steps.
     contacts : sequence of str, optional
-        Names of contacts in a row; all of the scene, in the order of the case, if not given.
+        Names of contacts in a row, in the order in which the wave passes them; all of the scene, in the order of the
+        case, if not given.
     until : float, optional
         Time [s] before which the force is looked at, such as that of a reflection.
 
     Raises
     ------
     ImpactlabError
-        If the run has no records, or the force of a contact has no largest value within it.
+        If the run has no records, the force of a contact has no largest value within it, or the wave does not pass the
+        contacts one after the other.
     """
     if not isinstance(history, AbstractRecordedHistory):
         raise ImpactlabError("the leading wave is read from the records of a run by steps", remedy="Give such a run.")
     names = tuple(contact.name for contact in history.scene.contacts) if contacts is None else tuple(contacts)
-    found = np.array([_largest(history, name, until) for name in names]).reshape(len(names), 2)
-    return LeadingWave(names, found[:, 0], found[:, 1])
+    found, before = np.zeros((len(names), 2)), math.inf
+    for number, name in enumerate(names):
+        *found[number], before = _peak(history, name, until, before)
+    times = found[:, 0]
+    if np.any(np.diff(times) <= 0.0):
+        first = int(np.argmax(np.diff(times) <= 0.0))
+        arrived, then = (f"'{names[number]}' at {times[number]:.6g} s" for number in (first, first + 1))
+        raise ImpactlabError(
+            f"the wave does not pass the contacts one after the other: it is at {arrived} and at {then}",
+            remedy="Give the contacts in the order in which the wave passes them, without those at an end where it is "
+            "reflected, and with `until` the time at which a wave comes back.",
+        )
+    return LeadingWave(names, times, found[:, 1])
 
 
-def _largest(history: AbstractRecordedHistory, contact: str, until: float) -> tuple[float, float]:
-    """Return when the force of a contact is largest [s], and that force [N]."""
+def _peak(history: AbstractRecordedHistory, contact: str, until: float, before: float) -> tuple[float, float, float]:
+    """Return when the first pulse of a contact is largest [s], its force and its rise above the first record [N].
+
+    ``before`` is the rise at the contact before it, infinite if there is none.
+    """
     channel = history.recorded.get(f"force:{contact}")
     if channel is None:
         raise ImpactlabError(f"there is no contact '{contact}' in this run", remedy="Name contacts of its scene.")
     count = int(np.searchsorted(channel.times, until, side="right"))
     forces = channel.values[:count]
-    at = int(np.argmax(forces)) if count else 0
+    at = _first_peak(forces - forces[0], before) if count else 0
     if not 0 < at < count - 1 or not forces[at] > 0.0:
         raise ImpactlabError(
-            f"the force of '{contact}' has no largest value within the run", remedy="Give a longer duration."
+            f"the force of '{contact}' has no largest value within the run",
+            remedy="Give a longer duration, or leave out contacts that the wave does not reach.",
         )
-    before, top, after = (float(force) for force in forces[at - 1 : at + 2])
-    slope, bend = 0.5 * (after - before), after - 2.0 * top + before
+    left, top, right = (float(force) for force in forces[at - 1 : at + 2])
+    slope, bend = 0.5 * (right - left), right - 2.0 * top + left
     shift = -slope / bend if bend < 0.0 else 0.0
+    time = float(channel.times[at])
     step = float(channel.times[at + 1] - channel.times[at - 1]) / 2.0
-    # Of a run with more steps than records the latter are means over several.
-    kept = max((span.peak_force or 0.0 for span in history.spans(contact) if span.start <= until), default=0.0)
-    return float(channel.times[at]) + shift * step, max(top + 0.5 * slope * shift, kept if until == math.inf else 0.0)
+    # Of a run with more steps than records the latter are means over several: the period of contact has the peak.
+    force = max(top + 0.5 * slope * shift, _kept(history, contact, channel, time) if until == math.inf else 0.0)
+    return time + shift * step, force, force - float(forces[0])
+
+
+def _first_peak(rise: Array, before: float) -> int:
+    """Return the number of the record at which the first pulse is largest; 0 if there is none."""
+    largest = float(rise.max())
+    if not largest > 0.0:
+        return 0
+    start = int(np.argmax(rise >= SHARE * min(before, largest)))
+    pulse = rise[start:]
+    fallen = pulse < (1.0 - RIPPLE) * np.maximum.accumulate(pulse)
+    return start + int(np.argmax(pulse[: int(np.argmax(fallen)) if fallen.any() else None]))
+
+
+def _kept(history: AbstractRecordedHistory, contact: str, channel: Channel, time: float) -> float:
+    """Return the largest force [N] of the period of contact around a peak; 0 where that has another, larger one."""
+    for span in history.spans(contact):
+        end = span.until(history.duration)
+        if span.start <= time <= end:
+            within = (channel.times >= span.start) & (channel.times <= end)
+            is_largest = channel.times[within][int(np.argmax(channel.values[within]))] == time
+            return (span.peak_force or 0.0) if is_largest else 0.0
+    return 0.0

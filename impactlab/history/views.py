@@ -95,9 +95,25 @@ class Views:
         made: Array = above("derivatives").jacobian(self.case, channel, times, parameters)
         return made
 
-    def plot(self) -> Figure:
-        """Return a figure of probes, contact forces and displacements over time."""
-        made: Figure = above("report.notebook").plot(self)
+    def plot(self, *channels: str, start: float = 0.0, end: float | None = None) -> Figure:
+        """Return a figure of probes, contact forces and displacements over time, or of some channels.
+
+        ``history.plot("force:hammer|rod.left", "stress:rod@0.15", end=2e-4)`` draws two of them early in the run. Of
+        more than ten curves in a panel six have names, those furthest apart.
+
+        Parameters
+        ----------
+        channels : str
+            Some of ``channels()``, a panel for each quantity; of an exact run also those at other places of a rod.
+        start, end : float, optional
+            Times [s] between which they are drawn; the whole run if not given.
+
+        Raises
+        ------
+        ImpactlabError
+            If the run has no such channel, a channel no values, the run nothing to draw, or the times do not lie in it.
+        """
+        made: Figure = above("report.notebook").plot(self, *channels, start=start, end=end)
         return made
 
     def plot_xt(self) -> Figure:

@@ -11,6 +11,7 @@ import numpy as np
 from impactlab.report.drawn_part import drawn_energies
 from impactlab.report.style import (
     INK,
+    MAX_LABELS,
     PALETTE,
     Margins,
     Trace,
@@ -68,7 +69,8 @@ def energy_shares(trace: Trace, scene: Scene) -> Figure:
     parts = {name: values for name, values in drawn_energies(book).items() if np.any(values)}
     parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
     parts |= {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}
-    figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=room_beside(parts), top=upper_margin(parts)))
+    names = sorted(parts, key=lambda name: -float(np.max(np.abs(parts[name]))))[:MAX_LABELS]
+    figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=room_beside(names), top=upper_margin(names)))
     unit = scaled("J", float(np.max(book.total)))
     below, ends = np.zeros_like(book.time), []
     for (name, values), colour in zip(parts.items(), itertools.cycle(PALETTE)):
@@ -82,5 +84,5 @@ def energy_shares(trace: Trace, scene: Scene) -> Figure:
     axis.set_ylim(0.0, 1.12 * max(float(below.max()), initial, 1e-30))
     axis.set_ylabel(f"energy  [{unit.label}]")
     time_axis(axis, scene)
-    label_lines(axis, ends)
+    label_lines(axis, [end for end in ends if end[1] in names])
     return figure

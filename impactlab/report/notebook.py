@@ -8,8 +8,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from impactlab.errors import ImpactlabError
-from impactlab.history.base import SERIOUS, AbstractHistory, ContactSpan
+from impactlab.history.base import END_ROUNDING, SERIOUS, AbstractHistory, ContactSpan
+from impactlab.history.sampling import page_times
 from impactlab.report import diagram, facts, plots, signals
 from impactlab.report.counts import counted
 from impactlab.report.figure_files import inline, to_svg
@@ -22,12 +25,49 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAX_PERIODS, MAX_PANELS = 10, 6  # rows of the table of contacts; panels of the figure
+MAX_NAMED = 40  # channels in a message
 GROUPS = ("probe", "force", "displacement")  # of signals, those of the first shown first
 
 
-def plot(history: AbstractHistory) -> Figure:
-    """Return the signals of a run over time: probes first, then contact forces and displacements."""
-    return signals_of([Trace("run", history, PALETTE[0])], whole(history), compared=False)
+def plot(history: AbstractHistory, *channels: str, start: float = 0.0, end: float | None = None) -> Figure:
+    """Return signals of a run over time; see `impactlab.history.views.Views.plot`.
+
+    Raises
+    ------
+    ImpactlabError
+        If the run has no such channel, a channel no values, the run nothing to draw, or the times do not lie in it.
+    """
+    end = history.duration if end is None else end
+    if not 0.0 <= start < end <= history.duration * (1.0 + END_ROUNDING):
+        raise ImpactlabError(
+            f"a figure from {start:.6g} s to {end:.6g} s of a run from 0 to {history.duration:.6g} s",
+            remedy="Give start and end in s, in this order, within the run.",
+        )
+    view, trace = (start, min(end, history.duration)), Trace("run", history, PALETTE[0])
+    if not channels:
+        return signals_of([trace], whole(history), compared=False, view=view)
+    for channel in channels:
+        _check(history, channel, view)
+    times = start + page_times(view[1] - start)
+    panels = signals.panels_of(trace, list(dict.fromkeys(channels)), times)
+    return plots.signals(panels, [trace], whole(history), compared=False, view=view)
+
+
+def _check(history: AbstractHistory, channel: str, view: tuple[float, float]) -> None:
+    """Refuse a channel that a run does not have, or that has no values, as the force of an impulse law."""
+    quantity = str(channel).partition(":")[0]
+    names = sorted(history.channels(), key=lambda name: not name.startswith(f"{quantity}:"))  # like ones first
+    found = signals.sampled(history, channel, np.linspace(*view, 101)) if ":" in str(channel) else None
+    if found is not None:
+        return
+    if channel in names:
+        raise ImpactlabError(f"channel '{channel}' has no values in this run", remedy="Leave it out of the figure.")
+    many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
+    raise ImpactlabError(
+        f"the run has no channel '{str(channel)[:80]}'; it has {', '.join(names[:MAX_NAMED])}{many}",
+        remedy="A quantity at another place needs a probe in the case.",
+        path="probes",
+    )
 
 
 def plot_comparison(rows: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory]) -> Figure:
@@ -55,25 +95,21 @@ def plot_xt(history: AbstractHistory) -> Figure:
     return diagram.lagrange(history, scene)
 
 
-def signals_of(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> Figure:
-    """Return a figure of the first few signals of histories.
+def signals_of(
+    shown: Sequence[Trace], scene: Scene, *, compared: bool, view: tuple[float, float] | None = None
+) -> Figure:
+    """Return a figure of the first few signals of histories, over the whole run or a view of it [s].
 
     Raises
     ------
     ImpactlabError
         If there is none.
     """
-    panels = signals.panels(shown, scene, compared=compared)
+    panels = signals.panels(shown, scene, compared=compared, view=view)
     chosen = [panel for group in GROUPS for panel in panels if panel.group == group][:MAX_PANELS]
     if not chosen:
         raise ImpactlabError("there is no signal to draw", remedy="Name probes in the case.", path="probes")
-    figure = plots.signals(chosen, shown, scene, compared=compared)
-    for axes, panel in zip(figure.axes, chosen, strict=False):
-        if len(panel.lines) > 1 and not compared and len(chosen) > 1:
-            axes.legend(
-                axes.get_lines()[-len(panel.lines) :], [line.name for line in panel.lines], fontsize=7, framealpha=0.6
-            )
-    return figure
+    return plots.signals(chosen, shown, scene, compared=compared, view=view)
 
 
 def whole(history: AbstractHistory) -> Scene:

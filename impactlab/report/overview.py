@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from impactlab.report.named_contacts import with_figures
+from impactlab.report.signals import said
 from impactlab.report.style import (
     GRID,
     INK,
@@ -44,21 +46,25 @@ FLOOR = 1e-4  # %, smaller values do not widen the scale
 
 @drawn
 def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
-    """Return when each contact is closed: a bar per period of contact, a tick per kick, a row per method."""
-    names = [contact.name for contact in scene.contacts]
+    """Return when each contact is closed: a bar per period of contact, a tick per kick, a row per method.
+
+    Links have no periods; of many contacts those are drawn that have figures of their own.
+    """
+    known = [contact for contact in with_figures([trace.history for trace in traces]) if not contact.linked]
     reference = exact_of(traces)
-    rows = ([Trace("exact", reference, INK)] if reference else []) + list(traces)
+    answer = "exact" if reference is None or reference.dt is None else "converged"
+    rows = ([Trace(answer, reference, INK)] if reference else []) + list(traces)
     left = room_for(trace.name for trace in rows)
-    right, top = 0.7 if is_narrow() else 0.95, 0.32 if len(names) > 1 else 0.1
+    right, top = 0.7 if is_narrow() else 0.95, 0.32 if len(known) > 1 else 0.1
     margins = Margins(left, right, top, lower_margin(trips=True))
-    figure, axes = grid(len(names), 1, 0.27 * len(rows), margins)
-    for (axis,), name in zip(axes, names, strict=True):
+    figure, axes = grid(len(known), 1, 0.27 * len(rows), margins)
+    for (axis,), contact in zip(axes, known, strict=True):
         for row, trace in enumerate(rows):
-            _spans(axis, trace, scene, name, row)
+            _spans(axis, trace, scene, contact.members, row)
         if reference is not None:
             time = clock(scene)
             for event in reference.events:
-                if event.contact == name:
+                if event.contact in contact.members:
                     axis.axvline(event.time / time.size, color=INK, linewidth=0.7, linestyle=(0, (1, 2)), zorder=0.8)
         axis.set_ylim(len(rows) - 0.4, -0.6)
         axis.set_yticks(range(len(rows)), [trace.name for trace in rows])
@@ -68,18 +74,20 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
         axis.grid(visible=False, axis="y")
         axis.tick_params(axis="y", length=0)
         axis.spines["left"].set_visible(False)
-        if len(names) > 1:
-            axis.set_title(name)
-        time_axis(axis, scene, trips=name == names[-1])
+        if len(known) > 1:
+            axis.set_title(said(contact.name))
+        time_axis(axis, scene, trips=contact is known[-1])
     return figure
 
 
-def _spans(axis: Axes, trace: Trace, scene: Scene, contact: str, row: int) -> None:
+def _spans(axis: Axes, trace: Trace, scene: Scene, contacts: Sequence[str], row: int) -> None:
     """Draw one row of `contacts` and write how many contacts it holds at its end."""
     time = clock(scene)
-    spans = trace.history.spans(contact)
+    spans = trace.history.spans_of(contacts)
     kicks = [
-        event.time / time.size for event in trace.history.events if (event.contact, event.kind) == (contact, "impulse")
+        event.time / time.size
+        for event in trace.history.events
+        if event.contact in contacts and event.kind == "impulse"
     ]
     bars = [
         (span.start / time.size, ((scene.duration if span.end is None else span.end) - span.start) / time.size)
@@ -92,8 +100,8 @@ def _spans(axis: Axes, trace: Trace, scene: Scene, contact: str, row: int) -> No
     impulsive = any(span.kicks is not None for span in spans) or not bars
     if kicks and impulsive:
         axis.vlines(kicks, row - 0.31, row + 0.31, color=trace.colour, linewidth=0.7)
-    number = len(bars)
-    text = f"{len(kicks)} kicks" if kicks and impulsive else f"{number} contact{'' if number == 1 else 's'}"
+    number, noun = (len(kicks), "kick") if kicks and impulsive else (len(bars), "contact")
+    text = f"{number} {noun}{'' if number == 1 else 's'}"
     axis.text(1.015, row, text, transform=axis.get_yaxis_transform(), va="center", fontsize=8, color=MUTED)
 
 

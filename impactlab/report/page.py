@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.report import facts, mechanism
 from impactlab.report.figure_files import FigureFiles, inline, save, with_classes
+from impactlab.report.named_contacts import words_on_figures
 from impactlab.report.page_data import page_data
 from impactlab.report.provenance import Provenance, now
 from impactlab.report.side_by_side import side_by_side
@@ -89,6 +90,8 @@ def write_page(
             (out_dir / name).write_text(text.rstrip() + "\n", encoding="utf-8")
             listed.append((name, content))
     scene_facts = facts.scene_facts(scene, {link.name for trace in page.traces for link in trace.history.links})
+    others = "history.npz has all" if page.command == "run" else "a run of a method writes all into history.npz"
+    forces = words_on_figures([trace.history for trace in page.traces], others)
     text = rendered(
         "impactlab.report",
         "page.html.j2",
@@ -101,7 +104,10 @@ def write_page(
         sketch=sketch(scene),
         mechanism=any(body.changes for body in scene.bodies.values()),
         chained=bool(mechanism.chains(scene)),
-        facts=[*scene_facts, *([("drawn", left_out)] if left_out else [])],
+        facts=[
+            *scene_facts,
+            *[(name, words) for name, words in (("drawn", left_out), ("forces drawn", forces)) if words],
+        ],
         trip=facts.si(scene.round_trip, "s") if page.command == "compare" and math.isfinite(scene.round_trip) else "",
         headings=page_headings(),
         rows=page_rows(page.table),

@@ -11,6 +11,7 @@ import numpy as np
 
 from impactlab.history.sampling import FRAMES, HISTORY_POINTS, frame_times
 from impactlab.report import mechanism
+from impactlab.report.named_contacts import with_figures
 from impactlab.report.packing import COARSE, Packer
 from impactlab.report.signals import Panel, panels, sampled, shown
 from impactlab.report.stage import Frames, described, frames
@@ -37,7 +38,8 @@ def page_data(traces: Sequence[Trace], scene: Scene, *, compared: bool) -> str:
     """
     histories = shown(traces)
     films = [frames(trace.history, scene) for trace in histories]
-    curves = panels(histories, scene, compared=compared)
+    contacts = with_figures([trace.history for trace in histories])
+    curves = panels(histories, scene, compared=compared, contacts=contacts)
     text, size, before = "", 0, 0
     for levels, every, instants in DETAIL:
         if every == before and size > COARSER * MAX_DATA:

@@ -8,6 +8,7 @@ from typing import Any
 
 from impactlab.history.base import AbstractHistory
 from impactlab.report import applications, balance, diagram, fields, mechanism, overview, plots, signals
+from impactlab.report.named_contacts import NamedContact, law_of, named_contacts, with_figures
 from impactlab.report.page import Plate
 from impactlab.report.signals import MEASURED, Panel
 from impactlab.report.style import Trace, exact_of
@@ -20,7 +21,7 @@ MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page 
 
 def of_run(trace: Trace, scene: Scene) -> list[Plate]:
     """Return the figures of one run."""
-    answer = "exact" if trace.reference is None or trace.reference.dt is None else "converged"
+    answer = _answer(trace.reference)
     dark = f" The thin line is the {answer} answer." if trace.reference is not None else ""
     shares = Plate(
         "energy",
@@ -47,8 +48,9 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
     if not shown:
         return []
     judged = any(trace.reference is not None for trace in shown)
-    dark = " The thin line is the exact answer." if judged else ""
     reference = exact_of(shown)
+    answer = _answer(reference)
+    dark = f" The thin line is the {answer} answer." if judged else ""
     known = [*([reference] if reference is not None else []), *(trace.history for trace in shown)]
     figures = [*probes(shown, scene, compared=True), *waves(known, scene)]
     if judged:
@@ -58,15 +60,15 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         )
         draw = partial(overview.errors, comparison["rows"], {trace.name: trace.colour for trace in shown})
         figures.append(Plate("errors", "Errors", words, draw))
-    if scene.contacts:
+    if not all(contact.linked for contact in named_contacts([trace.history for trace in shown])):
         words = (
-            "A bar is a period of contact, a tick a kick. Dotted lines are the exact touches and openings: a bar cut "
-            "in pieces is chatter, a missing bar a missed contact."
+            f"A bar is a period of contact, a tick a kick. Dotted lines are the {answer} touches and openings: a bar "
+            "cut in pieces is chatter, a missing bar a missed contact."
         )
         figures.append(Plate("contacts", "Periods of contact", words, partial(overview.contacts, shown, scene)))
     several = len(scene.contacts) > 1
     force = (
-        f"One panel per method on common axes.{dark} Above a panel stands its error away from the exact jumps"
+        f"One panel per method on common axes.{dark} Above a panel stands its error away from the jumps"
         f"{', the largest over all contacts' if several else ''}."
     )
     figures += histories_of(shown, scene, force, dark, force_notes(comparison, several))
@@ -78,10 +80,16 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
     return figures + fields_at_snapshots(shown, scene, f"at the snapshots, one row per method.{dark}")
 
 
+def _answer(reference: AbstractHistory | None) -> str:
+    return "exact" if reference is None or reference.dt is None else "converged"
+
+
 def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Plate]:
     """Return the signals of the probes, as gauges would record them."""
     histories = signals.shown(shown)
-    panels = [panel for panel in signals.panels(histories, scene, compared=compared) if panel.group == "probe"]
+    panels = [
+        panel for panel in signals.panels(histories, scene, compared=compared, contacts=()) if panel.group == "probe"
+    ]
     if not panels:
         return []
     words = "The recorded signals, stress and strain positive in compression."
@@ -112,18 +120,34 @@ def histories_of(
         Name of a trace to the words above its panel of the force.
     """
     plates = []
-    for number, contact in enumerate(scene.contacts):
-        tail, of = (f"_{number + 1}", f", {contact.name}") if len(scene.contacts) > 1 else ("", "")
+    known = [trace.history for trace in shown]
+    drawn, several = with_figures(known), len(named_contacts(known)) > 1
+    for number, contact in enumerate(drawn):
+        tail, of = (f"_{contact.number}", f", {contact.name}") if several else ("", "")
         words = f"The whole run, and the same near zero, where penetration and near touches show.{dark}"
-        draw = partial(plots.force, shown, scene, contact.name, notes)
-        plates += [
-            Plate(f"force{tail}", f"Contact force{of}", force, draw, len(shown) == 1, number < MAX_PRINTED),
-            Plate(f"gap{tail}", f"Gap{of}", words, partial(plots.gap, shown, scene, contact.name), True, False),
-        ]
+        traces = shown if notes is not None else [each._replace(name=law_of(each.history, contact)) for each in shown]
+        draw = partial(plots.force, traces, scene, contact.name, notes)
+        plates.append(
+            Plate(
+                f"force{tail}",
+                f"Contact force{of}",
+                _on_pieces(contact) + force,
+                draw,
+                len(shown) == 1,
+                number < MAX_PRINTED,
+            )
+        )
+        if not contact.linked:
+            draw = partial(plots.gap, shown, scene, contact.name)
+            plates.append(Plate(f"gap{tail}", f"Gap{of}", words, draw, True, False))
     if not scene.contacts:
         return plates
     histories, compared = signals.shown(shown), len(shown) > 1
-    panels = [panel for panel in signals.panels(histories, scene, compared=compared) if panel.group == "displacement"]
+    panels = [
+        panel
+        for panel in signals.panels(histories, scene, compared=compared, contacts=())
+        if panel.group == "displacement"
+    ]
     if panels:
         words = f"Displacement since the start of the masses and faces in contact.{dark}"
         draw = partial(plots.signals, panels, histories, scene, compared=compared)
@@ -136,6 +160,11 @@ def histories_of(
         draw = partial(plots.difference, shown, scene)
         plates.append(Plate("difference", "Growth of the difference", words, draw, is_printed=not compared))
     return plates
+
+
+def _on_pieces(contact: NamedContact) -> str:
+    count = len(contact.members)
+    return f"The sum of {count} pieces. " if count > 1 else ""
 
 
 def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> list[Plate]:

@@ -13,12 +13,15 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.metrics.norms import face_channels, mass_channels
-from impactlab.report.signals import Panel, said_place
+from impactlab.report.named_contacts import force_of, gap_of, members_of, view_of
+from impactlab.report.signals import Panel, said, said_place
 from impactlab.report.style import (
     INK,
+    MAX_LABELS,
     MUTED,
     PALETTE,
     PAPER,
+    UNNAMED,
     Margins,
     Trace,
     Unit,
@@ -29,6 +32,7 @@ from impactlab.report.style import (
     grid,
     key,
     label_lines,
+    labelled,
     log_axis,
     lower_margin,
     room_beside,
@@ -43,65 +47,104 @@ from impactlab.types import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 COLUMNS = 400  # of time over the width of a figure; in each a curve keeps its extremes
 DOWN = 0.8  # inches between rows of panels that each have a title and an axis of time
 CROWDED = 33  # letters of a name and its note that fit above a panel of three
 HEADROOM = 1.3  # of the axis of forces over the exact peak; higher values are cut, and their height is written
-KICK_WINDOW = 1.0 / 60.0  # of the run, over which the kicks of an impulse law are averaged to a force
+MAX_INSIDE = 6  # names inside a panel of more lines than `MAX_LABELS`
+HEADING = 0.2  # inches above panels of several methods for the name of the contact
+FLAT = 1e-3  # share of the largest force, below which a negative one is rounding
+KICK_WINDOW = 1.0 / 60.0  # of the time drawn, over which the kicks of an impulse law are averaged to a force
 STILL = 0.01  # share of the widest gap below which the exact gap is no scale: faces that stay together
 FLOOR = 1e-4  # %, differences below it are drawn there
 
 
 @drawn
 def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[str, str] | None = None) -> Figure:
-    """Return the force of one contact over time, one panel per trace on common axes.
+    """Return the force of the contacts of one name over time, one panel per trace on common axes.
+
+    A contact that is short in a long run is drawn large (`named_contacts.view_of`).
 
     Parameters
     ----------
     contact : str
-        Name of the contact, ``hammer|rod.left``.
+        Name of the contact, ``hammer|rod.left``, or of its pieces, ``shaft``.
     notes : mapping, optional
         Name of a trace to a few words written at the right above its panel.
     """
-    channel, time = f"force:{contact}", clock(scene)
     columns = across(1 if len(traces) == 1 else 2 if len(traces) <= 4 else 3)
     rows, trips = -(-len(traces) // columns), len(traces) > 1
-    margins = Margins(across=0.28, down=0.42, bottom=lower_margin(trips=trips))
+    headed = trips and len({each.group or each.name for each in traces[0].history.scene.contacts}) > 1
+    margins = Margins(across=0.28, down=0.42, top=0.32 + HEADING * headed, bottom=lower_margin(trips=trips))
     figure, axes = grid(
         rows, columns, {1: 2.6 if len(traces) == 1 else 1.2, 2: 1.8, 3: 1.5}[columns], margins, share=True
     )
-    lines = [line(trace.history, channel, columns) for trace in traces]
-    exact = [line(t.reference, channel, columns) if t.reference else (np.empty(0),) * 2 for t in traces]
-    tallest = max((float(v.max()) for _, v in exact if v.size), default=0.0) or max(
-        (float(v.max()) for _, v in lines if v.size), default=1.0
-    )
-    unit = scaled("N", tallest)
-    top = (tallest or 1.0) * HEADROOM / unit.size
+    if headed:
+        inch = 1.0 / figure.get_figheight()
+        figure.text(
+            margins.left / figure.get_figwidth(),
+            1.0 - 0.06 * inch,
+            said(contact),
+            va="top",
+            fontsize=9.5,
+            weight="bold",
+        )
+    known = [trace.history for trace in traces] + [each.reference for each in traces if each.reference is not None]
+    view = view_of(known, contact, scene.duration)
+    time = scaled("s", view[1])
+    lines = [force_line(trace.history, contact, view, columns) for trace in traces]
+    exact = [force_line(t.reference, contact, view, columns) if t.reference else (np.empty(0),) * 2 for t in traces]
+    low, high = _extent([v for _, v in exact if v.size]) or _extent([v for _, v in lines if v.size]) or (0.0, 1.0)
+    unit = scaled("N", max(high, -low))
+    top = HEADROOM * high / unit.size
+    bottom = HEADROOM * low / unit.size if low < -FLAT * high else -0.04 * top
     panels = [axis for row in axes for axis in row]
     for axis, trace, (t, values), (t_exact, values_exact) in zip(panels, traces, lines, exact, strict=False):
         note = (notes or {}).get(trace.name, "")
         if t.size:
             axis.plot(t / time.size, values / unit.size, color=trace.colour, linewidth=2.0)
-            peaks = [span.peak_force or 0.0 for span in trace.history.spans(contact)]
+            own = members_of(trace.history.scene, contact)
+            peaks = [span.peak_force or 0.0 for span in trace.history.spans(own[0])] if len(own) == 1 else []
             _write_height_of_cut(axis, max([float(values.max()), *peaks]) / unit.size, top, unit)
+            _write_depth_of_cut(axis, float(values.min()) / unit.size, bottom, unit)
         else:
-            note = _kicks(axis, trace, scene, contact, unit)
+            kicks = _kicks(axis, trace, members_of(trace.history.scene, contact), view, unit)
+            note = kicks if trips else f"{note}, {kicks}" if note else kicks
         axis.plot(t_exact / time.size, values_exact / unit.size, color=INK, linewidth=0.9)
-        axis.set_title(trace.name, color=trace.colour)
+        if not trips:
+            note = f"{trace.name}, {note}" if note else trace.name
+        axis.set_title(trace.name if trips else said(contact), color=trace.colour)
         if columns < 3 or len(trace.name) + len(note) < CROWDED:
             axis.set_title(note, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
         else:
             axis.text(0.985, 0.8, note, fontsize=7.5, color=MUTED, transform=axis.transAxes, ha="right", va="top")
-        axis.set_ylim(-0.04 * top, top)
+        if bottom < 0.0 and low < 0.0:
+            axis.axhline(0.0, color=MUTED, linewidth=0.8, zorder=0.9)
+        axis.set_ylim(bottom, top or -0.04 * bottom)
     for axis in panels[len(traces) :]:
         axis.set_visible(False)
     for axis in panels[max(0, len(traces) - columns) : len(traces)]:
         axis.tick_params(labelbottom=True)
-        time_axis(axis, scene, trips=trips)
+        time_axis(axis, scene, trips=trips, view=view)
     for row in axes:
         row[0].set_ylabel(f"force  F  [{unit.label}]")
     return figure
+
+
+def _extent(curves: Sequence[Array]) -> tuple[float, float] | None:
+    """Return the least value of curves, at most 0, and the largest, at least 0; None where all are 0."""
+    low = min((float(values.min()) for values in curves), default=0.0)
+    high = max((float(values.max()) for values in curves), default=0.0)
+    return None if low >= 0.0 >= high else (min(low, 0.0), max(high, 0.0))
+
+
+def force_line(history: AbstractHistory, contact: str, view: tuple[float, float], panels: int) -> tuple[Array, Array]:
+    """Return times [s] and force [N] of a contact within a view, thinned; empty where it has no values."""
+    start, end = view
+    times = start + page_times(end - start)
+    return thinned(times, force_of(history, contact, np.minimum(times, end)), COLUMNS // panels)
 
 
 def _write_height_of_cut(axis: Axes, highest: float, top: float, unit: Unit) -> None:
@@ -112,30 +155,53 @@ def _write_height_of_cut(axis: Axes, highest: float, top: float, unit: Unit) -> 
         axis.text(0.985, 0.97, text, fontsize=7.5, bbox=behind, transform=axis.transAxes, ha="right", va="top")
 
 
-def _kicks(axis: Axes, trace: Trace, scene: Scene, contact: str, unit: Unit) -> str:
+def _write_depth_of_cut(axis: Axes, lowest: float, bottom: float, unit: Unit) -> None:
+    """Write how low the force reaches where the axis cuts it."""
+    if lowest < bottom:
+        behind = {"facecolor": PAPER, "edgecolor": "none", "pad": 2.0}
+        text = f"down to {lowest:.3g} {unit.label}".replace("-", "\N{MINUS SIGN}")
+        axis.text(0.985, 0.03, text, fontsize=7.5, bbox=behind, transform=axis.transAxes, ha="right", va="bottom")
+
+
+def _kicks(axis: Axes, trace: Trace, contacts: Sequence[str], view: tuple[float, float], unit: Unit) -> str:
     """Draw the kicks of an impulse law as their mean force over short windows, and say so: it has no force."""
-    kicks = [(e.time, e.impulse or 0.0) for e in trace.history.events if (e.contact, e.kind) == (contact, "impulse")]
-    time = clock(scene)
-    window = KICK_WINDOW * scene.duration
-    edges = np.arange(0.0, scene.duration + window, window)
+    events = [event for event in trace.history.events if event.contact in contacts and event.kind == "impulse"]
+    kicks = [(event.time, event.impulse or 0.0) for event in events]
+    start, end = view
+    size, window = scaled("s", end).size, KICK_WINDOW * (end - start)
+    edges = np.arange(start, end + window, window)
     total, _ = np.histogram([t for t, _ in kicks], edges, weights=[j for _, j in kicks])
-    axis.stairs(total / window / unit.size, edges / time.size, fill=True, color=trace.colour, alpha=0.5, linewidth=0)
+    axis.stairs(total / window / unit.size, edges / size, fill=True, color=trace.colour, alpha=0.5, linewidth=0)
+    if len(kicks) == 1:
+        impulse = scaled("N s", abs(kicks[0][1]))
+        return f"one kick of {kicks[0][1] / impulse.size:.3g} {impulse.label}"
     return f"mean of {len(kicks)} kicks"
 
 
-def line(history: AbstractHistory, channel: str, panels: int) -> tuple[Array, Array]:
-    """Return times [s] and values of a channel, thinned for one of some panels across; empty where it has no values."""
-    times = page_times(history.duration)
-    return thinned(times, history.evaluate(times, channel), COLUMNS // panels)
-
-
 @drawn
-def signals(panels: Sequence[Panel], histories: Sequence[Trace], scene: Scene, *, compared: bool) -> Figure:
-    """Return panels of signals in rows of three: the names of methods beside them, or of places inside each."""
+def signals(
+    panels: Sequence[Panel],
+    histories: Sequence[Trace],
+    scene: Scene,
+    *,
+    compared: bool,
+    view: tuple[float, float] | None = None,
+) -> Figure:
+    """Return panels of signals in rows of three: the names of methods beside them, or of places inside each.
+
+    Of many places some have names, those of curves far apart.
+
+    Parameters
+    ----------
+    view : pair of float, optional
+        Times [s] between which the panels have their values; the whole run if not given.
+    """
     columns = across(min(len(panels), 3))
     rows = -(-len(panels) // columns)
     names = [trace.name for trace in histories] if compared else [line.name for line in panels[0].lines]
     beside = len(names) > 1 and (compared or len(panels) == 1)
+    if beside and not compared:
+        names = [names[number] for number in labelled([line.values for line in panels[0].lines])]
     margins = Margins(
         right=room_beside(names) if beside else 0.12,
         top=upper_margin(names if beside else ()),
@@ -143,34 +209,57 @@ def signals(panels: Sequence[Panel], histories: Sequence[Trace], scene: Scene, *
         down=DOWN,
     )
     figure, axes = grid(rows, columns, 1.7 if rows > 1 else 2.2, margins)
-    flat, time, t = [axis for row in axes for axis in row], clock(scene), page_times(scene.duration)
+    start, end = view or (0.0, scene.duration)
+    flat, time, t = [axis for row in axes for axis in row], scaled("s", end), start + page_times(end - start)
     for axis, panel in zip(flat, panels, strict=False):
         in_ink = [line for line in panel.lines if histories[line.trace].colour == "ink"]
         frame = in_ink or panel.lines
         low = min(float(np.nanmin(line.values)) for line in frame)
         high = max(float(np.nanmax(line.values)) for line in frame)
         unit, span = scaled(panel.unit, max(abs(low), abs(high))), (high - low) or 1.0
-        drawn_lines = []
-        for number, each in enumerate(sorted(panel.lines, key=lambda line: line in in_ink)):
-            trace = histories[each.trace]
-            colour = INK if each in in_ink else trace.colour if compared else PALETTE[number % len(PALETTE)]
+        drawn_lines, handles = [], {}
+        most = MAX_LABELS if beside or len(panel.lines) <= MAX_LABELS else MAX_INSIDE
+        curves = [line.values for line in panel.lines]
+        places = range(len(curves)) if compared else labelled(curves, most)
+        colours = {number: PALETTE[place % len(PALETTE)] for place, number in enumerate(places)}
+        order = sorted(enumerate(panel.lines), key=lambda line: (line[1] in in_ink, line[0] in colours))
+        for number, each in order:
+            trace, named = histories[each.trace], number in colours or each in in_ink
+            colour = INK if each in in_ink else trace.colour if compared else colours.get(number, UNNAMED)
             x, y = thinned(t, each.values, COLUMNS // columns)
-            axis.plot(x / time.size, y / unit.size, color=colour, linestyle=trace.dash, linewidth=1.2)
-            if y.size:
+            width = 1.2 if named else 0.5
+            (curve,) = axis.plot(x / time.size, y / unit.size, color=colour, linestyle=trace.dash, linewidth=width)
+            if named:
+                handles[number] = curve
+            if y.size and named:
                 drawn_lines.append((float(y[-1]) / unit.size, each.name, colour))
         axis.set_ylim((low - 0.12 * span) / unit.size, (high + 0.12 * span) / unit.size)
         quantity, _, where = panel.title.partition(", ")
         axis.set_title(where or quantity)
         label = unit.label.replace("strain", "ε")
         axis.set_ylabel(f"{quantity.lower()}  [{label}]")
-        time_axis(axis, scene, trips=compared and axis in flat[max(0, len(panels) - columns) : len(panels)])
+        trips = compared and axis in flat[max(0, len(panels) - columns) : len(panels)]
+        time_axis(axis, scene, trips=trips, view=view)
         if beside and not compared:
             label_lines(axis, drawn_lines)
+        elif not compared and len(panel.lines) > 1:
+            _legend(axis, {panel.lines[number].name: handles[number] for number in sorted(handles)}, len(panel.lines))
     for axis in flat[len(panels) :]:
         axis.set_visible(False)
     if beside and compared:
         key(axes[0][-1], [trace._replace(colour=INK) if trace.colour == "ink" else trace for trace in histories])
     return figure
+
+
+def _legend(axis: Axes, lines: Mapping[str, Line2D], count: int) -> None:
+    """Write the names of lines into a panel, and how many others of ``count`` there are."""
+    from matplotlib.lines import Line2D
+
+    handles, names = list(lines.values()), list(lines)
+    if count > len(names):
+        handles.append(Line2D([], [], color=UNNAMED, linewidth=0.5))
+        names.append(f"... {count - len(names)} more")
+    axis.legend(handles, names, fontsize=7, facecolor=PAPER, framealpha=0.85)
 
 
 def differences(traces: Sequence[Trace]) -> list[Trace]:
@@ -220,13 +309,13 @@ def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
 
 @drawn
 def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
-    """Return the gap of one contact over time, and beside it the same drawn large near zero.
+    """Return the gap of the contacts of one name over time, the least one, and beside it the same large near zero.
 
     The closer view shows penetration in contact, and touches that are nearly missed.
     """
-    channel, time, reference = f"gap:{contact}", clock(scene), exact_of(traces)
-    lines = [line(trace.history, channel, 2) for trace in traces]
-    exact = line(reference, channel, 2) if reference else lines[0]
+    time, reference, times = clock(scene), exact_of(traces), page_times(scene.duration)
+    lines = [thinned(times, gap_of(trace.history, contact, times), COLUMNS // 2) for trace in traces]
+    exact = thinned(times, gap_of(reference, contact, times), COLUMNS // 2) if reference else lines[0]
     low, high = float(exact[1].min()), float(exact[1].max())
     widest = (min(float(v.min()) for _, v in lines), max(float(v.max()) for _, v in lines))
     if high - low < STILL * (widest[1] - widest[0]):
@@ -237,7 +326,7 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
     columns, right = across(2), room_beside(names) if names else 0.12
     margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=DOWN)
     figure, axes = grid(2 // columns, columns, 2.4, margins)
-    views = (("gap", low - 0.08 * span, high + 0.08 * span), ("gap near zero", -0.025 * span, 0.08 * span))
+    views = ((said(contact), low - 0.08 * span, high + 0.08 * span), ("near zero", -0.025 * span, 0.08 * span))
     flat = [axis for row in axes for axis in row]
     for axis, (title, bottom, top) in zip(flat, views, strict=True):
         unit = scaled("m", max(abs(bottom), abs(top)))

@@ -11,14 +11,17 @@ import numpy as np
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
+from impactlab.history.units import UNITS as CHANNEL_UNITS
 from impactlab.metrics.norms import face_channels, mass_channels
 from impactlab.report.drawn_part import drawn_energies
+from impactlab.report.named_contacts import NamedContact, force_of, gap_of, named_contacts
 from impactlab.report.style import Trace, exact_of
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
 
 UNITS = {"displacement": "m", "velocity": "m/s", "strain": "strain", "stress": "Pa", "force": "N", "rotation": "rad"}
 UNITS |= {"bending_moment": "N·m", "shear_force": "N", "twist": "rad", "twist_rate": "rad/s", "torque": "N·m"}
+UNITS_OF_CHANNELS = {name: unit.replace(" ", "·") for name, unit in CHANNEL_UNITS.items()} | UNITS
 MEASURED = "measured"  # name of the curve of an instrument
 ROUNDING = 1e-9  # %, below which a balance is drawn as the straight line it is
 
@@ -48,25 +51,55 @@ def shown(traces: Sequence[Trace]) -> list[Trace]:
     return [*traces, Trace("exact" if reference.dt is None else "converged", reference, "ink")]
 
 
-def panels(histories: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Panel]:
-    """Return the panels of a page: of one run with a curve per place, of a comparison with a curve per method."""
-    times = page_times(scene.duration)
+def panels(
+    histories: Sequence[Trace],
+    scene: Scene,
+    *,
+    compared: bool,
+    contacts: Sequence[NamedContact] | None = None,
+    view: tuple[float, float] | None = None,
+) -> list[Panel]:
+    """Return the panels of a page: of one run with a curve per place, of a comparison with a curve per method.
+
+    Parameters
+    ----------
+    contacts : sequence of NamedContact, optional
+        Contacts whose forces are shown, and gaps of those that are not linked; all of the scene if not given.
+    view : pair of float, optional
+        Times [s] between which the curves have their values; the whole run if not given.
+    """
+    start, end = view or (0.0, scene.duration)
+    times = start + page_times(end - start)
     made = []
     for quantity in dict.fromkeys(probe.quantity for probe in scene.probes):
         probes = [probe for probe in scene.probes if probe.quantity == quantity]
         channels = [(probe.channel, place(probe, scene)) for probe in probes]
         seen = {} if compared else measured(histories[0].history, probes, times)
         made += _panels(histories, times, quantity, "probe", UNITS[quantity], channels, compared, seen)
-    names = [contact.name for contact in scene.contacts]
-    forces = [(f"force:{name}", said(name)) for name in names]
+    if contacts is None:
+        contacts = named_contacts([trace.history for trace in histories])
+    forces = [(f"force:{each.name}", said(each.name)) for each in contacts]
     probed = {probe.channel for probe in scene.probes}
     moving = [channel for channel in mass_channels(scene) + face_channels(scene) if channel not in probed]
     moved = [(channel, said_place(channel)) for channel in moving]
-    gaps = [(f"gap:{name}", said(name)) for name in names]
+    gaps = [(f"gap:{each.name}", said(each.name)) for each in contacts if not each.linked]
     made += _panels(histories, times, "contact force", "force", "N", forces, compared)
     made += _panels(histories, times, "displacement", "displacement", "m", moved, compared)
     made += _panels(histories, times, "gap", "gap", "m", gaps, compared)
     return [*made, _energy(histories, times, compared)]
+
+
+def panels_of(history: Trace, channels: Sequence[str], times: Array) -> list[Panel]:
+    """Return the panels of some channels of one run at some times (n,) [s]: one for each quantity."""
+    made = []
+    quantities = [channel.partition(":")[0] for channel in channels]
+    for quantity in dict.fromkeys(quantities):
+        own = [channel for channel, other in zip(channels, quantities, strict=True) if other == quantity]
+        named = [(channel, said(said_place(channel))) for channel in own]
+        made += _panels(
+            [history], times, quantity, "chosen", UNITS_OF_CHANNELS.get(quantity, "1"), named, compared=False
+        )
+    return made
 
 
 def _panels(
@@ -113,8 +146,14 @@ def measured(history: AbstractHistory, probes: Sequence[Probe], times: Array) ->
 
 def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | None:
     """Return a channel at some times; None where the history has no such channel, or no value of it."""
+    quantity, _, name = channel.partition(":")
     try:
-        values = history.evaluate(times, channel)
+        if quantity == "gap":
+            values = gap_of(history, name, times)
+        elif quantity == "force" and "@" not in name:
+            values = force_of(history, name, times)
+        else:
+            values = history.evaluate(times, channel)
     except ImpactlabError:  # not recorded
         return None
     return values if np.any(np.isfinite(values)) else None

@@ -28,6 +28,7 @@ INK = "#1b2330"  # the exact answer, text
 MUTED = "#6b7480"  # text and lines in the background
 GRID = "#e1e5ea"
 PAPER = "#ffffff"
+UNNAMED = "#b4bcc6"  # lines without a name, among many
 # Told apart also by eyes without red or green: neighbours differ in lightness. Labels never rely on colour alone.
 PALETTE = ("#2563d9", "#d1481f", "#0d9a84", "#d6a01c", "#7f3f9c", "#62b4e8", "#e78bb2", "#8d97a3", "#5c6b1a")
 DASHES: tuple[tuple[float, tuple[float, ...] | None], ...] = ((0, None), (0, (4, 1.5)), (0, (1.2, 1.2)))
@@ -181,16 +182,29 @@ def log_axis(axis: Axis) -> None:
 TRIPS = 0.4  # inches below an axis of time, for a second one in round trips T
 
 
-def time_axis(axes: Axes, scene: Scene, *, trips: bool = False) -> None:
-    """Set up a horizontal axis of time over the whole run, with ``trips`` a second one in round trips below it."""
-    unit = clock(scene)
-    axes.set_xlim(0.0, scene.duration / unit.size)
-    axes.set_xlabel(f"time  t  [{unit.label}]")
+def time_axis(axes: Axes, scene: Scene, *, trips: bool = False, view: tuple[float, float] | None = None) -> None:
+    """Set up a horizontal axis of time, with ``trips`` a second one in round trips below it.
+
+    Parameters
+    ----------
+    view : pair of float, optional
+        Times [s] between which the figure is drawn, in the unit of the later one; the whole run if not given.
+    """
+    start, end = view or (0.0, scene.duration)
+    unit = scaled("s", end)
+    axes.set_xlim(start / unit.size, end / unit.size)
+    part = "" if (start, end) == (0.0, scene.duration) else f"  (run: {_seconds(scene.duration)})"
+    axes.set_xlabel(f"time  t  [{unit.label}]{part}")
     if trips and math.isfinite(scene.round_trip):
-        _trip_axis(axes, scene.round_trip / unit.size, scene.duration / unit.size)
+        _trip_axis(axes, scene.round_trip / unit.size, start / unit.size, end / unit.size)
 
 
-def _trip_axis(axes: Axes, trip: float, end: float) -> None:
+def _seconds(time: float) -> str:
+    unit = scaled("s", time)
+    return f"{time / unit.size:.4g} {unit.label}"
+
+
+def _trip_axis(axes: Axes, trip: float, start: float, end: float) -> None:
     """Draw an axis of round trips below that of time: lines and words, which an axis of its own draws slower."""
     from matplotlib.lines import Line2D
     from matplotlib.ticker import MaxNLocator
@@ -198,9 +212,10 @@ def _trip_axis(axes: Axes, trip: float, end: float) -> None:
     figure = cast("Figure", axes.get_figure())
     inch = 1.0 / (figure.get_figheight() * axes.get_position().height)  # as a share of the height of the axes
     low = -TRIPS * inch
-    ticks = [value for value in MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(0.0, end / trip) if value * trip <= end]
+    known = MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(start / trip, end / trip)
+    ticks = [value for value in known if start <= value * trip <= end]
     places = [value * trip for value in ticks]
-    x = [0.0, end, *(x for place in places for x in (math.nan, place, place))]
+    x = [start, end, *(x for place in places for x in (math.nan, place, place))]
     y = [low, low, *(y for _ in places for y in (math.nan, low, low - 0.042 * inch))]
     across = axes.get_xaxis_transform()
     figure.add_artist(Line2D(x, y, transform=across, color=MUTED, linewidth=0.7))
@@ -232,8 +247,7 @@ def thinned(t: Array, values: Array, columns: int) -> tuple[Array, Array]:
     """Return the first, least, largest and last sample in each of many columns of time; empty if one is missing."""
     if not np.all(np.isfinite(values)):
         return np.empty(0), np.empty(0)
-    duration = t[-1]
-    first = np.searchsorted(t, np.linspace(0.0, duration, columns, endpoint=False))
+    first = np.searchsorted(t, np.linspace(t[0], t[-1], columns, endpoint=False))
     edges = np.append(first, t.size)
     kept: list[int] = []
     for start, end in itertools.pairwise(edges):
@@ -241,6 +255,24 @@ def thinned(t: Array, values: Array, columns: int) -> tuple[Array, Array]:
         kept += [start, start + int(part.argmin()), start + int(part.argmax()), end - 1]
     index = np.unique(kept)
     return t[index], values[index]
+
+
+MAX_LABELS = 10  # names beside an axes: more do not fit
+
+
+def labelled(curves: Sequence[Array], most: int = MAX_LABELS) -> list[int]:
+    """Return the numbers of the curves (n,) that have a name in a figure: all of a few, else those furthest apart.
+
+    Each one is chosen for its largest distance from all curves chosen before it, the first curve first.
+    """
+    if len(curves) <= most:
+        return list(range(len(curves)))
+    table, chosen = np.nan_to_num(np.array(curves)), [0]
+    distance = np.max(np.abs(table - table[0]), axis=1)
+    while len(chosen) < most:
+        chosen.append(int(np.argmax(np.where(np.isin(np.arange(len(curves)), chosen), -1.0, distance))))
+        distance = np.minimum(distance, np.max(np.abs(table - table[chosen[-1]]), axis=1))
+    return sorted(chosen)
 
 
 def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]]) -> None:

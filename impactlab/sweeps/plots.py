@@ -12,9 +12,23 @@ from numpy.typing import NDArray
 
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
-from impactlab.report.style import INK, MUTED, PALETTE, Margins, Unit, drawn, grid, log_axis, scaled
+from impactlab.report.style import (
+    INK,
+    LETTER,
+    MUTED,
+    PALETTE,
+    UNNAMED,
+    Margins,
+    Unit,
+    drawn,
+    grid,
+    labelled,
+    log_axis,
+    scaled,
+)
 from impactlab.sweeps.chunks import STATUSES
 from impactlab.sweeps.result import ABOUT
+from impactlab.sweeps.words import words_of
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -25,6 +39,9 @@ if TYPE_CHECKING:
 ENDED = [STATUSES.index(name) for name in ("completed", "tolerance_not_met")]
 PANEL = "panel"  # label of the axes that show points, beside those of colour bars
 HATCH = "/////"
+LEGEND_COLUMNS, LEGEND_ROW = 3, 0.155  # inches high
+PANEL_WIDTHS = {1: 6.4, 2: 2.5}  # inches, of one panel and of two side by side
+MAX_WORDS = 30  # below a panel; of more every second, third ... one
 
 
 class Places(NamedTuple):
@@ -41,8 +58,9 @@ class Places(NamedTuple):
 def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     """Return a figure of one quantity of a sweep: a line over one axis, a map over two.
 
-    One panel, or one line, for each contact, pair or body. Points without values are hatched. Where the sweep has the
-    numbers of periods of contact, lines are edges between their sequences.
+    One panel, or one line, for each contact, pair or body with values; of many lines nine have names, those furthest
+    apart. Points without values are hatched. Where the sweep has the numbers of periods of contact, lines are edges
+    between their sequences.
 
     Parameters
     ----------
@@ -68,6 +86,8 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     others = [str(dim) for dim in values.dims if dim not in axes]
     labels = [str(label) for label in values[others[0]].values] if others else [""]
     tables = [values.isel({others[0]: number}) if others else values for number in range(len(labels))]
+    known = [number for number, table in enumerate(tables) if np.any(np.isfinite(table.values))] or [0]
+    tables, labels = [tables[number] for number in known], [labels[number] for number in known]
     return _lines(found, tables, labels, axes[0]) if len(axes) == 1 else _maps(found, tables, labels, axes)
 
 
@@ -76,7 +96,7 @@ def places(found: xarray.Dataset, axis: str) -> Places:
     coordinate = found[axis]
     if coordinate.dtype.kind not in "iuf":
         x = np.arange(coordinate.size, dtype=float)
-        return Places(x, _around(x), axis, False, tuple(str(word) for word in coordinate.values))
+        return Places(x, _around(x), axis, False, words_of(coordinate.values.tolist()))
     unit = str(coordinate.attrs.get("units", ""))
     size = fitted(unit, float(np.abs(coordinate.values).max()))
     x = coordinate.values.astype(float) / size.size
@@ -116,7 +136,8 @@ def _named(table: Any, unit: Unit) -> str:
     return _titled(re.split("[;:]", str(table.attrs.get("long_name", table.name)))[0], unit)
 
 
-def _set_axis(axes: Axes, which: str, place: Places) -> None:
+def _set_axis(axes: Axes, which: str, place: Places, columns: int = 1) -> None:
+    """Set label, scale, ticks and limits of an axis of a panel, one of some columns."""
     from matplotlib.ticker import LogLocator
 
     getattr(axes, f"set_{which}label")(place.title)
@@ -126,8 +147,29 @@ def _set_axis(axes: Axes, which: str, place: Places) -> None:
         if place.edges[-1] < 100.0 * place.edges[0]:
             getattr(axes, f"{which}axis").set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     if place.words:
-        getattr(axes, f"set_{which}ticks")(place.x, place.words)
+        shown = place.x.astype(int)[:: -(-len(place.x) // MAX_WORDS)]
+        getattr(axes, f"set_{which}ticks")(place.x[shown], [place.words[number] for number in shown])
+        if which == "x" and _is_tilted(place, columns):
+            axes.tick_params(axis="x", labelrotation=30.0)
+            for label in axes.get_xticklabels():
+                label.set(ha="right", rotation_mode="anchor")
     getattr(axes, f"set_{which}lim")(place.edges[0], place.edges[-1])
+
+
+def _longest(place: Places) -> int:
+    return max((len(line) for word in place.words for line in word.split("\n")), default=0)
+
+
+def _is_tilted(place: Places, columns: int) -> bool:
+    """Return whether the words below a panel would touch each other if they stood level."""
+    return LETTER * (_longest(place) + 2) * min(len(place.words), MAX_WORDS) > PANEL_WIDTHS[columns]
+
+
+def _lower_margin(place: Places, columns: int) -> float:
+    """Return the margin below a panel [inch], with room for words of several lines, or tilted."""
+    lines = max((word.count("\n") for word in place.words), default=0)
+    tilted = 0.5 * LETTER * _longest(place) if _is_tilted(place, columns) else 0.0
+    return 0.6 + 0.14 * lines + tilted
 
 
 def _sequences(found: xarray.Dataset, names: list[str]) -> NDArray[np.int64]:
@@ -142,18 +184,26 @@ def _sequences(found: xarray.Dataset, names: list[str]) -> NDArray[np.int64]:
 def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: str) -> Figure:
     from matplotlib.ticker import MaxNLocator
 
-    place = places(found, axis)
-    figure, [[axes]] = grid(1, 1, 3.2, Margins(left=0.9, right=0.2, top=0.45, bottom=0.6))
+    place, named = places(found, axis), labelled([table.values for table in tables], len(PALETTE))
+    entries = 0 if not labels[0] else len(named) + (len(named) < len(tables))
+    top = 0.15 + LEGEND_ROW * max(1, -(-entries // LEGEND_COLUMNS))
+    margins = Margins(left=0.9, right=0.2, top=top, bottom=_lower_margin(place, 1))
+    figure, [[axes]] = grid(1, 1, 3.2, margins)
     axes.set_label(PANEL)
     unit = _scale(max(tables, key=lambda table: float(np.nanmax(np.abs(table.values), initial=0.0))))
     is_counted = not unit.label and _whole(np.concatenate([table.values for table in tables])).size > 0
     if is_counted:
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    for number, (table, label) in enumerate(zip(tables, labels, strict=True)):
-        marker = "o" if len(place.x) <= 60 else ""
-        colour = PALETTE[number % len(PALETTE)]
-        axes.plot(place.x, table.values / unit.size, marker=marker, markersize=3.5, color=colour, label=label,
-                  drawstyle="steps-mid" if is_counted else "default")  # fmt: skip
+    handles = []
+    for number in sorted(range(len(tables)), key=lambda number: number in named):
+        has_name = number in named
+        marker = "o" if len(place.x) <= 60 and has_name else ""
+        colour = PALETTE[named.index(number) % len(PALETTE)] if has_name else UNNAMED
+        (line,) = axes.plot(place.x, tables[number].values / unit.size, marker=marker, markersize=3.5, color=colour,
+                            linewidth=1.5 if has_name else 0.5, drawstyle="steps-mid" if is_counted else "default",
+                            label=labels[number] if has_name else f"... {len(tables) - len(named)} more")  # fmt: skip
+        handles.append(line)
+    handles = handles[-len(named) :] + handles[: -len(named)][:1]
     _set_axis(axes, "x", place)
     axes.set_ylabel(_named(tables[0], unit))
     missing = ~np.isin(found["status"].values, ENDED)
@@ -162,8 +212,9 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
     sequences = _sequences(found, [axis])
     for edge in place.edges[1:-1][(np.diff(sequences) != 0) & ~missing[1:] & ~missing[:-1]]:
         axes.axvline(edge, color=MUTED, linewidth=0.8, linestyle=(0, (4, 2)), zorder=0.5)
-    if len(labels) > 1:
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.0)
+    if labels[0]:
+        axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=LEGEND_COLUMNS, fontsize=8,
+                    frameon=False, borderaxespad=0.2, labelspacing=0.3)  # fmt: skip
     return figure
 
 
@@ -171,7 +222,9 @@ def _maps(found: xarray.Dataset, tables: list[Any], labels: list[str], names: li
     across, up = (places(found, name) for name in names)
     columns = min(2, len(tables))
     rows = -(-len(tables) // columns)
-    margins = Margins(left=0.8, right=0.75, top=0.4, bottom=0.6, across=1.5, down=0.95)
+    below = _lower_margin(across, columns)
+    left = max(0.8, 0.35 + LETTER * _longest(up))
+    margins = Margins(left=left, right=0.75, top=0.4, bottom=below, across=0.7 + left, down=0.35 + below)
     figure, panels = grid(rows, columns, 3.2 if columns > 1 else 4.6, margins)
     flat = [panel for row in panels for panel in row]
     missing = ~np.isin(found["status"].transpose(*names).values, ENDED)
@@ -185,7 +238,7 @@ def _maps(found: xarray.Dataset, tables: list[Any], labels: list[str], names: li
         failed = [(i, k, j, k) for k in range(len(up.x)) for i, j in _runs(missing[:, k])]
         _hatch(axes, failed, across, up)
         axes.set_title(label, color=MUTED)
-        _set_axis(axes, "x", across)
+        _set_axis(axes, "x", across, columns)
         _set_axis(axes, "y", up)
     for axes in flat[len(tables) :]:
         axes.set_visible(False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from impactlab.granular import (
     wave_speed,
 )
 
+DECORATED = Path(__file__).parents[2] / "cases" / "granular" / "decorated_chain.yaml"
 SOLVE = {"integrator": {"kind": "central_difference"}, "step": {"dt": 2e-7}}
 
 
@@ -126,9 +128,93 @@ def test_random_chains_keep_energy_and_momentum_and_mirror(
     assert -mirrored[::-1] == pytest.approx(run(masses, struck), abs=1e-9 * masses[0] * speed)
 
 
-def test_sizes_of_spheres_that_are_no_numbers_are_refused() -> None:
-    with pytest.raises(ImpactlabError, match="radius '5 mm' is not a number"):
-        sphere_mass(radius="5 mm", density=7850)  # type: ignore[arg-type]
+def test_sizes_of_spheres_are_numbers_texts_with_units_or_arrays() -> None:
+    radii = 5e-3 * 0.95 ** np.arange(201)
+    assert sphere_mass("5 mm", "7.85 g/cm^3") == pytest.approx(sphere_mass(5e-3, 7850.0), rel=1e-14)
+    masses = sphere_mass(radii, 7850)
+    assert masses.shape == (201,)
+    assert masses[[0, 7]] == pytest.approx([sphere_mass(radii[0], 7850.0), sphere_mass(radii[7], 7850.0)], rel=1e-14)
+    assert isinstance(sphere_mass(5e-3, 7850), float)
+    row = sphere_stiffness("210 GPa", 0.3, radii[:-1], radii[1:])
+    assert row.shape == (200,)
+    assert row[3] == pytest.approx(sphere_stiffness(210e9, 0.3, radii[3], radii[4]), rel=1e-14)
+    assert isinstance(sphere_stiffness("210 GPa", 0.3, "5 mm"), float)
+
+
+@pytest.mark.parametrize(
+    ("radius", "text"),
+    [
+        ("5 V", "radius: '5 V'"),
+        ("five", "radius: 'five' is not a number with a unit"),
+        (None, "radius"),
+        ([1e-3] * 200 + ["x"], "radius: a list of 201 is neither a number nor an array of numbers"),
+        ({"a": 1.0}, "radius: dict is neither a number nor an array of numbers"),
+        (math.nan, "radius nan is out of range"),
+        ([[1e-3, 2e-3], [3e-3, -4e-3]], "radius[1, 1] -0.004 is out of range. Allowed: above 0"),
+    ],
+)
+def test_sizes_of_spheres_that_are_no_sizes_are_refused_shortly(radius: object, text: str) -> None:
+    with pytest.raises(ImpactlabError) as caught:
+        sphere_mass(radius, density=7850)  # type: ignore[call-overload]
+    assert text in str(caught.value)
+    assert len(str(caught.value)) < 250
+
+
+def struck(taper: float, end: str) -> il.history.AbstractHistory:
+    """Twenty beads whose radii shrink by a factor, the first one at 1 m/s, against a wall or a rod."""
+    masses = sphere_mass(5e-3 * taper ** np.arange(20), 7850.0)
+    law = {"kind": "hertz", "stiffness": 5e9}
+    wall = {"kind": "wall"}
+    rod = {"kind": "rod", "length": 0.5, "area": 1e-4, "material": {"young": 2.1e11, "density": 7850}}
+    case = {
+        "bodies": {
+            "bead": il.Mass({"each": masses}, velocity={"each": [1.0] + [0.0] * 19}, repeat=20),
+            "end": rod if end == "rod" else wall,
+        },
+        "contacts": [
+            il.Chain(["bead"], law),
+            {"between": ["bead_20", "end.left" if end == "rod" else "end"], "law": law},
+        ],
+        "solve": {"duration": 4e-3, "integrator": {"kind": "central_difference"}, "step": {"dt": 2e-7}},
+    }
+    if end == "rod":
+        case["solve"]["model"] = {"kind": "finite_element", "elements": 50, "mass": "lumped"}
+    return il.run(il.Case.from_dict(case))
+
+
+@pytest.mark.parametrize("end", ["wall", "rod"])
+def test_the_wave_that_comes_back_is_not_the_leading_one_though_it_is_larger(end: str) -> None:
+    history = struck(0.93, end)
+    names = [contact.name for contact in history.scene.contacts]
+    wave = leading_wave(history)
+    assert np.all(np.diff(wave.times) > 0.0)
+    assert np.all(np.diff(wave.forces[:-1]) < 0.0)  # each bead passes less force to a lighter one
+    returned = [history.largest(f"force:{name}") for name in names]
+    assert returned[11] > 1.3 * wave.forces[11]  # the trap
+    before = leading_wave(history, names[:-3], until=float(wave.times[-3]))
+    assert before.times == pytest.approx(wave.times[:-3], rel=1e-12)
+    assert before.forces == pytest.approx(wave.forces[:-3], rel=1e-2)
+    assert wave.speed(2, 12) == pytest.approx(10.0 / (wave.times[12] - wave.times[2]))
+    assert 8e4 < wave.speed(2, 12) < 2e5
+
+
+def test_contacts_out_of_the_order_of_the_wave_are_refused() -> None:
+    history = struck(1.0, "wall")
+    names = [contact.name for contact in history.scene.contacts]
+    with pytest.raises(
+        ImpactlabError, match=r"does not pass the contacts one after the other: it is at 'bead_9"
+    ) as caught:
+        leading_wave(history, names[8:2:-1])
+    assert "`until`" in str(caught.value)
+    with pytest.raises(ImpactlabError, match="one after the other"):
+        leading_wave(history, [*names[:5], names[4]])
+
+
+def test_the_leading_wave_of_a_decorated_chain_passes_each_contact_once() -> None:
+    history = il.run(il.load_case(DECORATED))
+    wave = leading_wave(history, [contact.name for contact in history.scene.contacts][:-6])
+    assert np.all(np.diff(wave.times) > 0.0)
+    assert np.ptp(wave.forces[10:-1:2]) < 0.2 * wave.forces[10]
 
 
 @pytest.mark.parametrize(

@@ -108,6 +108,71 @@ def test_figures_of_a_run() -> None:
     assert "No contact" in words_of(il.run(alone)._repr_html_())
 
 
+@pytest.fixture(scope="module")
+def row() -> il.history.AbstractHistory:
+    """Twenty beads, struck at one end."""
+    chain = {
+        "bodies": {"striker": il.Mass(4e-3, velocity=1.0), "bead": il.Mass(4e-3, repeat=20)},
+        "contacts": [il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 7.7e9})],
+        "solve": {"duration": 4e-4, "integrator": {"kind": "central_difference"}, "step": {"dt": 2e-7}},
+    }
+    return il.run(il.Case.from_dict(chain))
+
+
+def test_a_legend_of_many_curves_has_few_names(row: il.history.AbstractHistory) -> None:
+    for axes, total in zip(row.plot().axes, (20, 21), strict=True):
+        legend = axes.get_legend()
+        assert legend is not None
+        names = [text.get_text() for text in legend.get_texts()]
+        assert len(names) == 7
+        assert names[-1] == f"... {total - 6} more"
+        assert len(axes.lines) == total
+
+
+def test_channels_and_times_of_a_figure_are_chosen(row: il.history.AbstractHistory) -> None:
+    figure = row.plot("force:bead_3|bead_4", "force:bead_5|bead_6", "position:bead_4", start=5e-5, end=1.5e-4)
+    first, second = figure.axes
+    assert (first.get_title("left"), second.get_title("left")) == ("Force", "bead_4")
+    legend = first.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["bead_3 | bead_4", "bead_5 | bead_6"]
+    assert first.get_xlim() == pytest.approx((50.0, 150.0))  # us
+    times = np.linspace(5e-5, 1.5e-4, 200)
+    largest = np.max(row.evaluate(times, "force:bead_3|bead_4"))
+    assert np.max(first.lines[0].get_ydata()) == pytest.approx(largest, rel=1e-3)
+    assert np.min(first.lines[0].get_xdata()) == pytest.approx(50.0)
+    assert row.plot(end=1e-4).axes[0].get_xlim() == pytest.approx((0.0, 100.0))
+
+
+def test_any_place_of_an_exact_rod_is_drawn_and_the_force_of_an_impulse_law_is_refused(case: il.Case) -> None:
+    figure = il.run(case.method("continuous")).plot("stress:rod@0.123")
+    assert [axes.get_title("left") for axes in figure.axes] == ["rod at 123 mm"]
+    kicks = il.run(case.method("impulse_momentum"))
+    with pytest.raises(ImpactlabError, match=r"'force:hammer\|rod\.left' has no values in this run"):
+        kicks.plot("force:hammer|rod.left")
+
+
+@pytest.mark.parametrize(
+    ("channels", "times", "text"),
+    [
+        (
+            ("force:bead_3|bead_5",),
+            {},
+            r"no channel 'force:bead_3\|bead_5'; it has force:striker\|bead_1, force:bead_1",
+        ),
+        (("force",), {}, "no channel 'force'"),
+        ((), {"start": 3e-4, "end": 1e-4}, r"from 0\.0003 s to 0\.0001 s of a run from 0 to 0\.0004 s"),
+        (("position:bead_1",), {"end": 1.0}, "from 0 s to 1 s of a run"),
+        ((), {"start": -1.0}, "from -1 s"),
+    ],
+)
+def test_channels_and_times_that_a_run_does_not_have_are_refused(
+    row: il.history.AbstractHistory, channels: tuple[str, ...], times: dict[str, float], text: str
+) -> None:
+    with pytest.raises(ImpactlabError, match=text):
+        row.plot(*channels, **times)
+
+
 FILMED = [("axial_impact", "continuous"), ("rod_on_beam", "base"), ("several_masses", "base"), ("rod_on_wall", "base")]
 
 

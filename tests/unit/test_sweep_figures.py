@@ -1,0 +1,120 @@
+"""Figures of sweeps: contacts without values, many contacts, and axes of laws and other blocks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+import impactlab as il
+from impactlab.report.style import PALETTE
+from impactlab.sweeps.words import MAX_LETTERS, words_of
+
+CASES = Path(__file__).parents[2] / "cases"
+HERTZ, SOFT = {"kind": "hertz", "stiffness": 1e9}, {"kind": "hertz", "stiffness": 1e8}
+PENALTY = {"kind": "penalty", "stiffness": 1e7}
+MASS, LAW = "bodies.ball.mass", "contacts.0.law"
+
+
+@pytest.fixture(scope="module")
+def pile():
+    case = il.load_case(CASES / "smith_pile.yaml").with_("solve.model", {"kind": "finite_element", "elements": 40})
+    return il.sweep(case, {"bodies.ram.mass": [4000.0, 5000.0, 6000.0]}, quantities=["peak_force", "impulse"])
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return il.Case.from_dict(
+        {
+            "bodies": {"ball": il.Mass(0.01, velocity=1.0), "wall": {"kind": "wall"}},
+            "contacts": [{"between": ["ball", "wall"], "gap": "1 mm", "law": HERTZ}],
+            "solve": {"duration": 3e-3, "integrator": {"kind": "central_difference"}, "step": {"dt": 1e-6}},
+        }
+    )
+
+
+def test_contacts_without_values_are_left_out(pile):
+    axes = il.plot_sweep(pile, "peak_force").axes[0]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["ram|helmet", "helmet|pile.left"]
+    assert len(axes.lines) == 2
+    assert axes.lines[1].get_ydata()[0] * 1e6 == pytest.approx(pile["peak_force"].values[0, 1])
+
+
+def test_the_legend_of_many_contacts_stands_inside_the_figure_and_counts_the_others(pile):
+    figure = il.plot_sweep(pile, "impulse")
+    axes = figure.axes[0]
+    texts = [text.get_text() for text in axes.get_legend().get_texts()]
+    total = pile["impulse"].shape[1]
+    assert total == 18
+    assert len(texts) == len(PALETTE) + 1
+    assert texts[-1] == f"... {total - len(PALETTE)} more"
+    assert {"ram|helmet", "pile.right|base"} <= set(texts)
+    curves = {line.get_label(): line for line in axes.lines}
+    number = pile["contact"].values.tolist().index("pile.right|base")
+    assert curves["pile.right|base"].get_ydata() * 1e3 == pytest.approx(pile["impulse"].values[:, number])
+    assert sum(line.get_linewidth() < 1.0 for line in axes.lines) == total - len(PALETTE)
+    FigureCanvasAgg(figure).draw()
+    box = axes.get_legend().get_window_extent()
+    assert box.y1 <= figure.bbox.y1
+    assert box.y0 >= axes.get_window_extent().y1 - 1.0
+
+
+def test_a_sweep_without_any_value_is_still_drawn(pile):
+    empty = pile.copy(deep=True)
+    empty["peak_force"].values[:] = np.nan
+    assert len(il.plot_sweep(empty, "peak_force").axes[0].lines) == 1
+
+
+def test_an_axis_of_laws_has_their_kinds_and_its_path(ball):
+    found = il.sweep(ball, {LAW: [HERTZ, PENALTY]}, quantities=["peak_force"])
+    figure = il.plot_sweep(found, "peak_force")
+    axes = figure.axes[0]
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == ["hertz", "penalty"]
+    assert axes.get_xlabel() == LAW
+    FigureCanvasAgg(figure).draw()
+    assert axes.xaxis.label.get_window_extent().y0 >= 0.0
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_maps_over_laws_show_parameters_of_equal_kinds_inside_the_figure(ball, turned):
+    over = {LAW: [HERTZ, SOFT, PENALTY], MASS: [0.01, 0.02]}
+    found = il.sweep(ball, dict(reversed(over.items())) if turned else over, quantities=["peak_force"])
+    figure = il.plot_sweep(found, "peak_force")
+    axes = figure.axes[0]
+    ticks = axes.get_yticklabels() if turned else axes.get_xticklabels()
+    assert [tick.get_text() for tick in ticks] == ["hertz\nstiffness 1e9", "hertz\nstiffness 1e8", "penalty"]
+    FigureCanvasAgg(figure).draw()
+    for text in (*ticks, axes.xaxis.label, axes.yaxis.label):
+        box = text.get_window_extent()
+        assert min(box.x0, box.y0) >= 0.0, text
+    if turned:
+        assert axes.yaxis.label.get_window_extent().x1 <= min(tick.get_window_extent().x0 for tick in ticks)
+    else:
+        assert axes.xaxis.label.get_window_extent().y1 <= min(tick.get_window_extent().y0 for tick in ticks)
+
+
+def test_many_long_words_are_tilted_inside_the_figure():
+    case = il.load_case(CASES / "axial_impact.yaml")
+    names = ["continuous", "finite_element", "addition_deletion", "impulse_momentum", "penalty_fe", "penalty"]
+    figure = il.plot_sweep(il.sweep(case, {"method": names}, quantities=["impulse"]), "impulse")
+    axes = figure.axes[0]
+    FigureCanvasAgg(figure).draw()
+    assert all(tick.get_window_extent().y0 > axes.xaxis.label.get_window_extent().y1 for tick in axes.get_xticklabels())
+    assert axes.xaxis.label.get_window_extent().y0 >= 0.0
+
+
+def test_words_of_values():
+    blocks = [HERTZ, {**HERTZ, "exponent": 2.0}, PENALTY, {"kind": "mass", "left": {"kind": "free"}}]
+    assert words_of([json.dumps(block) for block in blocks]) == ("hertz", "hertz\nexponent 2", "penalty", "mass")
+    assert words_of([json.dumps(HERTZ)] * 2 + ["base"]) == ("hertz (1)", "hertz (2)", "base")
+    assert words_of(["{not json", True]) == ("{not json", "True")
+    nested = [json.dumps({"kind": "rod", "left": {"kind": end}}) for end in ("free", "fixed")]
+    assert words_of(nested) == ("rod\nleft free", "rod\nleft fixed")
+    assert (
+        max(len(line) for word in words_of([json.dumps({"kind": "a" * 99}), "b" * 99]) for line in [word])
+        == MAX_LETTERS
+    )
+    assert words_of([json.dumps([1, 2])]) == ("[1, 2]",)
