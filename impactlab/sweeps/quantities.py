@@ -22,11 +22,12 @@ Function = Callable[[Scene, AbstractHistory], Values]
 F = TypeVar("F", bound=Function)
 
 CONTACT, PAIR, BODY, WHOLE = "contact", "pair", "body", ""  # over which a quantity has values
+LINK = "link"  # names of contacts: one name may stand for several, as the pieces of the soil along a pile
 DEFAULT = ("contacts", "impulse", "peak_force", "restitution", "final_velocity", "energy_gain", "near_grazing")
 
 
 def quantity(unit: str, over: str = WHOLE) -> Callable[[F], F]:
-    """Return a decorator that states the unit of a quantity, and its labels: contact, pair, body or ''."""
+    """Return a decorator that states the unit of a quantity, and its labels: contact, pair, body, link or ''."""
 
     def stated(function: F) -> F:
         function.unit, function.over = unit, over  # type: ignore[attr-defined]
@@ -42,7 +43,7 @@ class Asked(NamedTuple):
     unit: str
     description: str
     over: str
-    labels: tuple[Any, ...]  # of the values: names of contacts, pairs or bodies, or times [s]; empty for one value
+    labels: tuple[Any, ...]  # of the values: names of contacts, pairs, bodies or links, or times [s]; empty for one
 
     @property
     def size(self) -> int:
@@ -84,6 +85,8 @@ def labels_of(scene: Scene, over: str) -> tuple[str, ...]:
         return tuple(contact.name for contact in scene.contacts)
     if over == PAIR:
         return tuple(dict.fromkeys(f"{contact.left.body}|{contact.right.body}" for contact in scene.contacts))
+    if over == LINK:
+        return tuple(dict.fromkeys(contact.group or contact.name for contact in scene.contacts))
     return tuple(name for name, body in scene.bodies.items() if body.moves) if over == BODY else ()
 
 
@@ -147,6 +150,26 @@ def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
         )
         for name, found in peaks.items()
     }
+
+
+@quantity("N", LINK)
+def largest_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Largest force of each contact and each link by name; of several links of one name that of their sum."""
+    single = {contact.name for contact in scene.contacts if not contact.group}
+    found = {name: force for name, force in peak_force(scene, history).items() if name in single}
+    return found | {link.name: link.largest for link in history.links}
+
+
+@quantity("N", LINK)
+def smallest_force(_scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Smallest force of each link by name, negative where it pulled."""
+    return {link.name: link.smallest for link in history.links}
+
+
+@quantity("m", LINK)
+def permanent_set(_scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Permanent set of each link by name, the largest of its pieces."""
+    return {link.name: link.set for link in history.links if link.set is not None}
 
 
 @quantity("1", PAIR)

@@ -271,3 +271,19 @@ def test_workers_give_the_bits_of_one_process_and_the_command_the_same_file(case
     kept = il.open_sweep(tmp_path / "s")
     assert alone.equals(kept)
     assert f"--method continuous --over={MASS}=1:2:7" in kept.attrs["command"]
+
+
+def test_a_sweep_of_a_pile_gives_forces_and_sets_by_the_names_of_its_soil():
+    case = il.load_case("smith_pile").with_("solve.model", {"kind": "finite_element", "elements": 40, "mass": "lumped"})
+    wanted = ["largest_force", "smallest_force", "permanent_set"]
+    found = il.sweep(case, {"bodies.ram.velocity": [3.0, 4.5]}, quantities=wanted)
+    history = il.run(case.with_("bodies.ram.velocity", 3.0))
+    links = {link.name: link for link in history.links}
+    assert {"shaft", "toe"} <= set(links)
+    for name, link in links.items():
+        point = found.isel({"bodies.ram.velocity": 0}).sel(link=name)
+        assert point["largest_force"] == pytest.approx(link.largest)
+        assert point["smallest_force"] == pytest.approx(link.smallest)
+        assert (point["permanent_set"] == pytest.approx(link.set)) if link.set is not None else True
+    toe = found["permanent_set"].sel(link="toe").to_numpy().ravel()
+    assert toe[1] > toe[0] > 0.0
