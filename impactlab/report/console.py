@@ -127,10 +127,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     cost = summary["cost"]
     exact = method["integrator"] is None and method["dt"] is None
     taken = "intervals between events" if exact else "steps"
-    lines.append(
-        f"  cost      {cost['steps']} {taken}, {_number(cost['setup_s'])} s to set up, "
-        f"{_number(cost['solve_s'])} s to solve"
-    )
+    lines.append(f"  cost      {cost['steps']} {taken}, {cost['solve_s']:.3g} s to solve")
     others = [warned for warned in summary["warnings"] if warned not in serious]
     lines += [f"  warning   {line}" for line in warning_lines(others)]
     return "\n".join(lines)
