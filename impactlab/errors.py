@@ -92,7 +92,7 @@ class RunWarning(UserWarning):
 
 
 class DoubtfulResult(RunWarning):
-    """The answer of a run is in doubt: it misses its tolerance, or gained energy."""
+    """The answer of a run is in doubt: it misses its tolerance, gained energy, or lost much of it without a formula."""
 
 
 class UnusualValue(RunWarning):

@@ -15,7 +15,7 @@ from impactlab import plugins
 from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
 from impactlab.casefile.document import MAX_GIVEN, Document, check_texts, check_tree, read_document
-from impactlab.casefile.edit import edited, plain, with_named, with_values
+from impactlab.casefile.edit import edited, numbered, plain, with_named, with_values
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.loads import folder_of, with_tables
 from impactlab.casefile.origins import Origins
@@ -234,7 +234,7 @@ class Case:
 
     def unit_of(self, path: str) -> str:
         """Return the SI unit at a dotted path: ``1`` of a number, empty without one."""
-        return unit_of(self.checked, self.origins.first(path), self.registry)
+        return unit_of(self.checked, self.origins.first(numbered(self.document.data, path)), self.registry)
 
     def locate(self, path: str) -> int | None:
         """Return the line of a dotted path, or of the nearest key above it."""

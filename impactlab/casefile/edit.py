@@ -13,7 +13,7 @@ from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.document import MAX_DEPTH, MAX_KEY, Document, Keys, check_texts, parse_value
 from impactlab.casefile.samples import Samples
 from impactlab.casefile.schema import CHOSEN, SolveBlock
-from impactlab.casefile.words import closest, shown
+from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
 
 
@@ -40,7 +40,7 @@ def edited(
     by : str
         The option or function that gives a value from outside, for messages.
     """
-    keys = tuple(path.split("."))
+    keys = tuple(numbered(document.data, path).split("."))
     if not all(keys) or len(keys) > MAX_DEPTH or len(path) > MAX_KEY or not path.isprintable():
         raise CaseError(f"{shown(path)} is not a path", remedy="Write keys with dots between, as in solve.step.dt.")
     value = plain(value, path)
@@ -59,6 +59,28 @@ def edited(
         data["solve"] = {key: block for key, block in data["solve"].items() if key not in void}
     given = {known: name for known, name in document.given.items() if known[: len(keys)] != keys}
     return Document(data, lines, given if origin is not None else {**given, keys: by})
+
+
+def numbered(data: Mapping[str, Any], path: str) -> str:
+    """Return a path with the number of a contact in place of its name: ``contacts.0.gap`` of ``contacts.cushion.gap``.
+
+    Raises
+    ------
+    CaseError
+        If several contacts have the name.
+    """
+    first, _, rest = path.partition(".")
+    name, dot, inside = rest.partition(".")
+    contacts = data.get(first) if first == "contacts" else None
+    if not isinstance(contacts, list) or name.isdecimal():
+        return path
+    found = [number for number, block in enumerate(contacts) if isinstance(block, dict) and block.get("name") == name]
+    if len(found) > 1:
+        places = ", ".join(f"contacts.{number}" for number in found)
+        raise CaseError(
+            f"{shown(name)} is the name of {len(found)} contacts", remedy=f"Name one of {places}.", path=path
+        )
+    return f"{first}.{found[0]}{dot}{inside}" if found else path
 
 
 def _replaced(keys: Keys, value: Any) -> set[str]:
@@ -115,7 +137,9 @@ def _key_in(holder: Any, key: str, path: str) -> Any:
         if key.isdecimal() and len(key) < 6 and int(key) < len(holder):
             return int(key)
         count = f"0 to {len(holder) - 1}" if holder else "none, the list is empty"
-        text = f"{shown(key)} is not an entry of this list. Allowed: {count}"
+        names = [str(each["name"]) for each in holder if isinstance(each, dict) and each.get("name")]
+        count += f", or a name: {listed(names)}" if names else ""
+        text = f"{shown(key)} is not an entry of this list.{closest(key, names)} Allowed: {count}"
         raise CaseError(text, remedy="Entries are counted from 0.", path=path)
     raise CaseError(f"{shown(key)} cannot be set inside {shown(holder)}", remedy="Check the path.", path=path)
 

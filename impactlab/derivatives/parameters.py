@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
+from impactlab.casefile.edit import numbered
 from impactlab.errors import CaseError
 
 
@@ -46,7 +47,7 @@ def _read(case: Case, path: str, before: Sequence[str]) -> Parameter:
     if path in before:
         raise CaseError("a parameter that is given twice", path=path, remedy="Name it once.")
     found: Any = case.resolved()
-    for key in path.split("."):
+    for key in numbered(case.document.data, path).split("."):
         if isinstance(found, list) and key.isdecimal() and int(key) < len(found):
             found = found[int(key)]
         elif isinstance(found, dict) and key in found:

@@ -15,7 +15,7 @@ import numpy as np
 from impactlab.casefile import Case
 from impactlab.casefile.case import given_by
 from impactlab.casefile.document import parse_value
-from impactlab.casefile.edit import check_name, plain
+from impactlab.casefile.edit import check_name, numbered, plain
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.types import Array
@@ -199,7 +199,7 @@ def _in_si(case: Case, path: str, value: Any) -> Any:
     except ImpactlabError as error:
         error.path = error.path or path
         raise
-    for key in path.split("."):
+    for key in numbered(case.document.data, path).split("."):
         if isinstance(resolved, list) and key.isdecimal():
             resolved = resolved[int(key)]
         elif isinstance(resolved, dict) and key in resolved:

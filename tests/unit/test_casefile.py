@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import math
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import impactlab as il
 from impactlab import Case, CaseError, load_case
 from impactlab.scene import ElasticBody, End, Mass, Wall
 from impactlab.scene.method import laws_of
@@ -364,3 +366,28 @@ def test_a_rod_of_one_segment_keeps_the_keys_that_it_was_given():
     })  # fmt: skip
     assert made.resolved()["bodies"]["rod"]["segments"][0]["length"] == 0.3
     assert made.unit_of("bodies.rod.segments.0.length") == "m"
+
+
+def test_a_contact_may_be_named_in_a_path():
+    law = {"kind": "penalty", "stiffness": 1e8}
+    contacts = [{"between": ["ball", "rod.left"], "name": "cushion", "law": law}]
+    case = Case.from_dict({
+        "bodies": {
+            "ball": {"kind": "mass", "mass": 0.3, "velocity": 2.0},
+            "rod": {"kind": "rod", "length": 0.3, "area": 1e-4, "material": "steel", "ends": {"right": "clamped"}},
+        },
+        "contacts": contacts,
+        "solve": {"duration": 1e-4, "model": {"kind": "continuous"}},
+    })  # fmt: skip
+    changed = case.with_("contacts.cushion.law.stiffness", "2e8 N/m")
+    assert changed.document.data == case.with_("contacts.0.law.stiffness", "2e8 N/m").document.data
+    assert case.unit_of("contacts.cushion.law.stiffness") == "N/m"
+    with pytest.raises(CaseError, match=re.escape("Did you mean 'cushion'? Allowed: 0 to 0, or a name: cushion")):
+        case.with_("contacts.cushon.gap", 1e-5)
+    found = il.sweep(case, {"contacts.cushion.law.stiffness": ["1e8 N/m", 2e8]}, quantities=["impulse"])
+    assert found["contacts.cushion.law.stiffness"].to_numpy().tolist() == [1e8, 2e8]
+    assert il.sensitivities(case, ["contacts.cushion.gap"], ["impulse"]).rows[0].parameter_unit == "m"
+    two = [*contacts, {"between": ["rod.at(0.2)", "wall"], "name": "cushion", "gap": 1e-3, "law": law}]
+    both = case.with_("bodies.wall", {"kind": "wall"}).with_("contacts", two)
+    with pytest.raises(CaseError, match=re.escape("is the name of 2 contacts")):
+        both.with_("contacts.cushion.gap", 1e-5)
