@@ -148,9 +148,11 @@ FAR_ENDS = ("free", "clamped", "spring", "dashpot", "mass")
 
 
 @st.composite
-def rods(draw: st.DrawFn, name: str, far: tuple[str, ...] = FAR_ENDS, velocity: float = 0.0) -> Rod:
-    """Return a rod of one or two segments, its left end free."""
-    pieces = tuple(draw(st.lists(segments(), min_size=1, max_size=2)))
+def rods(
+    draw: st.DrawFn, name: str, far: tuple[str, ...] = FAR_ENDS, velocity: float = 0.0, most_segments: int = 2
+) -> Rod:
+    """Return a rod of one segment or several, its left end free."""
+    pieces = tuple(draw(st.lists(segments(), min_size=1, max_size=most_segments)))
     return Rod(name, pieces, End("free"), draw(ends(pieces[-1], far)), velocity=velocity)
 
 
@@ -267,10 +269,11 @@ def scenes(
     steps: int = 300,
     gravity: bool = True,
     turned: bool = True,
+    most_segments: int = 2,
 ) -> Simulation:
     """Return scenes of one impact that `prepare` accepts, some seen from behind.
 
-    A mass on a rod, a rod on a wall, two rods. The mass of the striker is a thousandth to a thousand times that of the
+    A mass on a rod, a rod on a wall, two rods, of at most ``most_segments`` each. The mass of the striker is a thousandth to a thousand times that of the
     rod. The run is a whole number of steps, at most ``steps``, of about three round trips at most.
     """
     law = draw(DEFAULTS.laws() if laws is None else laws)
@@ -283,17 +286,17 @@ def scenes(
     bodies: dict[str, Body] = {}
     chosen = {"rod": model}
     if kind == "rod_on_wall":
-        rod = draw(rods("rod", far=("free",) if "free" in far else far, velocity=-speed))
+        rod = draw(rods("rod", ("free",) if "free" in far else far, -speed, most_segments))
         bodies = {"wall": Wall("wall"), "rod": rod}
         left = Point("wall", 0.0, "wall")
     elif kind == "mass_on_rod":
-        rod = draw(rods("rod", far=far))
+        rod = draw(rods("rod", far, most_segments=most_segments))
         bodies = {"hammer": Mass("hammer", rod.mass * draw(log_uniform(1e-3, 1e3)), speed), "rod": rod}
         left = Point("hammer", 0.0, "hammer")
     else:
-        rod = draw(rods("rod", far=far))
+        rod = draw(rods("rod", far, most_segments=most_segments))
         chosen["striker"] = draw(some_model)
-        other = draw(rods("striker", far=("free",)))
+        other = draw(rods("striker", ("free",), most_segments=most_segments))
         striker = dataclasses.replace(other, segments=other.segments[::-1], velocity=speed)
         bodies = {"striker": striker, "rod": rod}
         left = Point("striker", striker.length, "striker.right")

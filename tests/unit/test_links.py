@@ -125,7 +125,7 @@ def test_links_need_schemes_that_know_where_they_are() -> None:
 def test_the_automatic_choice_refuses_links_by_name() -> None:
     contacts = [il.Contact("rod.right", "ground", SMITH)]
     bodies = {"rod": rod(), "ground": il.Wall()}
-    with pytest.raises(il.CaseError, match="law 'smith' makes one") as found:
+    with pytest.raises(il.CaseError, match="law 'smith' as given makes a link without one") as found:
         il.Case(bodies=bodies, contacts=contacts, solve={"duration": "1 ms", "tolerance": 1e-3})
     assert found.value.path == "contacts.0.law"
 
