@@ -273,8 +273,9 @@ def scenes(
 ) -> Simulation:
     """Return scenes of one impact that `prepare` accepts, some seen from behind.
 
-    A mass on a rod, a rod on a wall, two rods, of at most ``most_segments`` each. The mass of the striker is a thousandth to a thousand times that of the
-    rod. The run is a whole number of steps, at most ``steps``, of about three round trips at most.
+    A mass on a rod, a rod on a wall, two rods, of at most ``most_segments`` each. The mass of the striker is a
+    thousandth to a thousand times that of the rod. The run is a whole number of steps, at most ``steps``, of about
+    three round trips at most.
     """
     law = draw(DEFAULTS.laws() if laws is None else laws)
     integrator = draw(DEFAULTS.integrators() if integrators is None else integrators)
