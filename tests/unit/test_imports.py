@@ -1,4 +1,4 @@
-"""No import circle, no import of our own inside a function; rooms meet in records; body kinds are open."""
+"""No import circle, no import of our own inside a function; packages meet in records; body kinds are open."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.history.base import AbstractHistory
 from impactlab.scene.problem import Scene
-from impactlab.sweeps.quantities import BODY, CONTACT, PAIR, WHOLE, labels_of
+from impactlab.sweeps.quantities import BODY, CONTACT, LINK, PAIR, WHOLE, labels_of
 from impactlab.testing.contracts.metrics import judged, rigid
 
 
@@ -31,7 +31,7 @@ class QuantityContract:
 
     def test_it_states_its_unit_and_its_labels(self) -> None:
         assert isinstance(getattr(type(self).part, "unit", None), str)
-        assert getattr(type(self).part, "over", None) in (CONTACT, PAIR, BODY, WHOLE)
+        assert getattr(type(self).part, "over", None) in (CONTACT, PAIR, BODY, LINK, WHOLE)
 
     def test_its_values_are_numbers_of_its_own_labels(self) -> None:
         for scene, history in self.runs():
