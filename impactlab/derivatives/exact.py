@@ -170,7 +170,7 @@ def _of_runs(
 
     width = min(RUN_WIDTH * parameter.scale, SHARE * distance)
     found = slopes(beside, base, width, RUN_ROUNDING)
-    for _ in range(NARROWER):  # a kink within the width spoils a difference without a word of its own
+    for _ in range(NARROWER):  # a kink inside the stencil spoils the difference; its error shows it
         surely = found.error <= DOUBT * np.maximum(np.abs(found.middle), np.abs(base) / parameter.scale)
         if np.all(np.logical_or.reduce((surely, found.kink, np.isnan(base)))):
             break

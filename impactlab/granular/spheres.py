@@ -14,7 +14,7 @@ from impactlab.errors import ImpactlabError
 from impactlab.types import Array
 
 Size: TypeAlias = float | str
-"""A number in SI, or a text with a unit such as ``5 mm``."""
+"""A number in SI, or a string with a unit such as ``5 mm``."""
 
 
 @overload
@@ -27,14 +27,14 @@ def sphere_mass(radius: ArrayLike, density: ArrayLike) -> float | Array:
     Parameters
     ----------
     radius : float, str or array, shape (n,)
-        m, or a text with a unit, ``"5 mm"``
+        m, or a string with a unit, ``"5 mm"``
     density : float, str or array, shape (n,)
-        kg/m3, or a text with a unit, ``"7.85 g/cm^3"``
+        kg/m3, or a string with a unit, ``"7.85 g/cm^3"``
 
     Raises
     ------
     ImpactlabError
-        If a size is no number, or not above 0.
+        If a size is not a number, or not above 0.
     """
     r, rho = _positive("radius", radius, "m"), _positive("density", density, "kg/m3")
     return _plain(4.0 / 3.0 * math.pi * r**3 * rho)
@@ -69,7 +69,7 @@ def sphere_stiffness(
     Parameters
     ----------
     young, radius : float, str or array, shape (n,)
-        Of the sphere [Pa, m], or a text with a unit, ``"210 GPa"``.
+        Of the sphere [Pa, m], or a string with a unit, ``"210 GPa"``.
     poisson : float
         Of the sphere.
     other : float, str or array, shape (n,)
@@ -80,7 +80,7 @@ def sphere_stiffness(
     Raises
     ------
     ImpactlabError
-        If a size is no number, or out of range.
+        If a size is not a number, or out of range.
 
     References
     ----------

@@ -74,7 +74,7 @@ def measured_file(number: int) -> str:
 def check_rates(scene: Scene, recorded: float, only: Probe | None = None) -> None:
     """Raise `CaseError` where an instrument is faster than the records of its run.
 
-    It is any instrument, or that of one probe; ``recorded`` is the number of records per second.
+    All instruments are checked, or that of the probe ``only``; ``recorded`` is the number of records per second.
     """
     for number, probe in instrumented(scene):
         if only not in (None, probe):

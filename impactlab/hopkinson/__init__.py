@@ -27,7 +27,7 @@ sampled             a channel of a run at equal intervals
 
 Strain, stress, force are positive in compression, as everywhere here; a signal whose compression is negative is given
 with the other sign. A tension test gives negative ones. Signals are in m/m and seconds; lengths, diameters and
-distances are in metres, or texts with a unit.
+distances are in metres, or strings with a unit.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class Specimen:
     Parameters
     ----------
     length : float or str
-        Before the test [m], or a text with its unit such as ``"6 mm"``. An `UnusualValue` is issued above 0.5 m.
+        Before the test [m], or a string with its unit such as ``"6 mm"``. An `UnusualValue` is issued above 0.5 m.
     diameter : float or str
         Before the test [m], likewise.
 
@@ -199,7 +199,7 @@ def measured(
     bar : Bar
         Both bars; with dispersion their pulses are moved by it.
     distances : (float or str, float or str)
-        From each gauge to the specimen [m], or texts with their units.
+        From each gauge to the specimen [m], or strings with their units.
     threshold : float
         As of `one_gauge`.
     far_ends : (float or str, float or str), optional

@@ -68,7 +68,7 @@ def one_gauge(
         Time between samples [s].
     bar : Bar
     distance : float or str
-        From the gauge to the end [m], or a text with its unit.
+        From the gauge to the end [m], or a string with its unit.
     threshold : float
         Share of the largest value below which the gauge is quiet.
     end : float, optional
@@ -132,7 +132,7 @@ def two_gauges(
         Time between samples [s].
     bar : Bar
     places : (float or str, float or str)
-        x of the two gauges [m], or texts with their units.
+        x of the two gauges [m], or strings with their units.
     at : float or str
         x of the place [m]. Outside the two gauges the record loses the waves that pass there before its start or after
         its end.

@@ -54,7 +54,7 @@ class Bar:
     Parameters
     ----------
     diameter : float or str
-        d [m], or a text with its unit such as ``"16 mm"``. An `UnusualValue` is issued above 0.5 m.
+        d [m], or a string with its unit such as ``"16 mm"``. An `UnusualValue` is issued above 0.5 m.
     wave_speed : float or str
         c0 = sqrt(E/rho) of long waves [m/s].
     density : float or str
@@ -222,7 +222,7 @@ def shift(
     dt : float
         Time between samples [s].
     distance : float or str
-        Along the way of the wave [m], or a text with its unit.
+        Along the way of the wave [m], or a string with its unit.
     bar : Bar
         ``dispersion="none"`` delays all frequencies alike, by distance/c0.
     band : float, optional

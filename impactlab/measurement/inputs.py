@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from impactlab.errors import ImpactlabError, RunWarning, UnusualValue
 from impactlab.lazy import lazy
 
-units = lazy("impactlab.casefile.units")  # loaded by the first text
+units = lazy("impactlab.casefile.units")  # loaded by the first string
 
 MAX_STRAIN = 0.02  # of a bar: the strongest steels yield below 1 %, bars of polymers below 2 %
 MAX_SIZE = 0.5  # m, diameter of a bar, size of a specimen
@@ -22,7 +22,7 @@ MAX_INTERVAL = 10e-6  # s, between samples: a pulse of a striker of 0.25 m lasts
 
 
 def in_si(name: str, value: float | str, unit: str) -> float:
-    """Return a number in an SI unit of a number or of a text with a unit.
+    """Return a number in an SI unit of a number or of a string with a unit.
 
     Raises
     ------
@@ -36,25 +36,25 @@ def in_si(name: str, value: float | str, unit: str) -> float:
             raise ImpactlabError(f"{name}: {error}", remedy="Give a number in SI, or a number with its unit.") from None
     if not isinstance(value, numbers.Real):
         raise ImpactlabError(
-            f"{name} is {value!r}, and it has to be a number in {unit} or a text with a unit",
+            f"{name} is {value!r}; it must be a number in {unit} or a string with a unit",
             remedy="Give a number in SI, or a number with its unit.",
         )
     return float(value)
 
 
 def above_zero(name: str, value: float | str, unit: str) -> float:
-    """Return a number in an SI unit that has to be finite and above 0; raise `ImpactlabError` of any other."""
+    """Return a finite number above 0 in an SI unit; raise `ImpactlabError` for any other."""
     found = in_si(name, value, unit)
     if not (found > 0.0 and math.isfinite(found)):
         raise ImpactlabError(
-            f"{name} is {found:.6g} {unit}, and it must be positive",
-            remedy="Give it in SI units, or as a text with its unit.",
+            f"{name} is {found:.6g} {unit}; it must be positive",
+            remedy="Give it in SI units, or as a string with its unit.",
         )
     return found
 
 
 def warn_size(name: str, value: float) -> None:
-    """Issue an `UnusualValue` of a size [m] that is that of no Hopkinson bar."""
+    """Issue an `UnusualValue` for a size [m] larger than that of any Hopkinson bar."""
     if value > MAX_SIZE:
         warn_unusual(
             f"the {name} is {value:.6g} m, and those of Hopkinson bars are below {MAX_SIZE:g} m. Lengths are in "

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from impactlab.report.named_contacts import with_figures
-from impactlab.report.signals import said
+from impactlab.report.signals import named, said
 from impactlab.report.style import (
     GRID,
     INK,
@@ -52,7 +52,7 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
     """
     known = [contact for contact in with_figures([trace.history for trace in traces]) if not contact.linked]
     reference = exact_of(traces)
-    answer = "exact" if reference is None or reference.dt is None else "converged"
+    answer = named(reference)
     rows = ([Trace(answer, reference, INK)] if reference else []) + list(traces)
     left = room_for(trace.name for trace in rows)
     right, top = 0.7 if is_narrow() else 0.95, 0.32 if len(known) > 1 else 0.1

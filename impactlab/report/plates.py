@@ -21,7 +21,7 @@ MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page 
 
 def of_run(trace: Trace, scene: Scene) -> list[Plate]:
     """Return the figures of one run."""
-    answer = _answer(trace.reference)
+    answer = signals.named(trace.reference)
     dark = f" The thin line is the {answer} answer." if trace.reference is not None else ""
     shares = Plate(
         "energy",
@@ -49,7 +49,7 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         return []
     judged = any(trace.reference is not None for trace in shown)
     reference = exact_of(shown)
-    answer = _answer(reference)
+    answer = signals.named(reference)
     dark = f" The thin line is the {answer} answer." if judged else ""
     known = [*([reference] if reference is not None else []), *(trace.history for trace in shown)]
     figures = [*probes(shown, scene, compared=True), *waves(known, scene)]
@@ -78,10 +78,6 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
     )
     figures.append(Plate("energy", "Energy balance", words, partial(balance.energy_balance, shown, scene), True, False))
     return figures + fields_at_snapshots(shown, scene, f"at the snapshots, one row per method.{dark}")
-
-
-def _answer(reference: AbstractHistory | None) -> str:
-    return "exact" if reference is None or reference.dt is None else "converged"
 
 
 def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Plate]:

@@ -48,7 +48,12 @@ def shown(traces: Sequence[Trace]) -> list[Trace]:
     reference = exact_of(traces)
     if reference is None or (len(traces) == 1 and traces[0].history.dt is None):
         return list(traces)
-    return [*traces, Trace("exact" if reference.dt is None else "converged", reference, "ink")]
+    return [*traces, Trace(named(reference), reference, "ink")]
+
+
+def named(reference: AbstractHistory | None) -> str:
+    """Return what a page calls the answer that a run is judged by."""
+    return "exact" if reference is None or reference.dt is None else "converged"
 
 
 def panels(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -293,5 +294,27 @@ def test_an_overlap_by_a_displacement_at_the_start_holds_its_energy(law, integra
     stored = 0.5 * 1e8 * 1e-5**2 if law["kind"] == "penalty" else 0.4 * 1e10 * 1e-5**2.5
     assert history.energy.stored[0] == pytest.approx(stored, rel=1e-9)
     assert history.energy.largest_gain < 1e-9
-    exact = -0.022078 if law["kind"] == "penalty" else -0.010709  # the exact solver; the choice at 1e-3
-    assert history.evaluate([4e-4], "velocity:ball")[0] == pytest.approx(exact, rel=0.03)
+    assert history.evaluate([4e-4], "velocity:ball")[0] == pytest.approx(let_go(law), rel=0.03)  # 1 % by the mesh
+
+
+def let_go(law: dict[str, Any]) -> float:
+    """Return the final velocity of that ball [m/s] by leapfrog on four times as many elements, for itself."""
+    count, area, young, density, mass = 400, 1e-4, 2e11, 8000.0, 0.5
+    h = 0.5 / count
+    exponent = 1.0 if law["kind"] == "penalty" else 1.5
+    x, nodes = np.linspace(0.0, 0.5, count + 1), np.full(count + 1, density * area * h)
+    nodes[[0, -1]] *= 0.5
+    u, v = np.interp(x, [0.0, 0.1, 0.5], [-1e-5, 0.0, 0.0]), np.zeros(count + 1)
+    ball, speed, steps = 0.0, 0.0, round(4e-4 / (0.25 * h / math.sqrt(young / density)))
+    dt = 4e-4 / steps
+    for step in range(steps):
+        push = law["stiffness"] * max(0.0, ball - u[0]) ** exponent
+        pull = young * area / h * np.diff(u)
+        force = np.append(pull, 0.0) - np.append(0.0, pull)
+        force[0] += push
+        share = 0.5 if step == 0 else 1.0  # velocities belong to half steps
+        v += share * dt * force / nodes
+        speed -= share * dt * push / mass
+        u += dt * v
+        ball += dt * speed
+    return speed

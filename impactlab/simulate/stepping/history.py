@@ -187,7 +187,7 @@ class RecordedHistory(AbstractRecordedHistory):
     @cached_property
     def _joined_impulses(self) -> dict[str, float]:
         """Impulses of the links by name [N s]."""
-        solved = zip(self.assembly.layout.solved, self.assembly.contacts, strict=False)
+        solved = zip(self.assembly.layout.solved, self.assembly.contacts, strict=True)
         joined = ((self.scene.contacts[number].name, record) for number, record in solved if record.joined)
         return {name: record.total - self._beyond * record.force for name, record in joined}
 
