@@ -21,6 +21,7 @@ from impactlab.sweeps.axes import Points
 from impactlab.sweeps.chunks import CONTENT, DRAFT, Chunk, Folder, opened, refuse_folder
 from impactlab.sweeps.cluster import connected
 from impactlab.sweeps.engines import computed, size_of_chunk
+from impactlab.sweeps.interrupts import remembered
 from impactlab.sweeps.page import write_page
 from impactlab.sweeps.points import Sweep, origin_of
 from impactlab.sweeps.quantities import DEFAULT, asked
@@ -163,11 +164,13 @@ def _filled(
     firsts = [k * size for k in chunks if not result.status[k * size]]
     done = len(chunks) - len(firsts)
     try:
-        for chunk in engine(firsts, size):
-            _keep(chunk, result, folder)
-            done += 1
-            if progress is not None:
-                progress(done / len(chunks))
+        with remembered() as raise_if_pressed:
+            for chunk in engine(firsts, size):
+                _keep(chunk, result, folder)
+                done += 1
+                if progress is not None:
+                    progress(done / len(chunks))
+                raise_if_pressed()
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted: {kept_words(result, folder)}") from None
     except SweepError as error:

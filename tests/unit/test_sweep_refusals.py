@@ -262,6 +262,27 @@ def test_the_keyboard_ends_a_sweep_with_130_and_finished_points(tmp_path, monkey
     assert found.stderr.splitlines()[-1] == last
 
 
+class Interrupted:
+    """Presses Ctrl-C while it is deleted, where Python only prints what is raised."""
+
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_an_interrupt_inside_a_destructor_ends_a_sweep(tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr(run, "size_of_chunk", lambda *_: 2)
+    broken_after(1, lambda _: Interrupted(), monkeypatch)
+    handlers = signal.signal(signal.SIGINT, signal.default_int_handler), sys.unraisablehook
+    try:
+        found = invoked(["--over", f"{MASS}=1:2:6"], tmp_path)
+        assert (signal.getsignal(signal.SIGINT), sys.unraisablehook) == (signal.default_int_handler, handlers[1])
+    finally:
+        signal.signal(signal.SIGINT, handlers[0])
+    assert found.exit_code == 130
+    assert "4 of 6 points are kept" in found.stderr.splitlines()[-1]
+    assert "Exception ignored" not in found.stderr + capfd.readouterr().err
+
+
 def test_known_axes_are_read_without_checking_again(kept, case, monkeypatch):
     monkeypatch.setattr(axes, "_in_si", lambda *_: pytest.fail("a value was checked again"))
     assert counts(il.sweep(case, {MASS: [1.0, 2.0, 3.0]}, quantities=["contacts"], out=kept)) == {"completed": 3}
