@@ -247,26 +247,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     state = sum(stepper.state.size for stepper in steppers.values())
     check_fields(scene, state, unknowns)
     scene = with_room(scene, state)
-    laws, found = {}, []
-    alike: dict[tuple[int, ...], tuple[AbstractContactLaw, Start]] = {}  # contacts of like beads under one law
-    for number, contact in enumerate(scene.contacts):
-        path, given_law = f"contacts.{number}.law", method.laws[contact.name]
-        own_steppers = (id(steppers[point.body]) for point in (contact.left, contact.right))
-        key = (*own_steppers, *scene.places[number], id(given_law))
-        if key in alike:
-            laws[contact.name], start = alike[key]
-            found.append(start)
-            continue
-        with placed_at(f"contacts.{number}"):
-            facts = facts_of(scene, method, built, steppers, number)
-        with placed_at(path):
-            law = laws[contact.name] = given_law.acting(*facts)
-        if integrator.load_point == 0.0:
-            check_explicit_spring(law, facts, dt, path)
-        found.append(start_law(law, facts, path, dt))
-        alike[key] = law, found[-1]
-    as_given = len(laws) == len(method.laws) and all(law is method.laws[name] for name, law in laws.items())
-    acting, starts = method if as_given else replace(method, laws=laws), tuple(found)
+    acting, starts = _started(scene, method, built, steppers, integrator, dt)
     warnings += check_messengers(scene, built, starts)
     pushes = pushes_of(scene, built, starts)
     check_closed(scene, laws_of(scene, acting), built, starts, pushes, integrator, dt)
@@ -274,6 +255,37 @@ def _prepared(scene: Scene, method: Method) -> Plan:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses)
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
     return Plan(scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings))
+
+
+def _started(
+    scene: Scene,
+    method: Method,
+    built: Mapping[str, BuiltBody],
+    steppers: Mapping[str, Stepper],
+    integrator: AbstractIntegrator,
+    dt: float,
+) -> tuple[Method, tuple[Start, ...]]:
+    """Return the method with the laws that act in the place of those given, and how they start, contact by contact."""
+    laws, found = {}, []
+    alike: dict[tuple[int, ...], tuple[AbstractContactLaw, Start]] = {}  # contacts of like beads under one law
+    for number, contact in enumerate(scene.contacts):
+        path, given = f"contacts.{number}.law", method.laws[contact.name]
+        own_steppers = (id(steppers[point.body]) for point in (contact.left, contact.right))
+        key = (*own_steppers, *scene.places[number], id(given))
+        if key in alike:
+            laws[contact.name], start = alike[key]
+            found.append(start)
+            continue
+        with placed_at(f"contacts.{number}"):
+            facts = facts_of(scene, method, built, steppers, number)
+        with placed_at(path):
+            law = laws[contact.name] = given.acting(*facts)
+        if integrator.load_point == 0.0:
+            check_explicit_spring(law, facts, dt, path)
+        found.append(start_law(law, facts, path, dt))
+        alike[key] = law, found[-1]
+    as_given = len(laws) == len(method.laws) and all(law is method.laws[name] for name, law in laws.items())
+    return method if as_given else replace(method, laws=laws), tuple(found)
 
 
 def prepare_adaptive(

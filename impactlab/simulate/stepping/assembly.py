@@ -21,6 +21,8 @@ from impactlab.simulate.stepping.arrays import (
     ContactRecord,
     EventRecord,
     FaceRecord,
+    Floats,
+    Ints,
     LoadRecord,
     SnapshotRecord,
     StepArrays,
@@ -34,7 +36,7 @@ from impactlab.simulate.stepping.body_records import (
     phase_records,
 )
 from impactlab.simulate.stepping.contact_records import contact_records, face_records, read_on, reading_records
-from impactlab.simulate.stepping.coordinates import both_phases
+from impactlab.simulate.stepping.coordinates import BothPhases, both_phases
 from impactlab.simulate.stepping.layout import Layout
 from impactlab.simulate.stepping.pairs import arranged, find_pairs
 from impactlab.simulate.stepping.pieces import fill_pieces
@@ -65,101 +67,114 @@ class Assembly:
         self.layout, self.scene, self.method, self.acting = layout, scene, plan.method, plan.acting
         self.integrator, self.dt, self.steps = integrator, dt, plan.steps
         self.stride, self.sample_stride = layout.stride, layout.sample_stride
-        built, steppers, n_contacts = layout.built, layout.steppers, len(layout.solved)
         laws = laws_of(scene, plan.acting)
         with ahead(lambda: kernels_of(layout)):
             self.laws = [LawAddress(laws[number].respond, laws[number].compiled) for number in layout.solved]
         state = layout.state()
-        values, row_start, row_index, row_value, other_state = both_phases(layout, integrator, dt)
-        phases, maps = phase_records(layout)
-        self.ports, self.contacts, self.replies, (ports, contacts, replies) = contact_records(
-            layout, integrator, self.laws
+        coordinates = both_phases(layout, integrator, dt)
+        contacts, bodies = self._contacts(), self._bodies(coordinates, state)
+        contacts["probe_at"] = self._described(coordinates, contacts, bodies)
+        beads = packed(layout.rows, plan, dt, layout.pushed_bodies()) if layout.rows.rows else no_beads()
+        self.slots = beads.slots  # of the contacts of rows of beads
+        self.memory = StepArrays(
+            **contacts,
+            **bodies,
+            **self._results(state.size),
+            **self._pairs(coordinates),
+            bead_rows=beads.rows,
+            beads=beads.beads,
+            bead_contacts=beads.contacts,
+            shared=beads.shared,
+            state=state,
+            backup=np.zeros(state.size),
+            scratch=np.zeros(4),
+            pieces=np.array(addresses_without(), np.int64),
         )
+        m = self.memory
+        self.clock.rare = int(any(map(len, (m.readings, m.pushes, m.loads, m.dampers))))
+        others = len(layout.solved) + self.clock.rare + len(m.phases)
+        self.clock.only_beads = int(others == 0 and state.size == 2 * layout.n_beads > 0)
+        fill_pieces(m, self.clock)
+        arrays: Any = m if COMPILED else ()
+        small = COMPILED and sum([each.nbytes for each in arrays]) <= MAX_COPIED
+        self.can_repeat = small and all(law.compiled for law in laws)  # whether `again` serves
+
+    def _contacts(self) -> dict[str, Any]:
+        """Return the arrays of the contacts and of the points of bodies that they read and push."""
+        found = contact_records(self.layout, self.integrator, self.laws)
+        self.ports, self.contacts, self.replies, (ports, contacts, replies) = found
+        self.faces, faces, pushes = face_records(self.layout)
+        readings = reading_records(self.layout)
+        return {
+            "ports": ports, "contacts": contacts, "replies": replies,
+            "faces": faces, "pushes": pushes, "readings": readings,
+        }  # fmt: skip
+
+    def _bodies(self, coordinates: BothPhases, state: Floats) -> dict[str, Any]:
+        """Return the arrays of the bodies, of their loads and of their dashpots."""
+        layout, values = self.layout, coordinates.values
+        phases, maps = phase_records(layout)
+        self.loads, loads, load_times, load_forces = load_records(layout, self.integrator)
+        dampers, dashpots = damper_records(layout, self.integrator, state)
+        return {
+            "bodies": body_records(layout, values.starts),
+            "called": np.arange(layout.n_beads, len(layout.built), dtype=np.int64),
+            "parameters": values.parameters, "momentum": values.momentum, "jump": values.jump,
+            "responses": values.responses, "left_out": values.left_out,
+            "row_start": coordinates.row_start, "row_index": coordinates.row_index,
+            "row_value": coordinates.row_value, "other_state": coordinates.other_state,
+            "phases": phases, "maps": maps, "dampers": dampers, "dashpots": dashpots,
+            "loads": loads, "load_times": load_times, "load_forces": load_forces,
+        }  # fmt: skip
+
+    def _described(self, coordinates: BothPhases, contacts: dict[str, Any], bodies: dict[str, Any]) -> Ints:
+        """Write which entries of the state faces, pushes and loads touch; return those that the probes read."""
+        layout, values = self.layout, coordinates.values
+        of_bodies, faces = bodies["bodies"], contacts["faces"]
+        phased = np.array([body.system.phases is not None for body in layout.built.values()], np.int64)
+        rows = coordinates.row_start, coordinates.row_index, coordinates.row_value
+        probe_at = np.full(layout.n_columns - layout.first_probe, -1)
+        first_probe = 2 * len(faces) + len(contacts["readings"])
+        entered(describe, of_bodies, faces, phased, values.momentum, values.responses, *rows, probe_at, first_probe)
+        for moved in (contacts["pushes"], bodies["loads"]):
+            if len(moved):
+                entered(write_ranges, moved, 1, of_bodies, phased, values.responses)
+        return probe_at
+
+    def _results(self, size: int) -> dict[str, Any]:
+        """Return the clock and the room for what a run writes; ``size`` is that of the state."""
+        scene, layout, per_run = self.scene, self.layout, self.steps // self.stride
         self.snapshots, snapshots = records(SnapshotRecord, len(scene.field_times))
         for snapshot, time in zip(self.snapshots, scene.field_times, strict=True):
             snapshot.time = time
         (self.clock,), clock = records(ClockRecord, 1)
-        self.clock.timed, self.clock.steps = dt, plan.steps
-        self.clock.changes = int(any(stepper.columns is not None for stepper in steppers.values()))
-        located = plan.method.events == "located"
+        self.clock.timed, self.clock.steps = self.dt, self.steps
+        self.clock.changes = int(any(stepper.columns is not None for stepper in layout.steppers.values()))
+        self.clock.bead_columns = layout.first_probe - layout.first_bead_force
+        located = self.method.events == "located"
         per_contact = 1024 if located else 256 if len(scene.contacts) <= MANY else 16
         self.events, events = records(EventRecord, max(MIN_EVENTS, per_contact * len(scene.contacts)))
-        self.faces, faces, pushes = face_records(layout)
-        self.loads, loads, load_times, load_forces = load_records(layout, integrator)
-        bodies = body_records(layout, values.starts)
-        dampers, dashpots = damper_records(layout, integrator, state)
-        phased = np.array([body.system.phases is not None for body in built.values()], np.int64)
-        rows = row_start, row_index, row_value
-        readings = reading_records(layout)
-        probe_at = np.full(layout.n_columns - layout.first_probe, -1)
-        first_probe = 2 * len(faces) + len(readings)
-        entered(describe, bodies, faces, phased, values.momentum, values.responses, *rows, probe_at, first_probe)
-        for moved in (pushes, loads):
-            if len(moved):
-                entered(write_ranges, moved, 1, bodies, phased, values.responses)
-        read = read_on(layout, row_start, row_index) if n_contacts > 1 else {}
+        room = (4 if located else 1) * (per_run + 8) + 256
+        samples = self.steps // self.sample_stride + 8
+        return {
+            "clock": clock, "events": events, "snapshots": snapshots,
+            "record": np.zeros((room, layout.n_columns)),
+            "sample": np.zeros((samples, SAMPLED + 3 * len(layout.built))),
+            "snapshot_state": np.zeros((len(snapshots), 2, size)),
+        }  # fmt: skip
+
+    def _pairs(self, coordinates: BothPhases) -> dict[str, Any]:
+        """Return which contacts act on each other, and the room to solve them together."""
+        layout, number = self.layout, len(self.contacts)
+        read = read_on(layout, coordinates.row_start, coordinates.row_index) if number > 1 else {}
         candidates = find_pairs(self.faces, self.contacts, layout.pushes, read)
-        beads = packed(layout.rows, plan, dt, layout.pushed_bodies()) if layout.rows.rows else no_beads()
-        self.slots = beads.slots  # of the contacts of rows of beads
-        self.clock.bead_columns = layout.first_probe - layout.first_bead_force
         order, self.clock.reach = arranged(self.contacts, candidates)
-        unknowns = 2 * n_contacts if n_contacts > 1 else 0
-        room = (4 if located else 1) * (plan.steps // self.stride + 8) + 256
-        self.memory = StepArrays(
-            clock=clock,
-            bodies=bodies,
-            faces=faces,
-            contacts=contacts,
-            ports=ports,
-            replies=replies,
-            readings=readings,
-            pushes=pushes,
-            loads=loads,
-            phases=phases,
-            dampers=dampers,
-            dashpots=dashpots,
-            bead_rows=beads.rows,
-            events=events,
-            snapshots=snapshots,
-            beads=beads.beads,
-            bead_contacts=beads.contacts,
-            shared=beads.shared,
-            called=np.arange(layout.n_beads, len(built), dtype=np.int64),
-            parameters=values.parameters,
-            state=state,
-            backup=np.zeros(state.size),
-            momentum=values.momentum,
-            jump=values.jump,
-            responses=values.responses,
-            candidates=candidates,
-            coupled=candidates.copy(),
-            influence=np.zeros((candidates.size, 3, LAYERS)),
-            own_influence=np.zeros((3, LAYERS)),
-            row_start=row_start,
-            row_index=row_index,
-            row_value=row_value,
-            probe_at=probe_at,
-            load_times=load_times,
-            load_forces=load_forces,
-            left_out=values.left_out,
-            record=np.zeros((room, layout.n_columns)),
-            sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
-            snapshot_state=np.zeros((len(scene.field_times), 2, state.size)),
-            scratch=np.zeros(4),
-            pieces=np.array(addresses_without(), np.int64),
-            order=order,
-            system=np.zeros((unknowns, min(unknowns, 6 * self.clock.reach + 4) + 2)),
-            other_state=other_state,
-            maps=maps,
-        )
-        m = self.memory
-        self.clock.rare = int(any(map(len, (m.readings, m.pushes, m.loads, m.dampers))))
-        others = n_contacts + self.clock.rare + len(phases)
-        self.clock.only_beads = int(others == 0 and state.size == 2 * layout.n_beads > 0)
-        fill_pieces(m, self.clock)
-        arrays: Any = self.memory if COMPILED else ()
-        small = COMPILED and sum([each.nbytes for each in arrays]) <= MAX_COPIED
-        self.can_repeat = small and all(law.compiled for law in laws_of(scene, plan.acting))  # whether `again` serves
+        unknowns = 2 * number if number > 1 else 0
+        return {
+            "candidates": candidates, "coupled": candidates.copy(), "order": order,
+            "influence": np.zeros((candidates.size, 3, LAYERS)), "own_influence": np.zeros((3, LAYERS)),
+            "system": np.zeros((unknowns, min(unknowns, 6 * self.clock.reach + 4) + 2)),
+        }  # fmt: skip
 
     def again(self, **given: Array) -> Assembly:
         """Return an assembly for another run of the same plan, with arrays of its own; this one must not have run.

@@ -1,0 +1,170 @@
+"""Modes of beams as a family of the automatic choice: how many modes a run has, and what those left out cost.
+
+Two errors add up: the modes left out, of order 3 in their number where nothing shears, and the steps across a contact,
+of order 2. Either all runs of a scene have the same modes, whose error is stated by the flexibility of the others, or
+the modes grow with the steps.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+from impactlab.bases.beams.modes import has_closed_form
+from impactlab.history.base import AbstractHistory
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.continuous import Continuous
+from impactlab.refine import cost, left_out
+from impactlab.refine.beam_descriptions import MAX_DENSE_ELEMENTS, STEPS, is_lossy, modal_model, shortest_time
+from impactlab.refine.contact_times import times_of
+from impactlab.refine.description import Description
+from impactlab.refine.descriptions import modelled_as, recorded
+from impactlab.refine.distances import counted
+from impactlab.scene.facts import beams_of, rods_of
+from impactlab.scene.method import Simulation, StepRule, laws_of
+
+UNIT = "steps in the shortest time of the scene"
+COARSEST = 3 * STEPS  # steps in the shortest time: three in a rise of force
+COARSEST_MODES, FEWEST_MESHED = 24, 18  # at that many steps; modes in closed form, of a mesh
+COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
+ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
+EIGENVECTORS_S = 1e-10  # s, over the cube of the coordinates of that mesh
+CLOSED_FORM_S = 1e-5  # s, of a mode in closed form
+MOST_MODES = 1500  # in closed form, some 0.1 ms each to find
+MAX_STEPS = 1_000_000  # in the shortest time
+MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
+STATED_SHARE, STATED_SHARE_OF_SHEAR = 0.25, 0.45  # the same where it is stated: of errors of order 3 and of order 1
+MAX_UNSEEN_SHARE = 0.5  # the same where no more modes may be taken, and their error is stated by their flexibility
+DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
+# Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
+ERROR_OF_MODES, ERROR_OF_SPRINGS = 0.15, 0.04
+ERROR_OF_IMPULSES = 0.2  # of these where impulses alone count: a force that is wrong one way and the other has its sum
+MISSING_MARGIN = 1.5  # on errors by modes left out: measured, 0.1 to 1.2 of the flexibility beside the contact's
+
+
+def counted_share(asked: Simulation) -> float:
+    """Return the share of a predicted error that the quantities which count have."""
+    return ERROR_OF_IMPULSES if counted(asked)[2] == ("impulses",) else 1.0
+
+
+def rises(n: float) -> float:
+    """Return the steps in a rise of force, of so many in the shortest time."""
+    return n / STEPS
+
+
+class BeamModes:
+    """Modes under Newmark's method where beams lose energy, else under exact steps.
+
+    Parameters
+    ----------
+    asked : Simulation
+        The scene and its tolerance.
+    seen : AbstractHistory, optional
+        A run with too few modes, whose displacements say how many it takes.
+    """
+
+    def __init__(self, asked: Simulation, seen: AbstractHistory | None = None) -> None:
+        self.asked, self.seen, self.beams = asked, seen, beams_of(asked.scene)
+        self.shortest, self.missing = shortest_time(asked), left_out.beside_contacts(asked)
+        if seen is not None:
+            self.missing += left_out.beside_displacements(asked, seen)
+        self.transit = min((0.5 * rod.round_trip for rod in rods_of(asked.scene)), default=math.inf)
+        self.lossy = any(is_lossy(beam) for beam in self.beams)
+        self.closed = all(has_closed_form(beam) for beam in self.beams)
+        self.tolerance = asked.method.tolerance.error if asked.method.tolerance else DEFAULT_TOLERANCE
+        springs = all(law.is_spring for law in laws_of(*asked))
+        self.factor = counted_share(asked) * (ERROR_OF_SPRINGS if springs else ERROR_OF_MODES)
+        self.enough = STEPS * math.sqrt(3.0 * self.factor / self.tolerance)
+        self.most = MOST_MODES if self.closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
+        known = not any(math.isnan(times.tangent) for times in times_of(*asked).values())
+        # All runs have the same modes, whose error is stated: they are found once, and a run that differs in its step
+        # alone is set up in a tenth of the time. Where this would take too many modes, they grow with the steps.
+        least = MISSING_MARGIN * left_out.total(self.missing, self.most)
+        self.fixed = known and least <= MAX_UNSEEN_SHARE * self.tolerance
+        self.coarsest = COARSEST_KNOWN if known else COARSEST_MODES
+        self.wanted = functools.cache(self._wanted)
+        self.beside = functools.lru_cache(maxsize=1)(functools.partial(left_out.beside_displacements, asked))
+
+    def _wanted(self, n: int) -> int:
+        """Return the modes that so many steps in the shortest time ask for."""
+        fine = (max(self.enough, COARSEST) if self.fixed else n) / COARSEST
+        few = self.coarsest * math.pow(fine, 2.0 / 3.0) if self.closed else FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
+        if self.fixed:
+            return math.ceil(max([few, *(share.modes_for(_stated(share) * self.tolerance) for share in self.missing)]))
+        # As the steps that the tolerance is predicted to need grow finer or coarser, so do the modes.
+        needed = [
+            share.modes_for(MISSING_SHARE * self.tolerance) * math.pow(n / self.enough, 1.0 / min(share.power, 1.5))
+            for share in self.missing
+        ]
+        return math.ceil(max([few, *needed]))
+
+    def modes(self, n: int) -> int:
+        """Return the modes of a run."""
+        return min(self.wanted(n), self.most)
+
+    def steps(self, n: int) -> float:
+        """Return the steps of a run."""
+        return self.asked.scene.duration / self._dt(n)
+
+    def _dt(self, n: int) -> float:
+        return min(self.shortest / n, self.transit)
+
+    def unseen(self, n: int, history: AbstractHistory | None = None) -> float:
+        """Return the error by modes that all runs leave out, which no two of them show."""
+        if not self.fixed and self.wanted(n) <= self.most:
+            return 0.0
+        found = left_out.total(self.missing, self.modes(n))
+        if history is not None and "displacements" in counted(self.asked)[2]:
+            found = max(found, left_out.total(self.beside(history), self.modes(n)))
+        return MISSING_MARGIN * found
+
+    def error(self, n: int) -> float:
+        """Return the predicted error."""
+        return self.factor / rises(n) ** 2 + (0.0 if self.fixed else left_out.total(self.missing, self.modes(n)))
+
+    def finding(self, n: int) -> float:
+        """Return the predicted time of finding the modes [s]."""
+        if self.closed:  # once for all runs that have the same modes: whichever is chosen needs them
+            return 0.0 if self.fixed else CLOSED_FORM_S * self.modes(n)
+        return EIGENVECTORS_S * (2.0 * ELEMENTS_PER_MODE * self.modes(n)) ** 3
+
+    def simulation(self, n: int) -> Simulation:
+        """Return the scene with its modes and steps."""
+        scheme = Newmark() if self.lossy else ExactModal()
+        rods = modelled_as(self.asked, Continuous(), scheme, StepRule(dt=self._dt(n)))
+        models = {beam.name: modal_model(beam, self.modes(n), ELEMENTS_PER_MODE) for beam in self.beams}
+        return recorded(rods.but(models={**rods.method.models, **models}), self.steps(n))
+
+    def _finest(self) -> int:
+        """Return the finest steps that the most modes serve: finer runs would differ in their steps alone."""
+        low, high = COARSEST, MAX_STEPS
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if self.wanted(middle) <= self.most else (low, middle)
+        return low
+
+    def description(self) -> Description:
+        """Return the family."""
+        again = self.fixed and self.seen is None
+        return Description(
+            "modes under Newmark's method" if self.lossy else "modes under exact steps",
+            UNIT,
+            self.simulation,
+            cost.BEAM_DAMPED_MODES if self.lossy else cost.BEAM_MODES,
+            lambda n: (self.steps(n), len(self.beams) * self.modes(n)),
+            error=self.error,
+            safety=2.0,
+            min_fineness=COARSEST,
+            max_fineness=MAX_STEPS if self.fixed else self._finest(),
+            unseen=self.unseen,
+            alike=self.fixed,
+            otherwise=(lambda history: BeamModes(self.asked, history).description()) if again else None,
+            detail=lambda n: f"{self.modes(n)} modes",
+            finding=self.finding,
+        )
+
+
+def _stated(share: left_out.Share) -> float:
+    """Return the share of a tolerance for modes left out that costs least: more modes, or more steps for the rest."""
+    return (STATED_SHARE if share.power > 1.0 else STATED_SHARE_OF_SHEAR) / MISSING_MARGIN
