@@ -59,7 +59,9 @@ class JointBlock(Block):
     torque: Annotated[float, quantity("N m")] = Field(
         default=0.0, description="torque on the link from the one before it [N m]"
     )
-    drive: DriveBlock | None = Field(default=None, description="given angular rate of the hinge")
+    drive: DriveBlock | None = Field(
+        default=None, description="given angular rate of the link; the moment that keeps it acts from the ground"
+    )
     end_mass: Annotated[float, quantity("kg", ge=0.0)] = Field(default=0.0, description="point mass at its end [kg]")
     axial_modes: Annotated[int, Allowed("1", (("ge", 0), ("le", MAX_AXIAL)), whole=True).reader()] = Field(
         default=0, description="axial shapes of a beam; without one it keeps its length"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
@@ -20,8 +19,8 @@ from impactlab.scene.frame import frames, in_frame, touched_in
 from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS, all_finite
-from impactlab.scene.problem import Contact, Scene
-from impactlab.simulate import beam_warnings
+from impactlab.scene.problem import Contact
+from impactlab.simulate import beam_warnings, mechanism_warnings
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.pairing import energy_bound
 from impactlab.simulate.resolvability import unresolved
@@ -40,8 +39,6 @@ ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
-SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
-ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of its direction
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
 
 Failure = Callable[..., StepError]  # of a text and a remedy; time, step and history are set
@@ -61,7 +58,7 @@ def add_warnings(history: AbstractHistory) -> None:
         for noted in laws[contact.name].noted:
             if count := int(memory[noted.slot]):
                 found.append(Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}"))
-    found += [*sensitive_sequences(history), *guided_weights(scene)]
+    found += mechanism_warnings.warnings(history)
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
     found += without_touch(history, meeting)
     gain = gain_of(history)
@@ -108,28 +105,6 @@ def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:
             share = deepest / travel
             text = f"{contact.name}: the faces overlap by {deepest:.3g} m, {share:.2g} of their travel"
             yield Warned("overlap", text)
-
-
-def sensitive_sequences(history: AbstractHistory) -> Iterator[Warned]:
-    """Give a warning for each body of large motion with a long sequence of contacts."""
-    scene = history.scene
-    for name, body in scene.bodies.items():
-        if not body.changes:
-            continue
-        count = sum(len(history.spans(each.name)) for _, each in scene.met_by(name))
-        if count > SURE_CONTACTS:
-            text = f"{name}: {count} periods of contact, each following from the one before it with a larger difference"
-            yield Warned("sensitive_sequence", f"{text}; compare with half the step and with more modes")
-
-
-def guided_weights(scene: Scene) -> Iterator[Warned]:
-    """Give a warning where gravity acts across the motion of bodies beside a mechanism."""
-    pull = max((math.hypot(*body.gravity) for body in scene.bodies.values()), default=0.0)
-    across = math.sqrt(max(0.0, pull**2 - scene.gravity**2))
-    names = [name for name, body in scene.bodies.items() if body.moves and body.falls]
-    if names and across > ACROSS_WARN * pull:
-        text = f"{', '.join(names)}: {across:.4g} m/s2 of gravity act across the motion, and the guide takes that part"
-        yield Warned("guided_weight", text)
 
 
 def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory) -> None:

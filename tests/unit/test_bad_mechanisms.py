@@ -7,6 +7,7 @@ import math
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 
 import impactlab as il
@@ -310,6 +311,38 @@ def test_a_weight_that_a_guide_takes_is_told(along: Any, across: str) -> None:
     assert found == (
         [f"block: {across} m/s2 of gravity act across the motion, and the guide takes that part"] * bool(across)
     )
+
+
+def test_the_drive_of_a_second_link_acts_from_the_ground_and_says_so() -> None:
+    """The first link keeps its rate: no moment of the drive acts on it, and the hinge at its end carries no mass."""
+    bodies = {"a": {"kind": "link", "length": 0.5, "mass": 0.5}, "b": {"kind": "link", "length": 0.8, "mass": 0.4}}
+    links = [{"body": "a"}, {"body": "b", "drive": {"rate": 4.0, "within": 0.4}}]
+    wall = {"between": ["a.right", "w"], "along": "x", "gap": 50.0, "law": {"kind": "hertz", "stiffness": 1.0}}
+    history = il.run(
+        il.Case.from_dict(
+            {
+                "schema_version": 1,
+                "bodies": {**bodies, "w": {"kind": "wall"}},
+                "mechanisms": {"arm": {"links": links}},
+                "contacts": [wall],
+                "gravity": [0, 0],
+                "solve": {"duration": 0.4, "integrator": {"kind": "midpoint"}, "step": {"dt": 1e-3}},
+            }
+        )
+    )
+    [text] = [warned.text for warned in history.warnings if warned.code == "ground_drive"]
+    assert text.startswith("b: its drive gives its absolute angle and acts from the ground")
+    assert "does not act on 'a'" in text
+    # All moments about the hinge at the ground are that of the drive: its impulse is the angular momentum.
+    t = history.recorded["drive:b"].times
+    moment = history.evaluate(t, "drive:b")
+    given = float(np.sum(0.5 * (moment[1:] + moment[:-1]) * np.diff(t)))
+    angles = [float(history.evaluate(0.4, f"angle:{name}")) for name in "ab"]
+    rates = [float(history.evaluate(0.4, f"rate:{name}")) for name in "ab"]
+    coupled = 0.4 * 0.5 * 0.4 * math.cos(angles[1] - angles[0])
+    momentum = (0.5 / 3.0 + 0.4) * 0.25 * rates[0] + 0.4 * 0.64 / 3.0 * rates[1] + coupled * sum(rates)
+    assert given == pytest.approx(momentum, rel=1e-3)
+    assert "ground_drive" not in [warned.code for warned in il.run(case_with({})).warnings]
 
 
 @pytest.mark.parametrize("law", [{"kind": "penalty", "stiffness": 1e5}, {"kind": "velocity_complementarity"}], ids=str)

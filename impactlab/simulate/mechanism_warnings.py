@@ -1,0 +1,57 @@
+"""Warnings of a finished run on mechanisms: contacts that magnify differences, guides and drives on the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from impactlab.history.base import AbstractHistory, Warned
+from impactlab.scene.bodies import Mechanism
+from impactlab.scene.problem import Scene
+
+SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
+ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of its direction
+
+
+def warnings(history: AbstractHistory) -> Iterator[Warned]:
+    """Give the warnings of a finished run that concern its mechanisms."""
+    yield from _sensitive(history)
+    yield from _guided(history.scene)
+    yield from _driven_from_the_ground(history.scene)
+
+
+def _sensitive(history: AbstractHistory) -> Iterator[Warned]:
+    """Give a warning for each body of large motion with a long sequence of contacts."""
+    scene = history.scene
+    for name, body in scene.bodies.items():
+        if not body.changes:
+            continue
+        count = sum(len(history.spans(each.name)) for _, each in scene.met_by(name))
+        if count > SURE_CONTACTS:
+            text = f"{name}: {count} periods of contact, each following from the one before it with a larger difference"
+            yield Warned("sensitive_sequence", f"{text}; compare with half the step and with more modes")
+
+
+def _guided(scene: Scene) -> Iterator[Warned]:
+    """Give a warning where gravity acts across the motion of bodies beside a mechanism."""
+    pull = max((math.hypot(*body.gravity) for body in scene.bodies.values()), default=0.0)
+    across = math.sqrt(max(0.0, pull**2 - scene.gravity**2))
+    names = [name for name, body in scene.bodies.items() if body.moves and body.falls]
+    if names and across > ACROSS_WARN * pull:
+        text = f"{', '.join(names)}: {across:.4g} m/s2 of gravity act across the motion, and the guide takes that part"
+        yield Warned("guided_weight", text)
+
+
+def _driven_from_the_ground(scene: Scene) -> Iterator[Warned]:
+    """Give a warning for each drive of a link that stands on another one."""
+    for body in scene.bodies.values():
+        if not isinstance(body, Mechanism):
+            continue
+        for number in body.driven:
+            if number > 0:
+                name, before = body.links[number].name, body.links[number - 1].name
+                text = (
+                    f"{name}: its drive gives its absolute angle and acts from the ground, as a belt over the hinges "
+                    f"before it; its moment does not act on '{before}', as that of a motor on it would"
+                )
+                yield Warned("ground_drive", text)
