@@ -24,6 +24,7 @@ Quantity = Literal[
 ]
 
 QUANTITIES_OF_ROD: tuple[Quantity, ...] = ("displacement", "velocity", "strain", "stress", "force")
+INTERNAL_FORCES: tuple[Quantity, ...] = ("stress", "force", "bending_moment", "shear_force")
 QUANTITIES_OF_BEAM: tuple[Quantity, ...] = ("displacement", "velocity", "rotation", "bending_moment", "shear_force")
 
 PARAMETERS = 64  # room for a law's constants

@@ -33,7 +33,7 @@ from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe
 
-KEPT = ("displacement", "velocity", "stress", "force", "bending_moment")  # fields of models, as far as a body has them
+KEPT = ("displacement", "velocity", "strain", "stress", "force", "bending_moment")  # as far as a body has them
 
 
 class BodyFields(NamedTuple):
@@ -202,6 +202,7 @@ def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array) -> Bod
 
 
 def kept_quantities(body: ElasticBody) -> list[str]:
-    """Return the quantities of a body that are kept; stress gives strain and force."""
+    """Return the quantities of a body that are kept; stress gives force, and strain where nothing is viscous."""
     names = {read: name for name, (read, _) in reversed(list(body.quantities.items()))}
-    return [names[read] for read in KEPT if read in names and not (read == "force" and "stress" in names)]
+    followed = {"force": "stress" in names, "strain": not any(piece.viscosity for piece in body.segments)}
+    return [names[read] for read in KEPT if read in names and not followed.get(read, False)]

@@ -157,7 +157,12 @@ class AbstractRecordedHistory(AbstractHistory):
             raise ImpactlabError(text, remedy=ADD_IT, path="snapshots")
         read, factor = self.scene.bodies[body].reading(quantity)
         places, rows = self._rows_at(body, read, x)
-        return Field(places, factor * rows.times(self._motion(number, body, read == "velocity")))
+        values = rows.times(self._motion(number, body, read == "velocity"))
+        elastic = self.scene.bodies[body].elastic
+        delays = np.array([0.0 if elastic is None else elastic.retardation(float(x), read) for x in places])
+        if delays.any():
+            values += delays * rows.times(self._motion(number, body, True))
+        return Field(places, factor * values)
 
     def _check_body(self, body: str) -> None:
         if body not in self.built:

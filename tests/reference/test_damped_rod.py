@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from typing import Any
 
 import numpy as np
 import pytest
 
+import impactlab as il
 from impactlab import simulate
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
@@ -81,3 +84,66 @@ def test_spectral_elements_step_explicitly():
     _, found, exact = swing(FiniteElement(6, "lumped", 4), CentralDifference(), "none")
     # Leapfrog turns too fast by (w dt)^2/24.
     assert np.max(np.abs(found - exact)) < 6.6e-5
+
+
+def loaded_slowly(body: dict[str, Any], read: list[str], solve: dict[str, Any]) -> il.Case:
+    """A viscous body under a constant force, whose material gives way far more slowly than its waves travel."""
+    probes = [{"body": "b", "at": place, "quantity": each} for each in read for place in (0.1, 0.25)]
+    blocks = {"schema_version": 1, "bodies": {"b": body}, "probes": probes, "snapshots": [0.002]}
+    return il.Case.from_dict({**blocks, "solve": {"duration": 5e-3, **solve}})
+
+
+MESH = {"model": {"kind": "finite_element", "elements": 40}, "integrator": {"kind": "newmark"}, "step": {"dt": 2e-6}}
+SOLVES = {
+    "mesh": MESH,
+    "modes": MESH | {"model": {"kind": "modal", "elements": 40, "modes": 40}},
+    "adaptive": {
+        "model": {"kind": "finite_element", "elements": 8},
+        "integrator": {"kind": "adaptive"},
+        "step": {"dt": 1e-4},
+    },
+}
+
+
+@pytest.mark.parametrize("solve", list(SOLVES))
+def test_internal_forces_hold_the_viscous_stress(solve: str) -> None:
+    """Along a rod under a force F they are F, of which E eps is the share 1 - exp(-t E/eta)."""
+    young, viscosity, area, force = 3e9, 3e6, 1e-4, 1000.0
+    material = {"young": young, "density": 1200, "viscosity": viscosity}
+    ends = {"left": {"force": force}, "right": "clamped"}
+    rod = {"kind": "rod", "length": 0.5, "area": area, "material": material, "ends": ends}
+    history = il.run(loaded_slowly(rod, ["force", "stress", "strain"], SOLVES[solve]))
+    for t in (1e-3, 2e-3, 5e-3):
+        elastic = force * (1.0 - math.exp(-t * young / viscosity))
+        for place in ("0.1", "0.25"):
+            given = [float(history.evaluate(t, f"{each}:b@{place}")) for each in ("force", "stress", "strain")]
+            assert given[0] == pytest.approx(force, rel=0.03)
+            assert given[1] * area == pytest.approx(given[0], rel=1e-12)
+            assert given[2] * young * area == pytest.approx(elastic, rel=0.03)
+    fields = [history.field("b", 0.002, each, [0.1, 0.25]).values for each in ("force", "stress", "strain")]
+    for place, number in (("0.1", 0), ("0.25", 1)):
+        assert fields[0][number] == pytest.approx(float(history.evaluate(0.002, f"force:b@{place}")), rel=1e-3)
+    np.testing.assert_allclose(fields[1] * area, fields[0], rtol=1e-12)
+    np.testing.assert_allclose(fields[2] * young * area, force * (1.0 - math.exp(-2.0)), rtol=0.03)
+
+
+def test_torque_and_bending_moment_hold_the_viscous_stress() -> None:
+    shaft = {
+        "kind": "shaft",
+        "length": 0.5,
+        "section": {"diameter": 0.02},
+        "ends": {"left": {"torque": 10.0}, "right": "clamped"},
+    }
+    shaft["material"] = {"shear_modulus": 1e9, "density": 1200, "viscosity": 1e6}
+    twisted = il.run(loaded_slowly(shaft, ["torque"], MESH))
+    assert [float(twisted.evaluate(t, "torque:b@0.25")) for t in (2e-3, 5e-3)] == pytest.approx([10.0, 10.0], rel=0.05)
+    beam = {"kind": "beam", "length": 0.5, "section": {"width": 0.02, "height": 0.02}}
+    beam |= {"material": {"young": 3e9, "density": 1200, "viscosity": 1e9}, "ends": {"left": "clamped"}}
+    beam["ends"]["right"] = {"force": 10.0}
+    solve = MESH | {"duration": 0.5, "step": {"dt": 1e-4}}
+    bent = il.run(loaded_slowly(beam, ["bending_moment", "shear_force"], solve))
+    share = 1.0 - math.exp(-0.5 * 3.0)  # of the elastic part
+    for place, arm in (("0.1", 0.4), ("0.25", 0.25)):
+        moment, shear = (float(bent.evaluate(0.5, f"{each}:b@{place}")) for each in ("bending_moment", "shear_force"))
+        assert abs(moment) == pytest.approx(10.0 * arm, rel=0.02) and abs(moment) * share < 0.8 * 10.0 * arm
+        assert abs(shear) == pytest.approx(10.0, rel=0.03)

@@ -18,7 +18,7 @@ from impactlab.scene.bodies.loads import AbstractLoad
 from impactlab.scene.bodies.pieces import UNDAMPED, End, Profile, Rayleigh, Segment
 from impactlab.scene.bodies.rotation import Rotation
 from impactlab.scene.bodies.steady import SteadyRod, SteadyState
-from impactlab.types import QUANTITIES_OF_ROD, Quantity, SideFacts
+from impactlab.types import INTERNAL_FORCES, QUANTITIES_OF_ROD, Quantity, SideFacts
 
 
 @dataclass(frozen=True)
@@ -294,6 +294,16 @@ class ElasticBody(Body):
             return self.segments[0]
         ends = itertools.accumulate(segment.length for segment in self.segments)
         return next((piece for piece, end in zip(self.segments, ends, strict=True) if x < end), self.segments[-1])
+
+    def retardation(self, x: float, quantity: Quantity) -> float:
+        """Return by how much of its rate an internal force at x [m] exceeds its elastic part: viscosity over E [s].
+
+        It is 0 of quantities that are no internal force.
+        """
+        if quantity not in INTERNAL_FORCES:
+            return 0.0
+        segment = self.segment_at(x)
+        return segment.viscosity / segment.young
 
     def is_inner(self, x: float) -> bool:
         """Return whether x [m] lies between the ends."""

@@ -37,7 +37,11 @@ class Record:
                 self._drives.append((number, body, int(x)))
                 continue
             motion = row[system.n_dof :] if quantity == "velocity" else row[: system.n_dof]
-            motion[system.equations.parts[body]] = factor * system.built[body].model.row(x, quantity)
+            own = system.equations.parts[body]
+            motion[own] = factor * system.built[body].model.row(x, quantity)
+            elastic = scene.bodies[body].elastic
+            if elastic is not None and (delay := elastic.retardation(x, quantity)) > 0.0:
+                row[system.n_dof :][own] = delay * motion[own]
         self._grid = np.linspace(0.0, scene.duration, scene.records + 1)
         self._every = max(1, scene.records // SAMPLES)
         self._next = 0

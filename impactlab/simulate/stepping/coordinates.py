@@ -9,6 +9,7 @@ import numpy as np
 
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel
+from impactlab.simulate.channels import Probed
 from impactlab.simulate.stepping.arrays import Floats, Ints
 from impactlab.simulate.stepping.layout import MOTION, Layout
 from impactlab.simulate.stepping.packing import flat, jumps_and_loads, responses_of, sparse
@@ -93,6 +94,13 @@ def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Floa
         values = values if factor == 1.0 else factor * values
         return layout.shift[body] + (values.size if quantity == "velocity" else 0), values
 
+    def recorded(each: Probed) -> tuple[int, Array]:
+        """Return the row of a probe, of an internal force with its viscous part: over displacements and velocities."""
+        shift, values = row(each.body, each.x, each.quantity, each.factor)
+        elastic = layout.scene.bodies[each.body].elastic
+        delay = 0.0 if elastic is None else elastic.retardation(each.x, each.quantity)
+        return shift, np.concatenate([values, delay * values]) if delay > 0.0 else values
+
     contacts = layout.contacts
     starts = [layout.plan.starts[number] for number in layout.solved]
     rows = [row(point.body, point.x, "displacement") for point in layout.points]
@@ -111,7 +119,7 @@ def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Floa
             if reading.left_out:
                 model = models[point.body]
                 left_out[-1] = [left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts]
-    rows += [row(each.body, each.x, each.quantity, each.factor) for each in (*layout.probes, *layout.far_ends)]
+    rows += [recorded(each) for each in (*layout.probes, *layout.far_ends)]
     rows += [(layout.shift[name], values) for name, values in layout.sent]
     loaded = [(name, x) for name, body in layout.built.items() for x, _ in body.body.loads]
     rows += [row(name, x, quantity) for name, x in loaded for quantity in MOTION]
