@@ -21,6 +21,7 @@ from impactlab.scene.bodies import Table
 from impactlab.scene.ranges import range_of
 
 LAST_DIGITS = 1e-12  # of a length: a sum of segments may differ by them
+MAX_TURN, MAX_TURN_OF_TABLE = 0.02, 0.5  # of the largest slope of a shape, at a clamped end; of a table of few lines
 
 
 def check(case: CaseBlock, registry: Registry) -> None:
@@ -119,6 +120,16 @@ def _profile_is_finite(body: ElasticBlock, path: str) -> None:
             raise CaseError(
                 f"the {body.profile_key} at the {held} {side} end is {value:g} {unit}; a {held} end stays at 0",
                 remedy=f"Choose a shape that is 0 there, or free the {side} end.",
+                path=path,
+            )
+    slopes = np.abs(np.diff(values))
+    level = slopes.max() * (MAX_TURN_OF_TABLE if isinstance(given, Table) else MAX_TURN)
+    for side, slope in (("left", slopes[0]), ("right", slopes[-1])):
+        if body.kind == "beam" and getattr(body.ends, side).kind == "clamped" and slope > level:
+            raise CaseError(
+                f"the {body.profile_key} turns the clamped {side} end by {slope * (values.size - 1) / length:.3g}; "
+                "a clamped end of a beam does not turn",
+                remedy=f"Choose a shape that is level there, such as x**2 from a left end, or give {side}: pinned.",
                 path=path,
             )
 

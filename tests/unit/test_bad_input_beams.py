@@ -140,3 +140,20 @@ def test_a_hard_contact_on_an_euler_bernoulli_beam_is_singular() -> None:
     assert "theory: timoshenko" in text
     timoshenko = case_with(law="{kind: addition_deletion}", theory="timoshenko").with_("solve.events", "located")
     assert "singular_force" not in warned(timoshenko)
+
+
+def test_a_shape_that_turns_a_clamped_end_is_refused() -> None:
+    """It would store energy without a bound in an ever finer mesh."""
+    text = CASE.replace(
+        "{left: pinned, right: pinned}", "{left: clamped}\n    displacement: 1.0e-3*(x/L)**2*(3 - x/L)/2"
+    )
+    for word, value in GIVEN.items():
+        text = text.replace(word, value)
+    Path("beam.yaml").write_text(text, encoding="utf-8")
+    bent = il.load_case("beam.yaml")
+    words = r"turns the clamped left end by 0\.00333; a clamped end of a beam does not turn"
+    for shape in ("1.0e-3*x/L", {"x": [0.0, 0.3], "u": [0.0, 1.0e-3]}):
+        with pytest.raises(CaseError, match=words):
+            bent.with_("bodies.beam.displacement", shape)
+    straight_between = {"x": [0.0, 0.1, 0.2, 0.3], "u": [0.0, 1.48e-4, 5.19e-4, 1.0e-3]}  # the same shape
+    assert bent.with_("bodies.beam.displacement", straight_between).scene().bodies["beam"].length == 0.3
