@@ -10,6 +10,7 @@ from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
 from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, option
 
+WAVE_ROUNDING = 1e-9  # of 1/Z, by which a face on a stepped delay line moves
 MAX_VELOCITY_PER_FORCE = 0.8 * (1.0 + 1e-9)  # of a face, over 1/Z; from 1 on the balance diverges, docs/bounds.md
 
 
@@ -67,6 +68,10 @@ class WaveIdentification(AbstractContactLaw):
                     f"wave_identification needs an impedance, and the {side} side has none at this point",
                     remedy="Put the contact at a free end, or use addition_deletion.",
                 )
+            if abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
+                # A stepped delay line: its own free velocity is that of the wave that arrives.
+                parameters += [0.0, 0.0, 0.0]
+                continue
             distance = facts.wave_speed * dt
             if distance > facts.room:
                 raise PairingError(

@@ -8,6 +8,7 @@ from typing import Any, final
 import numpy as np
 import pytest
 
+import impactlab as il
 from impactlab import metrics
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.impulse_momentum import ImpulseMomentum
@@ -67,6 +68,34 @@ def test_it_converges_to_the_exact_answer(far: End, mirrored: bool) -> None:
     for coarse, fine in zip(errors[0], errors[2], strict=True):
         assert fine < coarse / 16
         assert fine < 1e-5
+
+
+def test_a_hard_contact_beside_a_power_law_converges_to_the_exact_answer() -> None:
+    """The wave that wave_identification looks for arrives at the face itself: it needs no messenger there."""
+    steel = {"young": 2e11, "density": 8000.0}
+    bodies = {"hammer": {"kind": "mass", "mass": 1.0, "velocity": 1.0}, "last": {"kind": "mass", "mass": 1.0}}
+    bodies["rod"] = {"kind": "rod", "length": 0.5, "area": 1e-3, "material": steel}  # a transit of 0.1 ms
+    struck = {"between": ["hammer", "rod.left"], "law": {"kind": "wave_identification"}}
+    passed_on = {"between": ["rod.right", "last"], "law": {"kind": "hertz", "stiffness": 1e8, "exponent": 1.0}}
+    solve = {"duration": 6e-4, "model": {"kind": "continuous"}}
+    case = il.Case.from_dict(
+        {
+            "schema_version": 1,
+            "bodies": bodies,
+            "contacts": [struck, passed_on],
+            "solve": solve | {"step": {"dt": 1e-5}},
+        }
+    )
+    exact = il.run(case.with_("contacts.1.law", {"kind": "penalty", "stiffness": 1e8}))
+    wanted = {name: float(exact.evaluate(6e-4, f"velocity:{name}")) for name in ("hammer", "last")}
+    errors = []
+    for steps in (50, 200, 800):
+        history = il.run(case.with_("solve.step", {"dt": 1e-4 / steps}))
+        errors.append(
+            max(abs(float(history.evaluate(6e-4, f"velocity:{name}")) - value) for name, value in wanted.items())
+        )
+    assert all(fine < coarse / 3.0 for coarse, fine in zip(errors, errors[1:], strict=False))
+    assert errors[-1] < 2e-4
 
 
 def test_impulses_are_refused_for_the_mass_they_strike_is_zero() -> None:
