@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from typing import Any, final
 
 import numpy as np
@@ -94,7 +95,7 @@ def test_a_hard_contact_beside_a_power_law_converges_to_the_exact_answer() -> No
         errors.append(
             max(abs(float(history.evaluate(6e-4, f"velocity:{name}")) - value) for name, value in wanted.items())
         )
-    assert all(fine < coarse / 3.0 for coarse, fine in zip(errors, errors[1:], strict=False))
+    assert all(fine < coarse / 3.0 for coarse, fine in itertools.pairwise(errors))
     assert errors[-1] < 2e-4
 
 
