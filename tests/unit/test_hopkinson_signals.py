@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import warnings
 from pathlib import Path
@@ -157,6 +158,36 @@ def test_a_record_that_ends_before_a_wave_is_at_its_gauge_is_refused(gauges, bar
         il.DoubtfulResult, match=r"inside the reflected pulse: the wave to the left is right up to 0\.0002"
     ):
         hopkinson.one_gauge(gauges[0][:700], DT, bar, 0.5)
+
+
+@pytest.fixture(scope="module")
+def mirrored() -> il.run:
+    """Return a run of the aluminium case with the striker on the right."""
+    data = copy.deepcopy(dict(il.load_case("hopkinson_aluminium").document.data))
+    data["bodies"]["striker"]["velocity"] = "-12 m/s"
+    first, second = data["contacts"]
+    first["between"] = ["incident.right", "striker.left"]
+    second["between"] = ["transmission.right", "incident.left"]
+    data["probes"][0]["at"], data["probes"][1]["at"] = 0.9, 1.1
+    data["solve"]["duration"] = "800 us"
+    del data["methods"]
+    return il.run(il.Case.from_dict(data, "mirrored"))
+
+
+def test_a_striker_on_the_right_gives_the_curve_of_one_on_the_left(mirrored) -> None:
+    specimen = hopkinson.Specimen("5 mm", "10 mm")
+    tests = hopkinson.of_history(mirrored), hopkinson.of_history(aluminium(800e-6, (0.6, 0.4)))
+    for waves in (1, 2, 3):
+        right, left = (hopkinson.evaluate(test, specimen, waves) for test in tests)
+        assert right.strain == pytest.approx(left.strain, abs=1e-9)
+        assert right.stress == pytest.approx(left.stress, abs=1.0)
+        assert np.interp(395e-6, right.time, right.stress) == pytest.approx(372.33e6, rel=1e-5)
+
+
+def test_bars_named_in_the_wrong_order_are_refused(mirrored) -> None:
+    with pytest.raises(ImpactlabError, match="it comes from 'incident'") as raised:
+        hopkinson.of_history(mirrored, "transmission", "incident")
+    assert "of_history(history, 'incident', 'transmission')" in str(raised.value)
 
 
 def test_waves_that_are_cut_while_they_act_are_doubtful(gauges, bar) -> None:
