@@ -13,13 +13,17 @@ from impactlab.casefile import Case
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.bilinear import Bilinear
 from impactlab.drilling.drill import Drill, drill_of
+from impactlab.errors import DoubtfulResult
 from impactlab.history.base import AbstractHistory
+from impactlab.measurement.inputs import warn
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact
 from impactlab.types import Array
 
 POINTS = 20_000  # instants of the force-penetration loop of a run without steps
+LEAST = 1e-3  # of the largest force on the rock, of the energy of the hammer: less does nothing to the rock
+SAME_TIME = 1e-9  # relative: rounding of a run that ends with the first pass
 
 
 class Loop(NamedTuple):
@@ -72,6 +76,11 @@ def blow(case: Case | Simulation) -> Blow:
     CaseError, PairingError, PluginError, StepError
         As `impactlab.run`.
 
+    Warns
+    -----
+    DoubtfulResult
+        If the run ends before the first pass does, or while the bit goes deeper.
+
     References
     ----------
     HustrulidFairhurst1971, Lundberg1973.
@@ -80,10 +89,11 @@ def blow(case: Case | Simulation) -> Blow:
 
 
 def blow_of(history: AbstractHistory) -> Blow:
-    """Return the effect of the blow of a run on the rock; raise `CaseError` as `blow`."""
+    """Return the effect of the blow of a run on the rock; raise and warn as `blow`."""
     drill = drill_of(history.scene)
     law = history.method.laws[drill.rock.name]
     loop = loop_of(history, drill.rock, law)
+    _warn_if_too_short(loop, drill, _left(history, drill.hammer))
     work, deepest = float(loop.work[-1]), max(0.0, float(loop.penetration.max()))
     return Blow(
         work=work,
@@ -116,19 +126,53 @@ def loop_of(history: AbstractHistory, rock: Contact, law: AbstractContactLaw) ->
     return Loop(time, penetration, force, cumulative_trapezoid(force, penetration, initial=0.0))
 
 
+def _warn_if_too_short(loop: Loop, drill: Drill, left: float) -> None:
+    """Issue a `DoubtfulResult` if a run ends before the first pass does, or while the bit goes deeper.
+
+    A pass is over early where the bit does not press any more and the hammer has no energy ``left`` [J].
+    """
+    ends, first = float(loop.time[-1]), _first_force(loop)
+    acts = abs(float(loop.force[-1])) > LEAST * float(np.abs(loop.force).max()) or left > LEAST * drill.kinetic_energy
+    texts = []
+    if first is None:
+        texts.append("no force acts on the rock before that, so nothing of the blow is known")
+    elif acts and ends < (first + drill.round_trip) * (1.0 - SAME_TIME):
+        texts.append(
+            f"the first pass lasts until {first + drill.round_trip:.6g} s, when the wave that the bit sends back "
+            "returns: first_pass has the work up to the end of the run"
+        )
+    if first is not None and np.argmax(loop.penetration) == len(loop.time) - 1:
+        texts.append("the bit still goes deeper: work, deepest and final are those up to there")
+    if texts:
+        warn(
+            f"rock {drill.rock.name!r}: the run ends at {ends:.6g} s, and {'; '.join(texts)}. Give solve.duration a "
+            "longer time.",
+            DoubtfulResult,
+        )
+
+
+def _first_force(loop: Loop) -> float | None:
+    """Return the instant before the first force on the rock [s]; None without a force."""
+    pressed = np.flatnonzero(loop.force > 0.0)
+    return float(loop.time[max(0, pressed[0] - 1)]) if pressed.size else None
+
+
 def _first_pass(loop: Loop, drill: Drill) -> float:
     """Return the work [J] until the wave of the first force on the rock has gone through the rods and back."""
-    pressed = np.flatnonzero(loop.force > 0.0)
-    if not pressed.size:
-        return 0.0
-    first = loop.time[max(0, pressed[0] - 1)]
-    return float(np.interp(first + drill.round_trip, loop.time, loop.work))
+    first = _first_force(loop)
+    return 0.0 if first is None else float(np.interp(first + drill.round_trip, loop.time, loop.work))
 
 
 def _final(history: AbstractHistory, law: AbstractContactLaw, rock: Contact, loop: Loop) -> float:
-    """Return the penetration that stays [m]: of a bilinear law from the deepest one, else as the bit last left."""
+    """Return the penetration that stays [m].
+
+    Of a bilinear law it follows from the deepest one, of a link it is its set; else it is that as the bit last left.
+    """
     if isinstance(law, Bilinear):
         return max(0.0, float(loop.penetration.max())) * (1.0 - law.stiffness / law.unloading)
+    held = next((link.set for link in history.links if link.name == (rock.group or rock.name)), None)
+    if held is not None:
+        return held
     spans = history.spans(rock.name)
     if not spans:
         return 0.0

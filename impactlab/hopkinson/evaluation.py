@@ -34,6 +34,7 @@ Array = NDArray[float64]
 MAX_QUIET = 0.1  # of its range: that of the incident signal, by noise, in an interval before the first pulse
 MIN_OFFSET = 2e-3  # of the largest strain: of a smaller offset the strain of a specimen changes by some 1 %
 MIN_BEFORE = 10  # samples before the first pulse, to tell an offset from noise
+SAME_SAMPLE = 1e-6  # of a sample: rounding of a time that falls on one
 WIDER = 1e-6  # relative, of two diameters that are one
 
 __all__ = ["Curve", "Specimen", "Test", "equilibrium", "evaluate", "measured"]
@@ -189,6 +190,8 @@ def measured(
 
     They end before a wave that comes back from the far end of a bar reaches its gauge, 2 (distance to that end)/c0
     after the first wave has passed the specimen; from then on all three are zero, and the strain stays constant.
+    Where the record ends before that, they have fewer samples than the record: those at whose instants all three are
+    known, up to the time distance/c0 before its end, by the larger distance.
 
     Parameters
     ----------
@@ -211,13 +214,13 @@ def measured(
     Raises
     ------
     ImpactlabError
-        If the signals differ in length, the pulses on the incident bar overlap, or the interval for zero holds no
-        sample or the front of a pulse.
+        If the signals differ in length, the pulses on the incident bar overlap, the record ends before the reflected
+        or the transmitted one, or the interval for zero holds no sample or the front of a pulse.
 
     Warns
     -----
     DoubtfulResult
-        If a wave at the specimen has not ended when the waves are cut.
+        If a wave at the specimen has not ended when the waves are cut, or where the record ends.
     UnusualValue
         If a strain is above 2 %, ``dt`` above 10 us, or a signal differs from zero before the first pulse, without
         ``zero``, by more than noise and 0.2 % of its largest value.
@@ -239,11 +242,23 @@ def measured(
     end = start + (ways[0] + 2.0 * (1.0 - GUARD) * min(far)) / bar.wave_speed  # at the specimen
     waves = parted(front, dt, bar, ways[0], threshold, end + ways[0] / bar.wave_speed)
     transmitted = shift(cut(back, dt, 0.0, end + ways[1] / bar.wave_speed), dt, -ways[1], bar)
+    rows = [cut(each, dt, 0.0, end) for each in (waves.to_right, waves.to_left, transmitted)]
+    reach = dt * (len(front) - 1) - max(ways) / bar.wave_speed  # at the specimen
+    if reach <= start + ways[0] / bar.wave_speed:
+        raise ImpactlabError(
+            f"the record ends at {dt * (len(front) - 1):.6g} s, before the transmitted wave that reaches its gauge at "
+            f"{start + sum(ways) / bar.wave_speed:.6g} s",
+            remedy="Record for longer, or check the distances of the gauges from the specimen.",
+        )
+    count = len(front) if reach >= end else math.floor(reach / dt + SAME_SAMPLE) + 1
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnusualValue)  # of the signals it is issued already
-        test = Test(dt, bar, *(cut(each, dt, 0.0, end) for each in (waves.to_right, waves.to_left, transmitted)))
-    if end + max(ways) / bar.wave_speed < dt * len(front):
-        _warn_if_loud(test, end, GUARD * min(far) / bar.wave_speed, threshold)
+        test = Test(dt, bar, *(each[:count] for each in rows))
+    before = GUARD * min(far) / bar.wave_speed
+    if reach >= end:
+        _warn_if_loud(test, end, before, threshold)
+    else:
+        _warn_of_short_record(test, reach, end, before, threshold, rows[0])
     return test
 
 
@@ -283,19 +298,45 @@ def _warn_of_offsets(front: Array, back: Array, dt: float, started: int) -> None
             )
 
 
-def _warn_if_loud(test: Test, end: float, before: float, threshold: float) -> None:
-    """Issue a `DoubtfulResult` if a wave, as the mean of the time just before its end [s], has not ended there."""
+def _loud(test: Test, end: float, before: float, threshold: float) -> list[str]:
+    """Return in words which waves, as the mean of the time just before an end [s], have not ended there."""
     window = slice(max(0, round((end - before) / test.dt) - 1), round(end / test.dt))
     found = []
     for name, wave in (("reflected", test.reflected), ("transmitted", test.transmitted)):
         share = abs(float(wave[window].mean())) / float(np.abs(wave).max() or 1.0)
         if share > threshold:
             found.append(f"the {name} one still has {100.0 * share:.3g} % of its largest strain")
+    return found
+
+
+def _warn_if_loud(test: Test, end: float, before: float, threshold: float) -> None:
+    """Issue a `DoubtfulResult` if a wave has not ended where the waves are cut, at ``end`` [s]."""
+    found = _loud(test, end, before, threshold)
     if found:
         warn(
             f"the waves at the specimen are cut at {end:.6g} s, before one from the far end of a bar reaches a gauge, "
             f"and {' and '.join(found)}: the curve is right up to there. Give far_ends, the distances from the gauges "
             "to the far ends of their bars, if they are longer.",
+            DoubtfulResult,
+        )
+
+
+def _warn_of_short_record(
+    test: Test, reach: float, end: float, before: float, threshold: float, incident: Array
+) -> None:
+    """Issue a `DoubtfulResult` if a wave has not ended at the specimen at ``reach`` [s], where the record ends.
+
+    The incident wave, shape (n,), is known beyond: the gauge on its bar has seen it before.
+    """
+    found = _loud(test, reach, before, threshold)
+    to_come = abs(float(incident[len(test.incident) :].sum())) / float(np.abs(incident).sum() or 1.0)
+    if to_come > threshold:
+        found.append(f"{100.0 * to_come:.3g} % of the incident one is still to come")
+    if found:
+        warn(
+            f"the record ends before the waves have passed the gauges: the waves at the specimen, and the curve, end "
+            f"at {reach:.6g} s. There {', and '.join(found)}. Record {end - reach:.3g} s longer "
+            f"to have them up to {end:.6g} s, when one from the far end of a bar comes in.",
             DoubtfulResult,
         )
 

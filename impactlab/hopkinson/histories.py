@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.hopkinson.evaluation import Test, measured
-from impactlab.hopkinson.windows import THRESHOLD
+from impactlab.hopkinson.windows import THRESHOLD, above
 from impactlab.measurement.dispersion import Bar, Theory
 
 Array = NDArray[float64]
@@ -92,7 +92,8 @@ def of_history(
     history : AbstractHistory
         Its case has one strain probe on each of the two bars.
     incident, transmission : str
-        Names of the bars, the specimen at the right end of the first and at the left end of the second.
+        Names of the bars, the struck one first. The specimen is at the right end of the first and at the left end of
+        the second or, in an arrangement with the striker on the right, at the other two.
     rate : float
         Samples per second [Hz].
     poisson, dispersion
@@ -106,7 +107,13 @@ def of_history(
     Raises
     ------
     ImpactlabError
-        If a bar has no strain probe or several, if the bars differ, or if the pulses overlap.
+        If a bar has no strain probe or several, if the bars differ, if no contacts lead from one to the other, if the
+        second is struck, or if the pulses overlap.
+
+    Warns
+    -----
+    DoubtfulResult
+        As `measured`.
     """
     bars = [bar_of(history, name, poisson, dispersion) for name in (incident, transmission)]
     for name in ("diameter", "wave_speed", "density"):
@@ -122,9 +129,59 @@ def of_history(
         for name, x in zip((incident, transmission), places, strict=True)
     ]
     dt = signals[0][0]
-    first, second = (float(history.scene.bodies[name].length) for name in (incident, transmission))
-    near, far = (first - places[0], places[1]), (places[0], second - places[1])
-    return measured(signals[0][1], signals[1][1], dt, bars[0], near, threshold, far)
+    near, far = [], []
+    for name, other, x in zip((incident, transmission), (transmission, incident), places, strict=True):
+        length = float(history.scene.bodies[name].length)
+        at_left = _end_towards(history, name, other) == 0.0
+        near.append(x if at_left else length - x)
+        far.append(length - x if at_left else x)
+    _check_order(signals, bars[0], near, threshold, incident, transmission)
+    return measured(signals[0][1], signals[1][1], dt, bars[0], (near[0], near[1]), threshold, (far[0], far[1]))
+
+
+def _end_towards(history: AbstractHistory, bar: str, other: str) -> float:
+    """Return the end x [m] of a bar from which contacts lead to the other bar."""
+    bodies, contacts = history.scene.bodies, history.scene.contacts
+    pairs = [pair for each in contacts for pair in ((each.left, each.right), (each.right, each.left))]
+    found = []
+    for end in (0.0, float(bodies[bar].length)):
+        reached = {beyond.body for here, beyond in pairs if here.body == bar and here.x == end}
+        waiting = [*reached]
+        while waiting:
+            body = waiting.pop()
+            new = {beyond.body for here, beyond in pairs if here.body == body and bodies[body].moves} - reached - {bar}
+            reached |= new
+            waiting += new
+        if other in reached:
+            found.append(end)
+    if len(found) != 1:
+        ends = "both of its ends" if found else "no end"
+        raise ImpactlabError(
+            f"contacts lead from {ends} of '{bar}' to '{other}', so the place of the specimen is not known",
+            remedy="Let one end of each bar meet the specimen, or give the gauges as arrays to hopkinson.measured.",
+            path="contacts",
+        )
+    return found[0]
+
+
+def _check_order(
+    signals: list[tuple[float, Array]], bar: Bar, near: list[float], threshold: float, incident: str, transmission: str
+) -> None:
+    """Raise `ImpactlabError` where the first wave at the specimen comes from the transmission bar.
+
+    ``near`` has the distances of both gauges from the specimen [m].
+    """
+    dt, first = signals[0]
+    second = signals[1][1]
+    if not first.any() or not second.any():
+        return
+    begins = [float(above(each, threshold)[0]) * dt for each in (first, second)]
+    if begins[1] + near[1] / bar.wave_speed < begins[0] - near[0] / bar.wave_speed + dt:
+        raise ImpactlabError(
+            f"the wave is at the gauge of '{transmission}' at {begins[1]:.6g} s and at that of '{incident}' at "
+            f"{begins[0]:.6g} s: it comes from '{transmission}'",
+            remedy=f"Name the struck bar first, as in of_history(history, '{transmission}', '{incident}').",
+        )
 
 
 def _gauge(history: AbstractHistory, body: str) -> float:

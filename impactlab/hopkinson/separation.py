@@ -9,10 +9,10 @@ import numpy as np
 from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
-from impactlab.errors import ImpactlabError
+from impactlab.errors import DoubtfulResult, ImpactlabError
 from impactlab.hopkinson.windows import THRESHOLD, above, cut
 from impactlab.measurement.dispersion import Bar, band_limit, checked_signal, padded, shift, wave_number
-from impactlab.measurement.inputs import above_zero, in_si, warn_samples
+from impactlab.measurement.inputs import above_zero, in_si, warn, warn_samples
 
 Array = NDArray[float64]
 
@@ -58,7 +58,8 @@ def one_gauge(
     """Return the waves at the right end of a bar from one gauge that the pulses pass one after the other.
 
     The first pulse is the wave to the right. No reflection from the end reaches the gauge before 2 distance/c0 after
-    its start; the record is divided halfway between the end of the first pulse and that time.
+    its start; the record is divided halfway between the end of the first pulse and that time. The wave to the left is
+    known up to distance/c0 before the end of the record, and zero from there on.
 
     Parameters
     ----------
@@ -80,13 +81,40 @@ def one_gauge(
     ImpactlabError
         If the pulses overlap, or the record ends before the second one.
 
+    Warns
+    -----
+    DoubtfulResult
+        If the record ends inside the second pulse.
+
     References
     ----------
     Kolsky1949; Gray2000.
     """
     values = checked_signal("the strain", strain)
     warn_samples(dt, values)
-    return parted(values, dt, bar, above_zero("the distance", distance, "m"), threshold, end)
+    way = above_zero("the distance", distance, "m")
+    waves = parted(values, dt, bar, way, threshold, end)
+    _warn_of_short_record(values, dt, way / bar.wave_speed, threshold, end)
+    return waves
+
+
+def _warn_of_short_record(values: Array, dt: float, lag: float, threshold: float, end: float | None) -> None:
+    """Issue a `DoubtfulResult` if a signal has not ended where its record does, as the mean of its last samples.
+
+    ``lag`` is the time from the gauge to the end of the bar [s].
+    """
+    ends = (len(values) - 1) * dt
+    wanted = float(above(values, threshold)[0]) * dt + 4.0 * lag if end is None else end
+    if ends >= wanted - dt:
+        return
+    share = abs(float(values[-max(1, round(2.0 * GUARD * lag / dt)) :].mean())) / float(np.abs(values).max())
+    if share > threshold:
+        warn(
+            f"the record ends at {ends:.6g} s with {100.0 * share:.3g} % of its largest strain, inside the reflected "
+            f"pulse: the wave to the left is right up to {ends - lag:.6g} s, and zero from there on. Record "
+            f"{wanted - ends:.3g} s longer, or cut the waves there.",
+            DoubtfulResult,
+        )
 
 
 def parted(values: Array, dt: float, bar: Bar, way: float, threshold: float, end: float | None) -> TwoWaves:

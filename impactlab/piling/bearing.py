@@ -14,8 +14,9 @@ from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.piling.blow import set_in
+from impactlab.piling.ended import warn_if_moving
 from impactlab.piling.pile import Pile, pile_of
-from impactlab.prefixes import prefixed_range
+from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
@@ -59,6 +60,11 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float]) -> Beari
     ------
     CaseError
         If the pile has no toe link, or a capacity is not above 0; otherwise as `blow`.
+
+    Warns
+    -----
+    DoubtfulResult
+        As `blow`, for each capacity.
     """
     if not isinstance(case, Simulation):
         expect_case(case, "bearing_graph")
@@ -76,7 +82,9 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float]) -> Beari
     sets = []
     for capacity in wanted:
         scaled = with_capacity(run, pile, capacity / given)
-        sets.append(set_in(api.run(scaled), scaled, pile) or 0.0)
+        history = api.run(scaled)
+        warn_if_moving(history, scaled, pile, f"capacity {prefixed(capacity, 'N')}: ")
+        sets.append(set_in(history, scaled, pile) or 0.0)
     found = np.array(sets)
     with np.errstate(divide="ignore"):
         return BearingGraph(wanted, found, np.where(found > 0.0, 1.0 / found, np.nan))

@@ -13,6 +13,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.history.base import AbstractHistory
+from impactlab.piling.ended import warn_if_moving
 from impactlab.piling.pile import Pile, pile_of
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
@@ -86,6 +87,11 @@ def blow(case: Case | Simulation) -> Blow:
         If one pile and its head cannot be found in the case.
     CaseError, PairingError, PluginError, StepError
         As `impactlab.run`.
+
+    Warns
+    -----
+    DoubtfulResult
+        If soil yields, or goes furthest, in the last round trip of a wave through the pile: the set may still change.
     """
     if not isinstance(case, Simulation):
         expect_case(case, "blow")
@@ -93,6 +99,7 @@ def blow(case: Case | Simulation) -> Blow:
     pile = pile_of(run)
     count = int(np.ceil(FRAMES_PER_TRANSIT * run.scene.duration / (0.5 * pile.body.round_trip)))
     history = api.run(case, frames=min(count, POINTS))
+    warn_if_moving(history, run, pile)
     found = head_of(history, pile)
     compression, tension = largest_stresses(history, pile)
     return Blow(set_in(history, run, pile), compression, tension, transferred_energy(found), found, history)

@@ -15,6 +15,7 @@ from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.piling.blow import sets_of
+from impactlab.piling.ended import warn_if_moving
 from impactlab.piling.pile import Pile, pile_of
 from impactlab.piling.rest import Rest, check_at_rest, rest_of
 from impactlab.prefixes import prefixed
@@ -99,6 +100,11 @@ def drive(case: Case | Simulation, blows: int) -> Driving:
     CaseError
         If something other than links with the law `smith` holds the pile, or gravity acts; otherwise as `blow`.
 
+    Warns
+    -----
+    DoubtfulResult
+        As `blow`, for each blow.
+
     References
     ----------
     DaCostaDanzigerLopes2001.
@@ -118,8 +124,9 @@ def _driven(run: Simulation, pile: Pile, blows: int) -> Iterator[Driven]:
     displaced = pile.body.displacement
     ends = np.array([0.0, pile.body.length])
     before = np.zeros(2) if displaced is None else displaced(ends)
-    for _ in range(blows):
+    for number in range(blows):
         history = api.run(run)
+        warn_if_moving(history, run, pile, f"blow {number + 1}: ")
         end = float(history.evaluate([history.duration], f"displacement:{pile.body.name}@{pile.head_x:.6g}")[0])
         rest = rest_of(run, pile, sets_of(history), end)
         moved = pile.direction * (rest.displacement[[0, -1]] - before)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -150,6 +151,39 @@ def test_rock_with_another_law_has_the_work_of_its_force() -> None:
     assert abs(found.work) < 1e-3 * 200.0
     assert found.peak_force == pytest.approx(285.398081e3, rel=2e-3)
     assert abs(found.final) < 1e-5 < found.deepest
+
+
+def page(law: dict[str, Any], duration: float = 6e-3) -> il.Case:
+    """Return the scene of the page on other rock."""
+    return drill(5e7, 0.1, duration=duration, dt=0.5e-6).with_("contacts.1.law", law)
+
+
+@pytest.mark.parametrize(
+    ("law", "stays"),
+    [
+        ({"kind": "smith", "capacity": 8e4, "quake": 1.6e-3, "tension": False}, 0.2809e-3),
+        ({"kind": "elastic_plastic", "stiffness": 5e7, "yield_force": 8e4}, None),
+    ],
+)
+def test_rock_that_is_a_link_keeps_its_set(law: dict[str, Any], stays: float | None) -> None:
+    found = blow(page(law))
+    assert found.final == found.history.links[0].set
+    assert 0.0 < found.final < found.deepest
+    if stays is not None:
+        assert found.final == pytest.approx(stays, rel=1e-3)
+
+
+def test_a_run_that_ends_before_its_first_pass_is_doubtful() -> None:
+    """The wave is at the rock after 0.6 ms; what the bit sends back returns 1.2 ms later."""
+    law, words = rock(5e7, 0.1), r"ends at 0\.00075 s.*lasts until 0\.0018 s.*still goes deeper"
+    with pytest.warns(il.DoubtfulResult, match=words) as issued:
+        assert blow(page(law, 0.75e-3)).first_pass == pytest.approx(0.2338, rel=1e-3)
+    assert issued[0].filename == __file__
+    with pytest.warns(il.DoubtfulResult, match="no force acts on the rock before that"):
+        assert blow(page(law, 0.5e-3)).first_pass == 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", il.DoubtfulResult)
+        assert blow(page(law, 1.81e-3)).first_pass == pytest.approx(0.3523, rel=1e-3)
 
 
 def test_delay_lines_tend_to_the_drill_string_from_event_to_event() -> None:

@@ -5,6 +5,7 @@ The numbers were found by a characteristics program and a finite difference prog
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +82,41 @@ def test_the_head_may_be_at_either_end(struck: Blow) -> None:
 def test_a_bearing_graph() -> None:
     graph = bearing_graph(driven(), [0.9e6, 1.5e6, 2.5e6, 4.0e6])
     np.testing.assert_allclose(graph.blows_per_metre, [47.409, 85.815, 153.95, 470.28], rtol=5e-4)
+
+
+def lasting(duration: float) -> il.Case:
+    return driven().with_settings({"solve.duration": duration})
+
+
+@pytest.mark.parametrize(
+    ("duration", "found", "words"),
+    [
+        (1e-3, 0.0, r"these reached their furthest place: 'shaft' \(15 of 15 pieces\), 'toe'\. Give"),
+        (12e-3, 9.235e-3, r"ends at 0\.012 s.*last 0\.01 s.*these yielded: 'shaft'.*'toe'.*such as 0\.024 s"),
+        (30e-3, 11.653e-3, r"these yielded: 'shaft' \(\d+ of 15 pieces\)\. Give"),
+    ],
+)
+def test_a_blow_that_ends_before_its_soil_is_at_rest_is_doubtful(duration: float, found: float, words: str) -> None:
+    with pytest.warns(il.DoubtfulResult, match=words) as issued:
+        assert blow(lasting(duration)).set == pytest.approx(found, rel=1e-3)
+    assert issued[0].filename == __file__
+
+
+def test_a_bearing_graph_names_the_capacities_whose_runs_are_too_short() -> None:
+    with pytest.warns(il.DoubtfulResult) as issued:
+        bearing_graph(lasting(42e-3), [0.9e6, 4e6])
+    texts = [str(each.message) for each in issued if each.category is il.DoubtfulResult]
+    assert [text.partition(":")[0] for text in texts] == ["capacity 900 kN"]
+    with pytest.warns(il.DoubtfulResult, match=r"^blow 1: the run ends at 0\.016 s"):
+        drive(lasting(16e-3), 1)
+
+
+def test_runs_that_end_at_rest_are_without_doubt() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", il.DoubtfulResult)
+        bearing_graph(driven(), [0.9e6, 4e6])
+        blow(driven(mirrored=True))
+        drive(driven(), 2)
 
 
 def test_a_toe_that_never_yields_has_no_blow_count() -> None:

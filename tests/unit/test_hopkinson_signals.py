@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import warnings
 from pathlib import Path
@@ -118,6 +119,75 @@ def test_a_far_end_nearer_than_the_specimen_is_heard_unless_it_is_named(bar) -> 
     assert unnamed.stress.min() < -0.4 * named.stress.max()
     texts = hopkinson.measured(front, back, 1e-7, bar, ("75 cm", 0.75), far_ends=("750 mm", "0.4 m"))
     assert evaluated(texts, 3).strain == pytest.approx(named.strain, abs=1e-15)
+
+
+def aluminium(duration, places=(0.75, 0.75)):
+    """Return the run of the case with its gauges at two places [m] and a duration [s]."""
+    case = il.load_case("hopkinson_aluminium")
+    return il.run(case.with_settings({
+        "solve.duration": duration, "probes.0.at": places[0], "probes.1.at": places[1],
+    }))  # fmt: skip
+
+
+def test_a_record_that_ends_inside_the_reflected_pulse_gives_a_curve_that_ends_there() -> None:
+    """The gauge 0.9 m before the specimen sees it up to 180 us before the end of the record, the other up to 80 us."""
+    specimen = hopkinson.Specimen("5 mm", "10 mm")
+    words = r"end at 0\.00038 s. There .*19\.\d % of the incident one is still to come. Record 0\.000155 s longer"
+    with pytest.warns(il.DoubtfulResult, match=words):
+        short = hopkinson.of_history(aluminium(560e-6, (0.6, 0.4)), rate=10e6)
+    long = hopkinson.of_history(aluminium(800e-6, (0.6, 0.4)), rate=10e6)
+    for waves in (1, 2, 3):
+        cut, whole = (hopkinson.evaluate(test, specimen, waves) for test in (short, long))
+        assert cut.time[-1] == pytest.approx(380e-6)
+        assert cut.strain == pytest.approx(whole.strain[: len(cut.time)], abs=1e-6)
+        assert cut.stress[:-5] == pytest.approx(whole.stress[: len(cut.time) - 5], rel=1e-6, abs=1.0)
+        assert np.interp(395e-6, whole.time, whole.strain) == pytest.approx(0.148949, rel=1e-5)
+        assert np.interp(395e-6, whole.time, whole.stress) == pytest.approx(372.33e6, rel=1e-5)
+
+
+def test_a_record_that_ends_while_a_specimen_unloads_is_doubtful_and_a_longer_one_is_not() -> None:
+    with pytest.warns(il.DoubtfulResult, match=r"end at 0\.00041 s. There the reflected one still has 9.6"):
+        hopkinson.of_history(aluminium(560e-6))
+    assert hopkinson.of_history(aluminium(600e-6)).time[-1] == pytest.approx(450e-6)
+
+
+def test_a_record_that_ends_before_a_wave_is_at_its_gauge_is_refused(gauges, bar) -> None:
+    with pytest.raises(ImpactlabError, match=r"before the transmitted wave that reaches its gauge at 0\.000\d+ s"):
+        hopkinson.measured(*gauges, DT, bar, (0.5, 2.2))
+    with pytest.warns(
+        il.DoubtfulResult, match=r"inside the reflected pulse: the wave to the left is right up to 0\.0002"
+    ):
+        hopkinson.one_gauge(gauges[0][:700], DT, bar, 0.5)
+
+
+@pytest.fixture(scope="module")
+def mirrored() -> il.run:
+    """Return a run of the aluminium case with the striker on the right."""
+    data = copy.deepcopy(dict(il.load_case("hopkinson_aluminium").document.data))
+    data["bodies"]["striker"]["velocity"] = "-12 m/s"
+    first, second = data["contacts"]
+    first["between"] = ["incident.right", "striker.left"]
+    second["between"] = ["transmission.right", "incident.left"]
+    data["probes"][0]["at"], data["probes"][1]["at"] = 0.9, 1.1
+    data["solve"]["duration"] = "800 us"
+    del data["methods"]
+    return il.run(il.Case.from_dict(data, "mirrored"))
+
+
+def test_a_striker_on_the_right_gives_the_curve_of_one_on_the_left(mirrored) -> None:
+    specimen = hopkinson.Specimen("5 mm", "10 mm")
+    tests = hopkinson.of_history(mirrored), hopkinson.of_history(aluminium(800e-6, (0.6, 0.4)))
+    for waves in (1, 2, 3):
+        right, left = (hopkinson.evaluate(test, specimen, waves) for test in tests)
+        assert right.strain == pytest.approx(left.strain, abs=1e-9)
+        assert right.stress == pytest.approx(left.stress, abs=1.0)
+        assert np.interp(395e-6, right.time, right.stress) == pytest.approx(372.33e6, rel=1e-5)
+
+
+def test_bars_named_in_the_wrong_order_are_refused(mirrored) -> None:
+    with pytest.raises(ImpactlabError, match="it comes from 'incident'") as raised:
+        hopkinson.of_history(mirrored, "transmission", "incident")
+    assert "of_history(history, 'incident', 'transmission')" in str(raised.value)
 
 
 def test_waves_that_are_cut_while_they_act_are_doubtful(gauges, bar) -> None:
