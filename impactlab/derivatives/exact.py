@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ from impactlab import api
 from impactlab.casefile import Case
 from impactlab.derivatives.direct import Direct
 from impactlab.derivatives.parameters import Parameter
+from impactlab.derivatives.stencil import ROUNDING as MOVED_ROUNDING
 from impactlab.derivatives.stencil import Slopes, slopes
 from impactlab.derivatives.table import DIFFERENCES, TANGENT
 from impactlab.errors import CaseError, ImpactlabError
@@ -143,7 +144,7 @@ def _of_tangents(case: Case, parameter: Parameter, number: int, values: Quantiti
     by_formula = Slopes(direct, error, below, above)
     if np.all(np.isfinite(direct) | np.isnan(base)):
         return by_formula
-    by_moving = slopes(beside, base, width)
+    by_moving = _narrowed(beside, base, width, parameter.scale)
     return Slopes(*(np.where(np.isnan(direct), other, own) for own, other in zip(by_formula, by_moving, strict=True)))
 
 
@@ -169,13 +170,23 @@ def _of_runs(
         return values(there.scene(), run) if sequence(run) == before else None
 
     width = min(RUN_WIDTH * parameter.scale, SHARE * distance)
-    found = slopes(beside, base, width, RUN_ROUNDING)
-    for _ in range(NARROWER):  # a kink inside the stencil spoils the difference; its error shows it
-        surely = found.error <= DOUBT * np.maximum(np.abs(found.middle), np.abs(base) / parameter.scale)
+    return _narrowed(beside, base, width, parameter.scale, RUN_ROUNDING)
+
+
+def _narrowed(
+    beside: Callable[[float], Array | None], base: Array, width: float, scale: float, rounding: float = MOVED_ROUNDING
+) -> Slopes:
+    """Return derivatives by differences ever closer by, until their errors are small.
+
+    A kink or a front inside the stencil spoils a difference, and its error shows it.
+    """
+    found = slopes(beside, base, width, rounding)
+    for _ in range(NARROWER):
+        surely = found.error <= DOUBT * np.maximum(np.abs(found.middle), np.abs(base) / scale)
         if np.all(np.logical_or.reduce((surely, found.kink, np.isnan(base)))):
             break
         width *= NARROWING
-        finer = slopes(beside, base, width, RUN_ROUNDING)
+        finer = slopes(beside, base, width, rounding)
         better = np.logical_or(finer.error < found.error, np.isnan(found.middle))
         found = Slopes(*(np.where(better, new, old) for new, old in zip(finer, found, strict=True)))
     return found

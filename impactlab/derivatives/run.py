@@ -28,6 +28,7 @@ from impactlab.types import Array
 DEFAULT = ("first_opening", "impulse", "peak_force", "restitution", "final_velocity")
 COUNTED = ("contacts", "near_grazing", "energy_gain")  # they change in steps, or are rounding
 MIN_DISTANCE = 1.0e-9  # of the parameter: nearer to an edge there is no derivative
+MAX_ERROR = 1.0e-3  # of a derivative of a signal, or of its value over the parameter: larger ones are not known
 
 
 def sensitivities(
@@ -92,16 +93,23 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
     at = np.asarray(times, dtype=float)
     with api.warnings_kept():
         history = api.run(case)
-    history.evaluate(at, channel)
+    signal = history.evaluate(at, channel)
     if not isinstance(history, ContinuousHistory):
         raise CaseError(
             "derivatives of a signal are those of an exact run", remedy="Give solve.model: {kind: continuous}."
         )
     found = derivatives(case, history, read, Sample(channel, at))
-    columns = [
-        [math.nan if each.at(number)[1] else each.at(number)[0][0] for number in range(at.size)] for each in found
-    ]
+    columns = []
+    for each, parameter in zip(found, read, strict=True):
+        sizes = np.abs(signal).ravel() / parameter.scale
+        columns.append([_smooth(*each.at(number)[:2], size) for number, size in enumerate(sizes)])
     return np.stack(columns, axis=-1).reshape(*at.shape, len(read))
+
+
+def _smooth(slopes: tuple[float, float, float, float], kinked: bool, size: float) -> float:
+    """Return a derivative; NaN where the signal has a kink, or a front passes so close that no difference is sure."""
+    middle, error = slopes[:2]
+    return math.nan if kinked or error > MAX_ERROR * max(abs(middle), size) else middle
 
 
 class Flat:
