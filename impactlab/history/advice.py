@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 ADVICE: Mapping[str, str] = {
-    "constraint_energy": "Watch the energy gain, or take the integrator midpoint or moreau_jean.",
+    "constraint_energy": "Watch the energy gain, or take the integrator contact_stabilised_newmark or moreau_jean.",
     "energy_gain": "Take a smaller step, or another pair of law and integrator.",
     "energy_loss": "Take a smaller step, or a scheme without numerical damping.",
     "near_grazing": "Compare two methods before you quote the number of contacts.",

@@ -498,3 +498,27 @@ def test_an_exact_run_that_fails_is_not_tried_again(monkeypatch):
     assert automatic.searched([study], asked, []) is None
     assert len(tried) == 1
     assert study.closed.startswith("failed: the wave fronts take too much")
+
+
+@pytest.mark.parametrize("retardation", [1e-9, 1e-8])
+def test_a_damped_rod_between_hard_contacts_keeps_its_tolerance_and_gains_no_energy(retardation: float) -> None:
+    """The midpoint rule gave it energy at every touch of the wall: all runs failed, or one was met that gained 0.2."""
+    segment = Segment(0.3, 3.1416e-4, 2.1e11, 7850.0)
+    rod = Rod("rod", (segment,), damping=Rayleigh(stiffness=retardation))
+    struck_end = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
+    stop = Contact(Point("rod", 0.3, "rod.right"), Point("wall", 0.0, "wall"), 5e-5)
+    bodies = {"hammer": Mass("hammer", 0.74, 1.0), "rod": rod, "wall": Wall("wall")}
+
+    def asked(tolerance: float) -> Simulation:
+        return simulation(
+            "s", bodies, (struck_end, stop), 4e-4, None, StepRule(points_per_period=10.0),
+            round_trip=rod.round_trip, tolerance=Tolerance(tolerance), model=Continuous(), law=AdditionDeletion(),
+        )  # fmt: skip
+
+    coarse, fine = (solve(*asked(tolerance)) for tolerance in (3e-2, 2e-3))
+    for history in (coarse, fine):
+        assert history.choice.met
+        assert history.energy.largest_gain < 1e-9
+    speeds = [float(each.evaluate(4e-4, "velocity:hammer")) for each in (coarse, fine)]
+    assert speeds[0] == pytest.approx(speeds[1], abs=3e-2)
+    assert speeds[1] == pytest.approx({1e-9: -0.7550, 1e-8: -0.7383}[retardation], abs=2e-3)
