@@ -27,6 +27,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.infinite_beam import InfiniteBeam
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beams import BeamMesh
+from impactlab.models.modal import Modal
 from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
@@ -155,7 +156,7 @@ def test_what_it_does_not_know_is_refused(changes: dict[str, Any], told: str) ->
 
 def test_other_places_gravity_and_impulses_are_refused() -> None:
     case = scene(DispersiveIdentification(), 1e-7, 1e-5)
-    with pytest.raises(ImpactlabError, match="does not support gravity"):
+    with pytest.raises(ImpactlabError, match="has weight, and has an infinite end"):
         prepare(*case.but(gravity=-9.81))
     with pytest.raises(ImpactlabError, match=r"not by displacement at 0\.7 m"):
         run(*case.but(probes=(Probe("beam", 0.7, "displacement"),)))
@@ -330,12 +331,60 @@ def test_a_mesh_with_layers_answers_like_the_infinite_beam(theory: str, mass: st
     assert mesh.energy.booked["damping"][-1] > 0.0
 
 
-def test_a_beam_that_moves_or_has_weight_has_no_layer() -> None:
-    case = struck_in_the_middle(Beam("beam", (SEGMENT,), INFINITE, INFINITE, velocity=1.0), Newmark(), 1e-6, 1e-5).but(
-        model=FiniteElement()
-    )
-    with pytest.raises(PairingError, match="moves as a whole"):
+@pytest.mark.parametrize("model", [FiniteElement(), Continuous(), Modal(elements=20)])
+@pytest.mark.parametrize("theory", ["euler_bernoulli", "timoshenko"])
+def test_a_beam_that_moves_or_has_weight_has_no_infinite_end(theory: str, model: Any) -> None:
+    body = Beam("beam", (SEGMENT,), INFINITE, INFINITE) if theory == "euler_bernoulli" else timoshenko(INFINITE)
+    moving = dataclasses.replace(body, velocity=1.0, right=INFINITE)
+    case = struck_in_the_middle(moving, Newmark(), 1e-6, 1e-5).but(model=model)
+    with pytest.raises(PairingError, match="moves as a whole at t = 0, and has an infinite end") as caught:
         prepare(*case)
-    still = {**case.scene.bodies, "beam": dataclasses.replace(case.scene.bodies["beam"], velocity=0.0)}
-    with pytest.raises(PairingError, match="has weight"):
+    assert "longer beam" in caught.value.remedy
+    still = {**case.scene.bodies, moving.name: dataclasses.replace(moving, velocity=0.0)}
+    with pytest.raises(PairingError, match="has weight, and has an infinite end"):
         prepare(*case.but(bodies=still, gravity=-9.81))
+
+
+def test_a_layer_under_tension_is_refused() -> None:
+    body = Beam("beam", (SEGMENT,), INFINITE, INFINITE, tension=10.0)
+    with pytest.raises(PairingError, match="under tension"):
+        prepare(*struck_in_the_middle(body, Newmark(), 1e-6, 1e-5).but(model=FiniteElement()))
+
+
+ROD_SOLVES = (
+    "tolerance: 1.0e-3",
+    "model: {kind: continuous}",
+    "model: {kind: finite_element}, integrator: {kind: newmark}",
+    "model: {kind: modal, modes: 20}, integrator: {kind: newmark}",
+)
+
+
+@pytest.mark.parametrize("solve", ROD_SOLVES)
+def test_a_rod_that_moves_or_has_weight_has_no_infinite_end(tmp_path: Path, solve: str) -> None:
+    """Its dashpot would brake it: two half-infinite rods would push one another with Z v/2 for a trip alone."""
+    file = tmp_path / "pile.yaml"
+    given = PILE.format(law="{kind: addition_deletion}", solve=solve)
+
+    def refused(*changes: tuple[str, str]) -> ImpactlabError:
+        text = given
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        file.write_text(text, encoding="utf-8")
+        with pytest.raises(ImpactlabError) as caught:
+            il.run(il.load_case(file))
+        return caught.value
+
+    error = refused(("rod: {kind: rod,", "rod: {kind: rod, velocity: -1.0,"))
+    assert error.path == "bodies.rod.velocity"
+    assert "'rod' has velocity -1 m/s at t = 0 and an infinite end (right)" in str(error)
+    assert "ends: {right: {dashpot: 36657.7}}" in error.remedy
+    error = refused(("schema_version: 1", "schema_version: 1\ngravity: 9.81"))
+    assert error.path == "bodies.rod.ends.right"
+    assert "'rod' has weight and an infinite end (right)" in str(error)
+    # What is given as a dashpot stays allowed, and so does an infinite end of a rod at rest.
+    law = "{kind: penalty, stiffness: 1.0e9}"
+    held = ("ends: {right: infinite}", "velocity: -1.0, ends: {right: {dashpot: 36657.7}}")
+    for text in (given, given.replace(*held)):
+        file.write_text(text.replace("{kind: addition_deletion}", law), encoding="utf-8")
+        assert il.load_case(file).scene().bodies["rod"].right.kind == "dashpot"

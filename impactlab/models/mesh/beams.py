@@ -82,7 +82,7 @@ class BeamMesh(AbstractMesh):
         self.body = self.beam = beam
         self._gravity, self.order, self.places = gravity, 1, ()
         self.lumped = mass == "lumped"
-        self._layout = laid_out(beam, elements, self.lumped, gravity, duration)
+        self._layout = laid_out(beam, elements, self.lumped, duration)
         self._given = elements, mass, gravity
         self.lengths, self.of_segment = self._layout.lengths, self._layout.segment
         self._near = NODE_TOL * float(self.lengths.min())
