@@ -9,6 +9,7 @@ from typing import Any
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of, lever_arm_of, marks_of
+from impactlab.casefile.endless import check_rest
 from impactlab.casefile.instruments import probe_of
 from impactlab.casefile.joined import points_of
 from impactlab.casefile.loads import settled
@@ -52,6 +53,9 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     links = links_of(case)
     bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
     bodies = {**bodies, **{name: mechanism_body(case, name, marks_of(case, name)) for name in chains_of(case)}, **parts}
+    for body in bodies.values():
+        if body.elastic is not None and body.name in case.bodies:
+            check_rest(case, body.elastic, gravity_of(case))
     laws: dict[str, AbstractContactLaw] = {}
     read: dict[tuple[int, int | None], AbstractContactLaw] = {}  # contacts made from one block share the block of a law
     for number, each in enumerate(by_block):

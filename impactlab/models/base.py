@@ -84,6 +84,10 @@ class Operators(NamedTuple):
 class AbstractDiscreteModel(ABC):
     """A body in a finite number of coordinates, built for one scene."""
 
+    def for_run(self, duration: float) -> AbstractDiscreteModel:
+        """Return the body for a run of a duration [s]; itself, as here, where its coordinates do not depend on it."""
+        return self
+
     @abstractmethod
     def operators(self) -> Operators:
         """Return mass, damping, stiffness, load and the state at t = 0."""

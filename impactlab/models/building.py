@@ -24,7 +24,8 @@ def build_body(
     CaseError
         If a body that deforms has no model, or its model does not support it.
     PairingError
-        If the model has a theory of rods, and the body is of another kind.
+        If the model has a theory of rods, and the body is of another kind, or if a beam with an
+        infinite end does not rest.
     """
     if isinstance(body, MechanismBody):
         return MechanismModel(body, mechanism_of(body, models))
@@ -43,6 +44,7 @@ def build_body(
             path=f"solve.models.{body.name}",
         )
     if isinstance(body, Beam):
+        _check_rest(body, gravity)
         return model.build_beam(body, gravity, faces)
     if model.theory and not isinstance(body, Rod):
         raise PairingError(
@@ -57,6 +59,20 @@ def build_body(
             path=f"solve.models.{body.name}",
         )
     return model.build(body.waves, gravity if body.falls else 0.0, faces)
+
+
+def _check_rest(beam: Beam, gravity: float) -> None:
+    """Raise `PairingError` where a beam with an infinite end moves as a whole or has weight [m/s2]."""
+    if "infinite" not in (beam.left.kind, beam.right.kind):
+        return
+    for fault, has_it in (("moves as a whole at t = 0", beam.velocity != 0.0), ("has weight", gravity != 0.0)):
+        if has_it:
+            raise PairingError(
+                f"the beam '{beam.name}' {fault}, and has an infinite end, beyond which all is at rest. Allowed there: "
+                "velocity 0, no gravity",
+                remedy="Let the other body move, leave gravity out, or give a longer beam that ends otherwise.",
+                path=f"bodies.{beam.name}.ends",
+            )
 
 
 def mechanism_of(mechanism: MechanismBody, models: Mapping[str, AbstractRodModel]) -> AbstractMechanism:

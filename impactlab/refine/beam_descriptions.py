@@ -14,6 +14,7 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
+from impactlab.models.mesh.absorbing import SENT_BACK
 from impactlab.models.modal import Modal
 from impactlab.refine import cost
 from impactlab.refine.contact_times import shortest_rise
@@ -183,4 +184,5 @@ def _meshed(asked: Simulation) -> Description:
         lambda n: (STEPS * n * scene.duration / shortest, len(scene.elastic) * n),
         reference_order=1.0 if force_jumps(*asked) else 2.0,
         for_choice=False,
+        unseen=lambda _n, _history: SENT_BACK * any(is_infinite(beam) for beam in beams_of(scene)),
     )

@@ -19,6 +19,7 @@ import numpy as np
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.models.finite_element import FiniteElement
+from impactlab.models.mesh.absorbing import SENT_BACK, SENT_BACK_LUMPED
 from impactlab.models.mesh.beam_elements import lumped, matrices
 from impactlab.refine import cost
 from impactlab.refine.beam_descriptions import (
@@ -109,6 +110,7 @@ def _implicit(asked: Simulation, sheared: bool) -> Description:
         order=order,
         safety=3.0,
         min_fineness=COARSEST,
+        unseen=lambda _n, _history: SENT_BACK * any(is_infinite(beam) for beam in beams_of(scene)),
         detail=lambda n: f"{elements(n)} elements",
     )
 
@@ -138,6 +140,7 @@ def _explicit(asked: Simulation) -> Description:
         order=order,
         safety=3.0,
         min_fineness=12,
+        unseen=lambda _n, _history: SENT_BACK_LUMPED * any(is_infinite(beam) for beam in beams_of(asked.scene)),
     )
 
 

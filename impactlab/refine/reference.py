@@ -204,6 +204,8 @@ def refine(description: Description, budget: float, enough: float = 0.0) -> tupl
         if len(study.levels) == 3:
             fineness = [each.fineness for each in study.levels]
             stated = uncertainties(apart, fineness, description.reference_order)
+            unseen = description.unseen(newest.fineness, newest.history)
+            stated = {name: max(value, unseen) for name, value in stated.items()}
             worst = max((stated[name] for name in CONVERGED_BY if name in stated), default=math.inf)
             found = Reference(CONVERGED, newest.history, worst, stated, description.words(newest.fineness))
         level = round(RATIO * level)

@@ -227,3 +227,11 @@ def test_a_theory_of_rods_does_not_describe_a_shaft() -> None:
 
     with pytest.raises(ImpactlabError, match="theory 'lateral' applies to rods, but 'shaft' is a shaft"):
         build_body(shaft(), {"shaft": Lateral()}, 0.0, ())
+
+
+def test_a_shaft_that_turns_has_no_infinite_end(tmp_path: Path) -> None:
+    with pytest.raises(ImpactlabError, match=r"'bar' has twist_rate 2 rad/s at t = 0 and an infinite end") as caught:
+        case_of(tmp_path, BAR=f"{OF_SHAFT}, twist_rate: 2.0", RIGHT="infinite").scene()
+    assert caught.value.path == "bodies.bar.twist_rate"
+    assert f"ends: {{right: {{dashpot: {IMPEDANCE:.6g}}}}}" in caught.value.remedy
+    assert case_of(tmp_path, RIGHT="infinite").scene().bodies["bar"].right.kind == "dashpot"

@@ -87,7 +87,7 @@ class AbstractMesh(AbstractDiscreteModel):
         one = len(self.body.segments) == 1
         unlike = set() if one else set((np.flatnonzero(self.of_segment[1:] != self.of_segment[:-1]) + 1).tolist())
         squared, seen = 0.0, set()
-        for number in unlike | {0, len(self.lengths) - 1}:
+        for number in unlike | {0, int(self.lengths.argmin()), len(self.lengths) - 1}:
             stiffness, mass = self.element_matrices(number)
             for node, end in self.ends:
                 if end.kind == "spring" and number == (0 if node == 0 else len(self.lengths) - 1):

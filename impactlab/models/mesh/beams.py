@@ -54,13 +54,19 @@ class BeamMesh(AbstractMesh):
     mass : "consistent" or "lumped" (diagonal)
     gravity : float
         m/s2, along +u.
+    order : int
+        1.
+    duration : float
+        Of the run [s], which sets how long absorbing layers are at least.
 
     Raises `CaseError` for an ``order`` above 1 and for a redistributed mass, which only bars have.
     """
 
     motions = ("displacement", "rotation")
 
-    def __init__(self, beam: Beam, elements: int, mass: MassMatrix, gravity: float, order: int = 1) -> None:
+    def __init__(
+        self, beam: Beam, elements: int, mass: MassMatrix, gravity: float, order: int = 1, duration: float = 0.0
+    ) -> None:
         if order > 1:
             raise CaseError(
                 f"order {order} applies only to bar elements, but '{beam.name}' is a beam. Allowed: order 1",
@@ -76,7 +82,8 @@ class BeamMesh(AbstractMesh):
         self.body = self.beam = beam
         self._gravity, self.order, self.places = gravity, 1, ()
         self.lumped = mass == "lumped"
-        self._layout = laid_out(beam, elements, self.lumped, gravity)
+        self._layout = laid_out(beam, elements, self.lumped, duration)
+        self._given = elements, mass, gravity
         self.lengths, self.of_segment = self._layout.lengths, self._layout.segment
         self._near = NODE_TOL * float(self.lengths.min())
         self.nodes: Array = self._layout.start + np.concatenate(([0.0], self.lengths.cumsum()))
@@ -101,6 +108,13 @@ class BeamMesh(AbstractMesh):
         self._softness = cut[3]
         self.rigid, self.pins = self._rigid_motions()
         self._check_preload()
+
+    def for_run(self, duration: float) -> BeamMesh:
+        """Return the mesh with layers as long as a run of a duration [s] needs; itself where no end is infinite."""
+        if not any(end.kind == "infinite" for _, end in self.ends):
+            return self
+        elements, mass, gravity = self._given
+        return BeamMesh(self.beam, elements, mass, gravity, duration=duration)
 
     def operators(self) -> Operators:
         stated = self.stated(
@@ -231,9 +245,11 @@ class BeamMesh(AbstractMesh):
                 pulled = stretched(segment, h, self._tensions[at])
                 self._elastic[at] += pulled
             retardation, drag = float(self._layout.retardation[at[0]]), float(self._layout.drag[at[0]])
+            turning = float(self._layout.turning[at[0]])
             blocks = [(mass, own), (stiffness, elastic)]
-            if retardation or drag:
-                blocks.append((damping, retardation * each.stiffness + drag * own))
+            if retardation or drag or turning:
+                turned = np.diag([0.0, 0.5 * h, 0.0, 0.5 * h]) if self.lumped else each.tension
+                blocks.append((damping, retardation * each.stiffness + drag * own + turning * turned))
             if self._tensions is not None:
                 blocks.append((stiffness, np.moveaxis(pulled, 0, -1)))
                 blocks.append((softness, self._softening(segment, h)))

@@ -56,7 +56,7 @@ def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
             built[name] = rigid[alike]._replace(body=body)
             continue
         with in_precision(f"the description of '{name}'", f"bodies.{name}", body):
-            model = build_body(body, method.models, scene.gravity, faces_of(scene, name))
+            model = build_body(body, method.models, scene.gravity, faces_of(scene, name)).for_run(scene.duration)
             if isinstance(model, AbstractSelfStepping):
                 probes = tuple(probe for probe in (*scene.probes, *scene.loaded_ends) if probe.body == name)
                 model = model.recorded(probes, scene.duration, bool(scene.field_times))
