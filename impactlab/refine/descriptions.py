@@ -299,11 +299,12 @@ def _implicit(asked: Simulation, mass: Literal["consistent", "lumped"]) -> Descr
         h = shortest / n
         return (0.5 if rounding else 1.5) * h / scene.duration * h / (h + rounding)
 
-    # Hard contacts under the midpoint rule may gain energy at each touch. This scheme gains none, and needs a face without
-    # mass at each of them. Rods without damping have explicit meshes beside.
+    # Hard contacts under the midpoint rule gain energy at each touch where fronts are sharp. This scheme gains none; it
+    # is of the first order, and needs a face without mass. Rods without damping have explicit meshes beside.
     hard = [contact for contact in scene.contacts if asked.method.laws[contact.name].hard]
     bare = all(massless(scene, contact.left) or massless(scene, contact.right) for contact in hard)
-    stabilised = rounding > 0.0 and bool(hard) and bare
+    sharp = rounding <= shortest / SMOOTH_FRONT_ELEMENTS
+    stabilised = rounding > 0.0 and sharp and bool(hard) and bare
     scheme, name = (
         (ContactStabilisedNewmark(), "contact-stabilised Newmark") if stabilised else (Midpoint(), "midpoint rule")
     )
@@ -318,5 +319,5 @@ def _implicit(asked: Simulation, mass: Literal["consistent", "lumped"]) -> Descr
         for_choice=mass == "consistent",
         error=error_of_fronts if jumps else _smooth_error(asked, 1.5, shortest),
         order=1.0 if jumps and not rounding else 2.0,
-        safety=4.0 if jumps and rounding <= shortest / SMOOTH_FRONT_ELEMENTS else 2.0,
+        safety=4.0 if jumps and sharp else 2.0,
     )

@@ -504,7 +504,7 @@ def test_an_exact_run_that_fails_is_not_tried_again(monkeypatch):
 def test_a_damped_rod_between_hard_contacts_keeps_its_tolerance_and_gains_no_energy(retardation: float) -> None:
     """The midpoint rule gave it energy at every touch of the wall: all runs failed, or one was met that gained 0.2."""
     segment = Segment(0.3, 3.1416e-4, 2.1e11, 7850.0)
-    rod = Rod("rod", (segment,), damping=Rayleigh(stiffness=retardation))
+    rod = Rod("rod", (segment,), End("free"), End("free"), damping=Rayleigh(stiffness=retardation))
     struck_end = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     stop = Contact(Point("rod", 0.3, "rod.right"), Point("wall", 0.0, "wall"), 5e-5)
     bodies = {"hammer": Mass("hammer", 0.74, 1.0), "rod": rod, "wall": Wall("wall")}
