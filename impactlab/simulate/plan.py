@@ -7,7 +7,9 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError
 from impactlab.exact.contact_kinds import check as check_exact
 from impactlab.history.base import Warned
@@ -214,7 +216,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
         with in_precision("the contacts of the scene", "contacts"):
             check_exact(scene, method)
         unused = () if method.integrator is None else (UNUSED,)
-        return Plan(scene, method, method, None, 0, {}, {}, (), (), None, unused)
+        return Plan(scene, method, method, None, 0, {}, {}, (), (), None, (*unused, *_answered_exactly(method)))
     check_bodies(scene, method)
     checked = 0
     if method.step.dt is not None and not isinstance(method.integrator, AbstractAdaptive):
@@ -286,6 +288,14 @@ def _started(
         alike[key] = law, found[-1]
     as_given = len(laws) == len(method.laws) and all(law is method.laws[name] for name, law in laws.items())
     return method if as_given else replace(method, laws=laws), tuple(found)
+
+
+def _answered_exactly(method: Method) -> Iterator[Warned]:
+    """Give a warning for each law that approximates a hard contact, which the exact solver answers itself."""
+    for name, law in method.laws.items():
+        if law.hard and not isinstance(law, (AdditionDeletion, WaveIdentification)):
+            text = f"{name}: the exact solver answers the hard contact itself; nothing here is by law '{kind_of(law)}'"
+            yield Warned("law_unused", text)
 
 
 def prepare_adaptive(
