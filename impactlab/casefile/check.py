@@ -20,6 +20,7 @@ from impactlab.plugins import Registry
 from impactlab.scene.bodies import Table
 from impactlab.scene.ranges import range_of
 
+BASE = "base"  # name of the case as written, among its methods and its variants
 LAST_DIGITS = 1e-12  # of a length: a sum of segments may differ by them
 
 
@@ -227,6 +228,16 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
             )
 
 
+def _base_is_the_case(case: CaseBlock) -> None:
+    for block, what in (("methods", "the case as written"), ("variants", "the scene as written")):
+        if BASE in getattr(case, block):
+            raise CaseError(
+                f"{BASE!r} is the name of {what}, and a {block[:-1]} of that name would never run",
+                remedy=f"Give the {block[:-1]} another name.",
+                path=f"{block}.{BASE}",
+            )
+
+
 RULES_OF_BODIES: tuple[Callable[[ElasticBlock, str], None], ...] = (
     _has_a_shape,
     _sections_are_whole,
@@ -242,4 +253,5 @@ RULES: tuple[Callable[[CaseBlock], None], ...] = (
     _one_spacing_of_snapshots,
     _probes_lie_on_bodies,
     instruments_are_whole,
+    _base_is_the_case,
 )
