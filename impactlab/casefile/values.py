@@ -89,8 +89,9 @@ class Allowed:
                 return int(self._limited(self._whole(value)))
             if self.number:
                 return self._limited(_finite(value))
-            if float(value).is_integer() and str(int(value)) in self.words:  # such as theta: 0
-                return str(int(value))
+            given = float(value)
+            if given.is_integer() and str(int(given)) in self.words:  # such as theta: 0
+                return str(int(given))
         elif self.relative and isinstance(value, (Mapping, Relative)):
             return self._relative(value)
         raise self._refused(value, self._hint(value) if isinstance(value, str) else "")
