@@ -17,7 +17,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.casefile.edit import check_name
-from impactlab.errors import DoubtfulResult, ImpactlabError, RunNote, RunWarning, StepError, SweepError, UnusualValue
+from impactlab.errors import (
+    CaseError,
+    DoubtfulResult,
+    ImpactlabError,
+    RunNote,
+    RunWarning,
+    StepError,
+    SweepError,
+    UnusualValue,
+)
+from impactlab.history.advice import ADVICE
 from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
@@ -278,7 +288,8 @@ def summarised(
             reference = reference_of(*physics, budget)
             outlook = outlooks.of(reference)
     with spent_on("writing"):
-        return summaries.summarise(case.label, case.scene(), history, reference, outlook), reference
+        summary = summaries.summarise(case.label, case.scene(), history, reference, outlook)
+        return with_fault(summary, case), reference
 
 
 def code_ahead(case: Case, methods: Sequence[str] = ()) -> ahead.ahead:
@@ -318,6 +329,17 @@ def failure(case_name: str, error: BaseException) -> dict[str, Any]:
     return document
 
 
+def with_fault(summary: dict[str, Any], case: Case) -> dict[str, Any]:
+    """Return the summary of a run, with an ``error`` beside its numbers where its tolerance is not met."""
+    missed = [warned["text"] for warned in summary["warnings"] if warned["code"] == summary["status"]]
+    if not missed:
+        return summary
+    fault = CaseError(missed[0], remedy=ADVICE[summary["status"]], path="solve.tolerance")
+    told = {"status": summary["status"], "error": {**_fault(case.place(fault)), "kind": "ToleranceNotMet"}}
+    first = {key: summary[key] for key in ("schema_version", "case")}
+    return first | told | summary
+
+
 def _fault(error: BaseException) -> dict[str, Any]:
     if not isinstance(error, ImpactlabError):
         place: dict[str, Any] = {"file": None, "line": None, "path": None, "text": _said(error), "remedy": None}
@@ -350,6 +372,7 @@ def _row(case: Case, name: str, known: dict[Any, Reference | None], progress: Pr
         if key not in known:
             known[key] = reference_of(*physics)
         reference = known[key]
-        return Row(name, summaries.summarise(case.label, variant.scene(), history, reference), history, reference, None)
+        summary = summaries.summarise(case.label, variant.scene(), history, reference)
+        return Row(name, with_fault(summary, variant), history, reference, None)
     except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row shows it
         return Row(name, failure(case.label, error), None, None, error)

@@ -151,7 +151,7 @@ class SideFacts(NamedTuple):
     """Facts of one side before the run; NaN where one does not exist."""
 
     kind: str  # mass | wall | rod | beam
-    impedance: float  # Z at the contact, N s/m: of a rod's end, of a Timoshenko beam anywhere
+    impedance: float  # Z at the contact, N s/m: of rods and Timoshenko beams; of both directions at an inner point
     wave_speed: float  # c at the contact, m/s: of axial waves, on a Timoshenko beam of the shear front
     area: float  # m2
     element_stiffness: float  # EA/h, of a beam 12 EI/h3, N/m; of the mesh, or of L/modes where there is none

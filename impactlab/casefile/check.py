@@ -20,6 +20,7 @@ from impactlab.plugins import Registry
 from impactlab.scene.bodies import Table
 from impactlab.scene.ranges import range_of
 
+BASE = "base"  # name of the case as written, among its methods and its variants
 LAST_DIGITS = 1e-12  # of a length: a sum of segments may differ by them
 MAX_TURN, MAX_TURN_OF_TABLE = 0.02, 0.5  # of the largest slope of a shape, at a clamped end; of a table of few lines
 
@@ -238,6 +239,16 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
             )
 
 
+def _base_is_the_case(case: CaseBlock) -> None:
+    for block, what in (("methods", "the case as written"), ("variants", "the scene as written")):
+        if BASE in getattr(case, block):
+            raise CaseError(
+                f"{BASE!r} is the name of {what}, and a {block[:-1]} of that name would never run",
+                remedy=f"Give the {block[:-1]} another name.",
+                path=f"{block}.{BASE}",
+            )
+
+
 RULES_OF_BODIES: tuple[Callable[[ElasticBlock, str], None], ...] = (
     _has_a_shape,
     _sections_are_whole,
@@ -253,4 +264,5 @@ RULES: tuple[Callable[[CaseBlock], None], ...] = (
     _one_spacing_of_snapshots,
     _probes_lie_on_bodies,
     instruments_are_whole,
+    _base_is_the_case,
 )

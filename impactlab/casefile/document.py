@@ -32,6 +32,7 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+_JSON_WORD = re.compile(r'"(?:\\.|[^"\\])*"|-?Infinity|NaN')
 _DOTTED = re.compile(rf"""(?:[\w"'-]+\s*\.\s*){{{MAX_DEPTH + 1}}}""")
 _BRACKETS = re.compile(r"""[\[\]{}]|"(?:\\.|[^"\\\n])*"?|'(?:\\.|[^'\\\n])*'?""")  # brackets, and texts to skip
 _SERIES = "A case describes a scene; keep measured series outside it."
@@ -132,6 +133,8 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
 
     try:
         data = json.loads(text, object_pairs_hook=once, parse_constant=_refuse_constant)
+    except CaseError as error:
+        raise _placed_in_json(error, text) from None
     except json.JSONDecodeError as error:
         raise CaseError(f"not JSON: {error.msg}", remedy="Fix the text there.", line=error.lineno) from error
     except ValueError as error:
@@ -143,6 +146,19 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
     except CaseError:
         lines = {}
     return Document(_mapping(data, kind), lines)
+
+
+def _placed_in_json(error: CaseError, text: str) -> CaseError:
+    """Return the error of a JSON text with its line: of a key that stands twice, or a number that is not finite."""
+    constant = next((found for found in _JSON_WORD.finditer(text) if found.group()[0] != '"'), None)
+    if error.text.endswith("finite number") and constant is not None:
+        error.line = text.count("\n", 0, constant.start()) + 1
+        return error
+    try:
+        _yaml_value(text, {})  # JSON is YAML, whose reader knows lines and path
+    except CaseError as found:
+        return found if "stands twice" in found.text else error
+    return error
 
 
 def parse_toml(text: str, kind: Kind = CASE) -> Document:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import numbers
 from collections.abc import Iterable, Mapping
@@ -205,6 +206,27 @@ def with_values(document: Document, block: str, name: str, values: Mapping[str, 
             raise CaseError(f"a {block[:-1]} cannot change {shown(path)}", remedy="Remove it.", path=f"{block}.{name}")
         document = edited(document, path, value, replace=True, origin=(block, name, path))
     return document
+
+
+def in_order(settings: Iterable[tuple[str, Any]], data: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Return the settings (path, value) of a command in the order in which none makes another void.
+
+    A kind comes before its neighbours, and a block before what it holds: each of them may replace the whole block.
+    Others keep their order. ``data`` is the case, for the names of contacts.
+    """
+    ordered: list[tuple[Keys, tuple[str, Any]]] = []
+    for path, value in settings:
+        with contextlib.suppress(CaseError):  # a name of several contacts is refused where its value is set
+            path = numbered(data, path)
+        keys = tuple(path.split("."))
+        block = keys[:-1] if keys[-1] == "kind" else keys
+        inside = (
+            place
+            for place, (other, _) in enumerate(ordered)
+            if len(other) > len(block) and other[: len(block)] == block and other != keys
+        )
+        ordered.insert(next(inside, len(ordered)), (keys, (path, value)))
+    return [setting for _, setting in ordered]
 
 
 def read_setting(text: str) -> tuple[str, Any]:

@@ -213,7 +213,7 @@ def _faults(case: CaseBlock, joint: JointBlock, number: int, slides: bool) -> It
 
 def viscous(beam: BeamBlock) -> bool:
     """Return whether the material of a beam has a viscosity."""
-    return any(segment.viscosity > 0.0 for segment in beam.body("", 1.0).segments)
+    return any(piece.material is not None and piece.material.viscosity > 0.0 for piece in beam.pieces)
 
 
 def tolerance_serves(case: CaseBlock) -> None:

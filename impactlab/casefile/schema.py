@@ -5,7 +5,7 @@ from __future__ import annotations
 import numbers
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
 from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.blocks import (
@@ -281,10 +281,17 @@ GRAVITY = Reader(
 )  # fmt: skip
 
 
+def _no_truth(version: Any) -> Any:
+    """Return a version as given, or refuse true, which is equal to 1."""
+    if isinstance(version, bool):
+        raise refuse(f"{shown(version)} is not allowed here. Allowed: 1")
+    return version
+
+
 class CaseBlock(Block):
     """A case: bodies, contacts, how to solve them, quantities to record."""
 
-    schema_version: Literal[1] = Field(description="version of the format: 1")
+    schema_version: Annotated[Literal[1], BeforeValidator(_no_truth)] = Field(description="version of the format: 1")
     title: Text = Field(default="", description="title of the case, one line")
     source: Text = Field(default="", description="where it comes from: free text, or a key of citations.bib")
     bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=MAX_REPEAT, description="bodies by name")

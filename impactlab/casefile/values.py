@@ -89,6 +89,9 @@ class Allowed:
                 return int(self._limited(self._whole(value)))
             if self.number:
                 return self._limited(_finite(value))
+            given = float(value)
+            if given.is_integer() and str(int(given)) in self.words:  # such as theta: 0
+                return str(int(given))
         elif self.relative and isinstance(value, (Mapping, Relative)):
             return self._relative(value)
         raise self._refused(value, self._hint(value) if isinstance(value, str) else "")
@@ -123,7 +126,8 @@ class Allowed:
         limits = {_LIMIT_KEYS[key]: limit for key, limit in self.limits}
         choices: list[dict[str, Any]] = []
         if self.words:
-            choices.append({"enum": list(self.words)})
+            numerals = [int(word) for word in self.words if word.removeprefix("-").isdecimal()]
+            choices.append({"enum": [*self.words, *numerals]})
         if self.whole and not self.number:
             choices.append({"type": "integer", **limits})
         if self.number:

@@ -6,6 +6,7 @@ Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 after Ctrl-C.
 from __future__ import annotations
 
 import gc
+import io
 import sys
 from typing import Annotated
 
@@ -24,7 +25,7 @@ from impactlab.cli import (
     sweep,
     uncertainty,
 )
-from impactlab.cli.reporting import Left, print_failure
+from impactlab.cli.reporting import Left, left_without_output, output_fault, print_failure
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
 
@@ -143,6 +144,18 @@ for command, summary, examples in (
 def main() -> None:
     """Run the command line and exit with its exit code."""
     gc.set_threshold(MIN_COLLECTED)
+    if isinstance(sys.stdout, io.TextIOWrapper) and "utf" not in sys.stdout.encoding.lower():
+        sys.stdout.reconfigure(errors="replace")  # of letters that it lacks
+    try:
+        _run()
+    except (SystemExit, OSError) as leaving:
+        fault = output_fault(leaving)
+        if fault is None:
+            raise
+        raise left_without_output(fault) from leaving
+
+
+def _run() -> None:
     if "--help" not in sys.argv:
         _check_surroundings()
     try:

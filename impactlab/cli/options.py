@@ -103,7 +103,8 @@ def _loaded(
     if method is not None:
         loaded = loaded.method(method)
     if sets:
-        loaded = loaded.with_settings([edit.read_setting(setting) for setting in sets], by="--set")
+        settings = edit.in_order([edit.read_setting(setting) for setting in sets], loaded.document.data)
+        loaded = loaded.with_settings(settings, by="--set")
     if metrics:
         loaded = loaded.with_settings([("metrics", [*loaded.checked.metrics, *metrics])], by="--metric")
     return loaded

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +17,8 @@ from impactlab.errors import ImpactlabError, StepError, SweepError
 
 if TYPE_CHECKING:
     from impactlab.casefile import Case
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of an output whose disk is full
 
 
 class Left(SystemExit):
@@ -38,9 +42,27 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
         raise Left(code_of(error)) from None
 
 
+def output_fault(leaving: BaseException) -> OSError | None:
+    """Return why standard output took no more, such as a full disk, as a command leaves; None where it did."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:  # its reader has left
+        return None
+    except OSError as error:
+        return error
+    return leaving if isinstance(leaving, OSError) and leaving.errno in NO_ROOM else None
+
+
+def left_without_output(fault: OSError) -> Left:
+    """Say that standard output could not be written, drop what is left of it, and return what to leave with."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    print(words(fault), file=sys.stderr)
+    return Left(1)
+
+
 def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -> None:
     console.say(text)
-    if as_json:
+    if as_json and not (isinstance(error, OSError) and error.errno in NO_ROOM):
         print_failure(case, error)
 
 
@@ -53,6 +75,8 @@ def words(error: BaseException) -> str:
     """Return the message of an error for a user."""
     if isinstance(error, ImpactlabError):
         return str(error)
+    if isinstance(error, OSError) and error.errno in NO_ROOM:
+        return f"the output could not be written: {str(error)[:500]}\nMake room, or write elsewhere."
     text = f"{type(error).__name__}: {str(error)[:500]}"
     return f"{text}\nThis is a fault of a part or of impactlab itself; IMPACTLAB_DEBUG=1 shows where."
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import final
 
@@ -63,10 +62,11 @@ class WaveIdentification(AbstractContactLaw):
                     f"{facts.end}",
                     remedy="Use addition_deletion or penalty, or the continuous model.",
                 )
-            if math.isnan(facts.impedance):
+            if facts.end == "inner":
                 raise PairingError(
-                    f"wave_identification needs an impedance, and the {side} side has none at this point",
-                    remedy="Put the contact at a free end, or use addition_deletion.",
+                    "wave_identification reads one wave that arrives at an end, and at an inner point of the rod on "
+                    f"the {side} waves arrive from both sides",
+                    remedy="Put the contact at a free end, or use dispersive_identification or addition_deletion.",
                 )
             if abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
                 # A stepped delay line: its own free velocity is that of the wave that arrives.

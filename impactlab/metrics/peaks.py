@@ -26,11 +26,13 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
     """Return the relative error of the peak force of a contact, the largest over contacts.
 
     As in `force_away_from_jumps`, 0.05 T on either side of each jump of the reference's force is left out; 0.05 of the
-    longest period of contact in a scene without a rod or beam, which has no T.
+    longest period of contact in a scene without a rod or beam, which has no T. None where a law gives impulses alone.
     """
     errors = []
     laws = history.method.laws
     for contact in scene.contacts:
+        if not laws[contact.name].answers_force:
+            return None
         away = near_jumps(reference, scene, laws, contact)
         hard = laws[contact.name].hard
         peak, wanted = (find_peak(each, contact, away, hard).force for each in (history, reference))

@@ -56,7 +56,8 @@ def say(text: str) -> None:
 
 def print_json(document: Any) -> None:
     """Print one JSON document on standard output; a number that is not finite becomes null."""
-    text = json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=False)
+    of_ascii = "utf" not in (sys.stdout.encoding or "utf-8").lower()  # others may lack a letter, and JSON escapes it
+    text = json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=of_ascii)
     # File names may hold bytes that are not text.
     print(text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True)
 

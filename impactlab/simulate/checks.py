@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from impactlab.errors import StepError, raised_at
+from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.unmet import never_met
 from impactlab.mechanisms.model import MechanismModel, Turned
@@ -27,7 +27,7 @@ from impactlab.simulate.resolvability import unresolved
 from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
 from impactlab.simulate.stepping import loop, readout
 from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.preparation import self_stepping
+from impactlab.simulate.stepping.preparation import FAULT_OF_LAW, law_raised, self_stepping
 from impactlab.simulate.touch_times import unplaced
 from impactlab.types import Level
 
@@ -112,15 +112,17 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     clock, laws = assembly.clock, laws_of(assembly.scene, assembly.acting)
     failure: Failure = partial(StepError, time=clock.time, step=clock.step, history=history)
     if status == loop.LAW_FAILED:
-        raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
+        of_laws = zip(assembly.layout.solved, (law.raised for law in assembly.laws), strict=True)
+        number, raised = next((each for each in of_laws if each[1] is not None), (0, None))
         failed = [
             f"{assembly.scene.contacts[number].name}: {laws[number].why_failed}" for number in readout.failed(assembly)
         ]
         text = "; ".join(failed) or "the forces of several contacts do not agree"
-        remedy = SMALLER_STEP
+        remedy, path = SMALLER_STEP, ""
         if raised is not None:
-            text, remedy = f"a contact law raised {raised_at(raised)}", "This is a fault of the law."
-        raise failure(text, remedy=remedy) from raised
+            text, remedy = law_raised(laws[number], assembly.scene.contacts[number].name, raised), FAULT_OF_LAW
+            path = f"contacts.{number}.law"
+        raise failure(text, remedy=remedy, path=path) from raised
     if (stuck := out_of_reach(history)) is not None:
         raise failure(stuck, remedy=REACH_FURTHER)
     if status == loop.NOT_FINITE:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 
 SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
@@ -45,13 +44,9 @@ def _guided(scene: Scene) -> Iterator[Warned]:
 def _driven_from_the_ground(scene: Scene) -> Iterator[Warned]:
     """Give a warning for each drive of a link that stands on another one."""
     for body in scene.bodies.values():
-        if not isinstance(body, Mechanism):
-            continue
-        for number in body.driven:
-            if number > 0:
-                name, before = body.links[number].name, body.links[number - 1].name
-                text = (
-                    f"{name}: its drive gives its absolute angle and acts from the ground, as a belt over the hinges "
-                    f"before it; its moment does not act on '{before}', as that of a motor on it would"
-                )
-                yield Warned("ground_drive", text)
+        for name, before in body.ground_drives:
+            text = (
+                f"{name}: its drive gives its absolute angle and acts from the ground, as a belt over the hinges "
+                f"before it; its moment does not act on '{before}', as that of a motor on it would"
+            )
+            yield Warned("ground_drive", text)

@@ -284,7 +284,7 @@ def _started(
             law = laws[contact.name] = given.acting(*facts)
         if integrator.load_point == 0.0:
             check_explicit_spring(law, facts, dt, path)
-        found.append(start_law(law, facts, path, dt))
+        found.append(start_law(law, facts, contact.name, path, dt))
         alike[key] = law, found[-1]
     as_given = len(laws) == len(method.laws) and all(law is method.laws[name] for name, law in laws.items())
     return method if as_given else replace(method, laws=laws), tuple(found)

@@ -164,6 +164,7 @@ EDITS = [
     ("title: a test", "k" * 500 + ": 1", 2, "kkk... is not a plain word of at most 120 characters"),
     ("{round_trips: 1}", "{round_trip: 1}", 16, "Allowed: a number in s, or {round_trips: number}"),
     ("schema_version: 1", "schema_version: 2", 1, "schema_version: 2 is not allowed here. Allowed: 1"),
+    ("schema_version: 1", "schema_version: true", 1, "schema_version: true is not allowed here. Allowed: 1"),
     ("law: {kind: wave_identification}", "law: penalty", 14, "Write {kind: penalty}"),
     ("law: {kind: wave_identification}", "law: {stiffness: 1e9}", 14, "has no kind."),
     (

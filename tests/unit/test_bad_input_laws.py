@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import impactlab as il
+from impactlab.casefile.edit import read_setting
 from impactlab.errors import CaseError, ImpactlabError, PairingError
 from impactlab.scene.method import laws_of
 
+AXIAL = Path(__file__).resolve().parents[2] / "cases" / "axial_impact.yaml"
 CASE = """\
 schema_version: 1
 title: a ball on a wall
@@ -57,3 +61,16 @@ def test_an_explicit_step_is_refused_for_a_stiff_khulief_shabana_spring(tmp_path
     path.write_text(given)
     with pytest.raises(CaseError, match="too stiff for an explicit step"):
         il.run(il.load_case(path))
+
+
+@pytest.mark.parametrize(("given", "taken"), [("0", "0"), ("-1", "-1"), ("1.0", "1"), ('"-1"', "-1")])
+def test_a_word_that_is_a_whole_number_may_be_given_as_one(given: str, taken: str) -> None:
+    """'0 is not allowed here. Allowed: 1, 0, -1'."""
+    case = il.load_case(AXIAL).with_settings([read_setting(f"contacts.0.law={{kind: nitsche, theta: {given}}}")])
+    assert laws_of(*case.simulation())[0].theta == taken
+
+
+@pytest.mark.parametrize("given", ["0.5", "2", "true", "1.0000001"])
+def test_another_number_is_no_such_word(given: str) -> None:
+    with pytest.raises(CaseError, match="Allowed: 1, 0, -1"):
+        il.load_case(AXIAL).with_settings([read_setting(f"contacts.0.law={{kind: nitsche, theta: {given}}}")])

@@ -212,6 +212,14 @@ def test_a_wrong_mechanism_is_refused_with_its_place_and_a_fix(
     assert remedy in raised.value.remedy
 
 
+@pytest.mark.parametrize("key", ["length", "section", "material"])
+def test_a_beam_of_a_mechanism_without_a_shape_is_refused_by_its_key(key: str) -> None:
+    """It ended with an AttributeError."""
+    with pytest.raises(CaseError, match="this key is missing") as raised:
+        il.run(case_with({f"bodies.rod.{key}": GONE}))
+    assert raised.value.path == f"bodies.rod.{key}"
+
+
 @pytest.mark.parametrize("kind", ["newmark", "exact_modal", "central_difference", "hht_alpha"])
 def test_a_scheme_for_constant_matrices_is_refused(kind: str) -> None:
     with pytest.raises(

@@ -262,6 +262,17 @@ def test_findings_leave_special_grids_out(tmp_path: Path) -> None:
     assert "Most often within 10⁻³: slow, in 2 of 2" in words
 
 
+@pytest.mark.parametrize("count", [1, 2], ids=["one scene", "two scenes"])
+def test_without_times_nothing_is_said_to_be_fastest(tmp_path: Path, count: int) -> None:
+    rows = [row | {"solve_s": None} for row in HAND if row["case"] in ("a", "b")[:count]]
+    scenes = scenes_of(tmp_path, rows)
+    words = " ".join(findings(scenes))
+    assert "fast" not in words
+    assert f"A solution without steps exists in 1 of {count} scene" in words
+    assert "10⁻³: slow" in words
+    assert {cell for row in winners(scenes).rows for cell in row[1:]} <= {"-", "–", "—", "none"}
+
+
 # Fronts
 
 

@@ -126,6 +126,15 @@ def test_round_trips_need_a_rod(tmp_path):
         load_case(path)
 
 
+@pytest.mark.parametrize("block", ["methods", "variants"])
+def test_base_is_the_name_of_the_case_as_written(tmp_path, block):
+    """A method of that name was never run."""
+    with pytest.raises(CaseError, match=f"a {block[:-1]} of that name would never run") as caught:
+        load(tmp_path, "ball, cart", more=f"{block}:\n  other: {{gravity: 1.0}}\n  base: {{gravity: 2.0}}\n")
+    assert (caught.value.path, caught.value.line) == (f"{block}.base", 13)
+    assert caught.value.remedy == f"Give the {block[:-1]} another name."
+
+
 def test_segments_stand_alone(tmp_path):
     case = load(tmp_path, "ball, cart")
     piece = {"length": 1, "area": 1e-4, "material": {"young": 2e11, "density": 8000}}

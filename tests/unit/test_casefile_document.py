@@ -121,6 +121,13 @@ def test_json_that_is_refused():
         parse_json('{"a": 1, "a": 2}')
     with pytest.raises(CaseError, match="NaN is not a finite number"):
         parse_json('{"a": NaN}')
+    for text, line, path in (
+        ('{"NaN": 1,\n"a": "\\" NaN",\n"b": -Infinity}', 3, ""),
+        ('{"a": {\n"b": 1,\n"c": 2,\n"b": 3}}', 4, "a.b"),
+    ):
+        with pytest.raises(CaseError) as caught:
+            parse_json(text)
+        assert (caught.value.line, caught.value.path) == (line, path)
     with pytest.raises(CaseError, match="not JSON") as caught:
         parse_json('{\n"a": 1,\n}')
     assert caught.value.line == 3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -394,3 +395,36 @@ def test_figures_without_a_folder_are_refused():
     done = invoke("run", "axial_impact", "--figures", "png")
     assert done.exit_code == 2
     assert "--figures without --out" in done.stderr
+
+
+def test_an_output_that_lacks_a_letter_gets_a_replacement(tmp_path: Path) -> None:
+    """The table of a comparison ended with a UnicodeEncodeError; JSON escapes the letter."""
+    file = tmp_path / "case.yaml"
+    title = "title: Axial impact"
+    file.write_text(Path(AXIAL).read_text().replace(title, f"{title} \u2013"), encoding="utf-8")
+    posix = {**os.environ, "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0", "LC_ALL": "POSIX"}
+    for arguments in (["compare", file, "--methods", "continuous"], ["check", file, "--json"]):
+        done = subprocess.run([sys.executable, "-m", "impactlab", *arguments], capture_output=True, env=posix)
+        assert done.returncode == 0, done.stderr.decode()
+        if "--json" in arguments:
+            assert "\u2013" in json.loads(done.stdout)["resolved"]["title"]
+        else:
+            assert b"  ?  " in done.stdout
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize(
+    "arguments", [["run", AXIAL, "--json"], ["run", AXIAL], ["run", "no.yaml", "--json"], ["schema"]]
+)
+def test_an_output_on_a_full_disk_is_told_in_one_message(arguments: list[str]) -> None:
+    """It ended with a traceback of 59 lines."""
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "impactlab", *arguments], stdout=full, stderr=subprocess.PIPE, text=True
+        )
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "Exception ignored" not in done.stderr
+    told = "the output could not be written: [Errno 28] No space left on device\nMake room, or write elsewhere.\n"
+    assert done.stderr.endswith(told)
+    assert done.stderr.count(told) == 1

@@ -14,7 +14,10 @@ from impactlab.contact.impedance_residual import ImpedanceResidual
 from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.nitsche import Nitsche
 from impactlab.contact.paoli_schatzman import PaoliSchatzman
+from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz
+from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.contact.wave_initialised import WaveInitialised
 from impactlab.errors import PairingError, StepError
 from impactlab.history import AbstractHistory
 from impactlab.integrators.base import AbstractIntegrator
@@ -28,11 +31,11 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import End, Mass, Rod, Wall
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row
-from impactlab.types import Level, Port, Reply, SideFacts, Start
+from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row, simulation
+from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start
 
 
 def mass_on_wall(
@@ -163,3 +166,57 @@ def test_a_loss_that_is_no_number_ends_the_run() -> None:
     """It was told as gain 0 and loss 0."""
     with pytest.raises(StepError, match="balance of energy is not a finite number"):
         run(*mass_on_wall(Careless(), Newmark()))
+
+
+BAR = Segment(0.5, 4.0, 1.0, 1.0)  # Z = 4 in half the length of UNIT's
+
+
+@pytest.mark.parametrize(("x", "z"), [(0.0, 1.0), (0.3, 2.0), (1.0, 5.0), (1.2, 8.0), (1.5, 4.0)])
+def test_the_impedance_of_a_rod_is_that_of_both_directions_inside(x: float, z: float) -> None:
+    """It was no number inside, and laws that need it were refused there."""
+    rod = Rod("rod", (UNIT, BAR), FREE, FREE)
+    assert rod.side_facts(x, 0.1).impedance == pytest.approx(z, rel=1e-15)
+    assert rod.impedance_at(x) == pytest.approx(z, rel=1e-15)
+
+
+def test_the_impedance_of_a_timoshenko_beam_between_two_pieces_is_their_sum() -> None:
+    pieces = [BeamSegment(1.0, area, 1.0, 1.0, inertia=1.0, shear_stiffness=area) for area in (1.0, 3.0)]
+    beam = Beam("beam", tuple(pieces), FREE, FREE, theory="timoshenko")
+    assert [beam.side_facts(x, 0.1).impedance for x in (0.0, 0.5, 1.0, 1.5, 2.0)] == [1.0, 2.0, 4.0, 6.0, 3.0]
+
+
+def struck_inside(law: AbstractContactLaw, model: AbstractRodModel, integrator: AbstractIntegrator) -> AbstractHistory:
+    """Return 1 kg at 1 m/s on a rod at 0.4 of its length; in theory the first force is 2 Z v."""
+    hammer, rod = Mass("m", 1.0, 1.0), Rod("rod", (UNIT,), FREE, CLAMPED)
+    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.4, "rod@0.4"), 0.0)
+    step = StepRule(courant=0.5) if isinstance(integrator, CentralDifference) else StepRule(points_per_period=100.0)
+    return run(
+        *simulation("inside", {"m": hammer, "rod": rod}, (contact,), 1.0, integrator, step, model=model, law=law)
+    )
+
+
+def test_the_waves_of_modes_left_out_leave_an_inner_point_both_ways() -> None:
+    """m v' = -2 Z v until the first end answers after 0.8 s."""
+    history = struck_inside(ImpedanceResidual(), Modal(None, 160), ExactModal())
+    assert float(history.evaluate(0.5 * history.dt, "force:m|rod@0.4")) == pytest.approx(2.0, rel=0.03)
+    for t in (0.2, 0.5, 0.75):
+        assert float(history.evaluate(t, "velocity:m")) == pytest.approx(math.exp(-2.0 * t), abs=5e-3)
+
+
+def test_wave_initialised_begins_with_the_pressure_of_both_directions() -> None:
+    history = struck_inside(WaveInitialised(), FiniteElement(100, "lumped"), CentralDifference())
+    jump = 1.0 / (1.0 / 0.01 + 1.0) / history.dt  # of the struck node, an element, and the mass: held by F dt too
+    assert float(history.evaluate(0.0, "force:m|rod@0.4")) == pytest.approx(2.0 + jump, rel=1e-12)
+    assert float(history.evaluate(0.75, "velocity:m")) == pytest.approx(math.exp(-1.5), abs=0.02)
+
+
+def test_a_damping_relative_to_the_impedance_counts_both_directions_inside() -> None:
+    """It was no number."""
+    rod = Rod("rod", (UNIT,), FREE, CLAMPED)
+    found = Penalty(1.0, Relative(0.5)).spring(Mass("m", 1.0, 1.0).side_facts(0.0, 0.1), rod.side_facts(0.4, 0.1), 0.1)
+    assert found == (1.0, 1.0)
+
+
+def test_a_single_messenger_is_refused_inside() -> None:
+    with pytest.raises(PairingError, match="at an inner point of the rod on the right waves arrive from both sides"):
+        struck_inside(WaveIdentification(), Modal(None, 40), ExactModal())

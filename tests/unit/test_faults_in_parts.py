@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import pytest
 
 from impactlab.cite import OWN, bibtex
-from impactlab.errors import PluginError, raised_at
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.power_law import Hertz
+from impactlab.errors import PluginError, StepError, raised_at
+from impactlab.integrators.adaptive import Adaptive
+from impactlab.integrators.newmark import Newmark
 from impactlab.numerics.addresses import LawAddress
+from impactlab.scene import Mass, Wall
+from impactlab.scene.method import StepRule
+from impactlab.simulate import run
+from impactlab.testing.scenes import in_a_row
+from impactlab.types import Level, Port, Reply, SideFacts, Start
 
 
 def misspelt(port, reply):
@@ -37,6 +47,47 @@ def test_an_exception_is_told_with_file_and_line():
         math.sqrt(-1.0)
     line = raised.value.__traceback__.tb_lineno
     assert raised_at(raised.value) == f"ValueError: {raised.value} ({__file__}, line {line})"
+
+
+@dataclass(frozen=True)
+class Raising(AbstractContactLaw):
+    """Raises in a step."""
+
+    needs = frozenset({Level.POSITION})
+    compiled = False
+    smooth = True
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        raise KeyError("gaap")
+
+
+@dataclass(frozen=True)
+class RaisingAtStart(Raising):
+    """Raises before the run."""
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        raise ValueError("no answer")
+
+
+@pytest.mark.parametrize("integrator", [Newmark(), Adaptive()])
+@pytest.mark.parametrize(
+    ("law", "text"),
+    [
+        (Raising(), "law 'raising' of contact m|wall raised KeyError: 'gaap' ("),
+        (RaisingAtStart(), "law 'raising_at_start' of contact m|wall raised ValueError: no answer ("),
+    ],
+)
+def test_a_law_that_raises_is_named_with_its_contact(law, text, integrator):
+    """'a contact law raised', or the bare exception."""
+    step = StepRule(dt=1e-3) if isinstance(integrator, Newmark) else StepRule()
+    bodies = Mass("far", 1.0, 1.0), Mass("m", 1.0, 1.0), Wall("wall")
+    laws, gaps = (Hertz(1e3), law), (9.0, 0.1)
+    with pytest.raises(StepError) as raised:
+        run(*in_a_row(bodies, None, laws, integrator, step, gaps=gaps, duration=1.0))
+    assert text in raised.value.text
+    assert __file__ in raised.value.text
+    assert isinstance(raised.value.__cause__, (KeyError, ValueError))
 
 
 def test_an_unpublished_part_is_cited_as_such():

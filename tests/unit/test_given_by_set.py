@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.casefile.edit import read_setting
+from impactlab.casefile.edit import in_order, read_setting
 from impactlab.cli import app
 from impactlab.errors import CaseError, ImpactlabError
 
@@ -110,3 +112,35 @@ def test_a_formula_in_braces_without_quotes_is_pointed_to_them() -> None:
     with pytest.raises(ImpactlabError) as refused:
         read_setting("contacts.0.gap={i} um")
     assert refused.value.remedy == "Quote a formula in braces: --set 'contacts.0.gap=\"{1e-6*i} m\"'."
+
+
+SETTINGS = [
+    (
+        ("contacts.0.law.stiffness=1e9", "contacts.0.law.kind=penalty", "contacts.0.law.damping=3"),
+        '"stiffness": 1000000000.0',
+    ),
+    (("solve.model.elements=50", "solve.model.kind=finite_element", "solve.model={mass: lumped}"), '"elements": 50'),
+    (("solve.integrator.beta=0.3", "solve.integrator=newmark"), '"beta": 0.3'),
+]
+
+
+@pytest.mark.parametrize(("settings", "shown"), SETTINGS, ids=["law", "model", "integrator"])
+def test_the_order_of_settings_has_no_effect(settings: tuple[str, ...], shown: str) -> None:
+    """A kind after its neighbours dropped them without a word."""
+    found = []
+    for order in itertools.permutations(settings):
+        given = [part for setting in order for part in ("--set", setting)]
+        done = CliRunner().invoke(app, ["check", str(AXIAL), "--json", *given])
+        assert done.exit_code == 0, done.output
+        found.append(json.loads(done.stdout))
+    assert all(each == found[0] for each in found)
+    resolved = found[0]["resolved"]
+    block = resolved["contacts"][0]["law"] if settings[0].startswith("contacts") else resolved["solve"]
+    assert shown in json.dumps(block)
+
+
+def test_settings_that_replace_each_other_keep_their_order() -> None:
+    given = [("solve.step.dt", 1e-7), ("solve.tolerance", 1e-3), ("contacts.0.law.kind", "penalty"), ("gravity", 0.0)]
+    again = [*given, ("contacts.0.law.kind", "hertz"), ("solve.step", {"dt": 2e-7})]
+    assert in_order(given, {}) == given
+    assert [again.index(each) for each in in_order(again, {})] == [5, 0, 1, 2, 3, 4]

@@ -30,6 +30,14 @@ def test_errors_against_an_exact_answer_have_no_uncertainty():
     assert found["errors"]["reference_uncertainty"] == 0.0
 
 
+def test_a_law_of_impulses_has_no_error_of_a_force():
+    """The error of its peak force was 1."""
+    case = paper(("contacts.0.law", {"kind": "impulse_momentum"}))
+    errors = api.summarised(case, il.run(case))[0]["errors"]
+    assert [errors[name] for name in ("force", "force_graph", "peak_force")] == [None, None, None]
+    assert errors["impulse"] < 0.02
+
+
 @pytest.mark.parametrize("setting", [HERTZ, DAMPED], ids=["hertz", "damped"])
 def test_a_run_without_an_exact_answer_has_errors_with_their_uncertainty(setting):
     case = paper(setting)

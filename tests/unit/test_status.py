@@ -88,6 +88,14 @@ def test_a_tolerance_that_is_not_met_is_a_status_told_first_with_exit_code_1(tmp
     summary = json.loads(capsys.readouterr().out)
     assert summary["status"] == "tolerance_not_met"
     assert summary["final"]["bodies"]["ball"]["velocity"] == pytest.approx(-1.0, abs=1e-2)
+    error = summary["error"]
+    assert (error["kind"], error["file"], error["path"]) == ("ToleranceNotMet", str(file), "solve.tolerance")
+    assert error["line"] == 1 + CASE[: CASE.index("tolerance:")].count("\n")
+    assert error["text"].startswith("no description that a choice may try keeps 0.001")
+    assert error["remedy"].startswith("Do not use the answer at this tolerance")
+    assert code_of("compare", str(file), "--json", "--methods", "base") == 1
+    (row,) = json.loads(capsys.readouterr().out)["rows"]
+    assert row["summary"]["error"] == error
 
 
 @pytest.mark.usefixtures("missed")

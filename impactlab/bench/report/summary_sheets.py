@@ -42,6 +42,8 @@ def _winner(scene: SceneRows, norm: Norm, tolerance: float) -> str:
     first = fastest(scene.stepped, norm, scene, tolerance, CLOCKS["solve"])
     if first is None:
         return "none"
+    if first.solve_s is None:  # a row without a time comes last: none has one
+        return DASH
     if not first.special:
         return _timed(first)
     second = best(scene, norm, tolerance, ordinary=True)

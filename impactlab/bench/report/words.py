@@ -18,7 +18,7 @@ MAX_NAMED = 3  # methods that a sentence names
 
 
 def findings(scenes: Sequence[SceneRows]) -> list[str]:
-    """Return the fastest methods, one sentence for each finding."""
+    """Return the fastest methods, one sentence for each finding; runs that were not timed name none."""
     found = [_exact(scenes), *(_at(scenes, tolerance) for tolerance in TOLERANCES), _steady(scenes)]
     return [*filter(None, found), *choice_words(scenes)]
 
@@ -31,23 +31,25 @@ def _exact(scenes: Sequence[SceneRows]) -> str:
     times = [row.solve_s for scene in served for row in scene.rows if row.stepless and row.solve_s]
     leads = [[best(scene, BOTH, tolerance) for tolerance in TOLERANCES] for scene in served]
     wins = sum(all(lead is not None and lead.stepless for lead in found) for found in leads)
-    middle = f", median {milliseconds(statistics.median(times))} ms" if times else ""
-    return (
-        f"A solution without steps exists in {len(served)} of {_scenes(len(scenes))}{middle}; it is the fastest at "
-        f"every tolerance in {wins} of them. All that follows compares the methods with steps."
-    )
+    known, rest = f"A solution without steps exists in {len(served)} of {_scenes(len(scenes))}", ""
+    if times:
+        known += f", median {milliseconds(statistics.median(times))} ms"
+        rest = f"; it is the fastest at every tolerance in {wins} of them"
+    return f"{known}{rest}. All that follows compares the methods with steps."
 
 
 def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
-    """Return the methods that are fastest most often at one tolerance, special grids left out."""
+    """Return the methods that are fastest most often at one tolerance, special grids left out; "" without times."""
     kept = judged(scenes, BOTH, tolerance).scenes
     if not kept:
         return f"No scene has a reference certain enough for {power(tolerance)}."
-    leads = (best(scene, BOTH, tolerance, ordinary=True) for scene in kept)
-    wins = collections.Counter(lead.method for lead in leads if lead is not None)
+    leads = [lead for scene in kept if (lead := best(scene, BOTH, tolerance, ordinary=True)) is not None]
+    wins = collections.Counter(lead.method for lead in leads)
     if not wins:
         named = f"At {power(tolerance)} no method with steps off special grids meets both norms"
         return f"{named} in any of {_scenes(len(kept))}."
+    if all(lead.solve_s is None for lead in leads):  # nothing was timed
+        return ""
     if len(kept) == 1:
         return f"At {power(tolerance)} in displacement and impulse {next(iter(wins))} is fastest."
     named = ", ".join(f"{method} in {count}" for method, count in wins.most_common(MAX_NAMED))

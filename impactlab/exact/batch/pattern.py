@@ -21,14 +21,13 @@ from impactlab.exact.network import Integers, Layout, Log
 from impactlab.numerics.layout import record
 from impactlab.numerics.records import columns
 from impactlab.scene.bodies import End, Segment, WaveBody
-from impactlab.scene.problem import Point, Scene
+from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 FIXED, INNER, END, RIGID = 0, 1, 2, 3  # kinds of nodes
 SUPPORTS = ("free", "mass", "spring", "dashpot")  # of ends that can move, by their numbers here
 OF_END = ("velocity", "left value", "left force", "right value", "right force")  # numbers of a rod before its segments
 OF_SEGMENT = ("length", "area", "young", "density")
-NO_SIDE = -1
 
 
 @record
@@ -82,10 +81,6 @@ class ContactPattern(ctypes.Structure):
     hard: int
     bare_left: int  # whether the balance of the left face may give its force
     bare_right: int
-    left_ends: int  # of rod pieces that meet in the left face
-    right_ends: int
-    left_segment: int  # number of the vector: of the segment there
-    right_segment: int
     left_alone: int  # whether the left face has no other contact
     right_alone: int
 
@@ -199,7 +194,7 @@ def pattern_of(scene: Scene, layout: Layout, log: Log, counted: str, in_round_tr
     whole_taken, whole = columns(WholePattern, 1)
     last = first_contact + 3 * len(scene.contacts)
     whole[0] = last, last + 1, in_round_trips, order.index(counted), len(moving)
-    contact_taken = _contacts(scene, layout, log, starts, first_contact, order, pair_names)
+    contact_taken = _contacts(scene, layout, log, first_contact, order, pair_names)
     return Pattern(
         whole_taken, node, body_taken, link_taken, contact_taken, pair_taken,
         np.array(cut_codes, np.int64), np.array(fixed),
@@ -235,7 +230,6 @@ def _contacts(
     scene: Scene,
     layout: Layout,
     log: Log,
-    starts: dict[str, int],
     first: int,
     order: list[str],
     pairs: list[tuple[str, str]],
@@ -244,7 +238,7 @@ def _contacts(
     taken, contacts = columns(ContactPattern, len(scene.contacts))
     hard = [n for n, c in zip(layout.places.tolist(), log.contacts["stiffness"].tolist(), strict=True) if c < 0.0]
     faces, _ = balanced(scene, sorted(hard), massless)
-    ends, of_contacts = log.ends["node"].tolist(), [*log.contacts["left"].tolist(), *log.contacts["right"].tolist()]
+    of_contacts = [*log.contacts["left"].tolist(), *log.contacts["right"].tolist()]
     for number, place in enumerate(layout.places.tolist()):
         contact, record_of = scene.contacts[place], log.contacts[number]
         sides = [side for _, side in faces.get(place, [])]
@@ -253,19 +247,10 @@ def _contacts(
         for side, (key, point) in enumerate((("left", contact.left), ("right", contact.right))):
             face = int(record_of[key])
             row |= {f"{key}_body": order.index(point.body), f"bare_{key}": side in sides}
-            row |= {f"{key}_ends": ends.count(face), f"{key}_alone": of_contacts.count(face) == 1}
-            row[f"{key}_segment"] = _segment_at(scene, point, starts)
+            row[f"{key}_alone"] = of_contacts.count(face) == 1
         for name, value in row.items():
             contacts[name][number] = value
     return taken
-
-
-def _segment_at(scene: Scene, point: Point, starts: dict[str, int]) -> int:
-    rod = scene.bodies[point.body].waves
-    if rod is None:
-        return NO_SIDE
-    piece = _place_of(rod.segment_at(point.x), rod.segments)
-    return starts[point.body] + len(OF_END) + len(OF_SEGMENT) * piece
 
 
 def fits(scene: Scene) -> bool:

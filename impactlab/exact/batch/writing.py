@@ -127,8 +127,7 @@ def write_contacts(m: MarchArrays, q: Pattern, p: Array) -> None:
         if of.hard == 1:
             right = of.bare_right == 1
             if right and of.bare_left == 1:
-                left_z = of.left_ends * impedance(p, of.left_segment)
-                right = of.right_ends * impedance(p, of.right_segment) < left_z
+                right = sides_right < sides_left
             contact.face = contact.right if right else contact.left
             if (of.right_alone if right else of.left_alone) == 1:
                 scale = sides_right if right else sides_left

@@ -117,6 +117,11 @@ class Body(ABC):
         return ()
 
     @property
+    def ground_drives(self) -> tuple[tuple[str, str], ...]:
+        """Links that a drive on the ground turns past the links before them, each with the one before it."""
+        return ()
+
+    @property
     def end_force(self) -> float:
         """Sum of the constant forces on both ends [N], along +x, of a beam along +u."""
         return 0.0
@@ -305,6 +310,11 @@ class ElasticBody(Body):
         segment = self.segment_at(x)
         return segment.viscosity / segment.young
 
+    def segment_before(self, x: float) -> Segment:
+        """Return the segment at x [m]; at a boundary the left one."""
+        ends = itertools.accumulate(segment.length for segment in self.segments)
+        return next((piece for piece, end in zip(self.segments, ends, strict=True) if x <= end), self.segments[-1])
+
     def is_inner(self, x: float) -> bool:
         """Return whether x [m] lies between the ends."""
         return 0.0 < x < self.length
@@ -374,14 +384,15 @@ class WaveBody(ElasticBody):
         return SteadyRod(self.segments, self.left, self.right, rotation.rate, rotation.axis_at)
 
     def impedance_at(self, x: float) -> float:
-        ends = 1.0 if x in (0.0, self.length) else 2.0
-        return ends * self.segment_at(x).impedance
+        if not self.is_inner(x):
+            return self.segment_at(x).impedance
+        return self.segment_before(x).impedance + self.segment_at(x).impedance
 
     def side_facts(self, x: float, element_length: float) -> SideFacts:
         inner, segment = self.is_inner(x), self.segment_at(x)
         return SideFacts(
             kind="rod",
-            impedance=math.nan if inner else segment.impedance,
+            impedance=self.impedance_at(x),
             wave_speed=segment.wave_speed,
             area=segment.area,
             element_stiffness=segment.young * segment.area / element_length,

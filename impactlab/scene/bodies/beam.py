@@ -148,11 +148,12 @@ class Beam(ElasticBody):
         """Return the facts of a place, with an impedance where the beam shears."""
         end = self.carries(x)
         segment: Any = self.segment_at(x)
+        before: Any = self.segment_before(x)
         sheared = math.isfinite(segment.shear_stiffness)
-        ways = 2.0 if end in ("inner", "infinite") else 1.0
+        impedance = segment.shear_impedance + (before.shear_impedance if end in ("inner", "infinite") else 0.0)
         return SideFacts(
             kind="beam",
-            impedance=ways * segment.shear_impedance if sheared else math.nan,
+            impedance=impedance if sheared else math.nan,
             wave_speed=segment.shear_speed if sheared else math.nan,
             area=segment.area,
             element_stiffness=12.0 * segment.bending_stiffness / element_length**3,

@@ -150,6 +150,10 @@ class Mechanism(MechanismBody):
         return tuple(number for number, link in enumerate(self.links) if link.drive is not None)
 
     @property
+    def ground_drives(self) -> tuple[tuple[str, str], ...]:
+        return tuple((self.links[at].name, self.links[at - 1].name) for at in self.driven if at > 0)
+
+    @property
     def recorded(self) -> tuple[tuple[str, float, Quantity], ...]:
         found: list[tuple[str, float, Quantity]] = []
         for number in range(len(self.marks)):

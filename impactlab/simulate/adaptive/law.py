@@ -6,7 +6,7 @@ import ctypes
 from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.errors import raised_at
+from impactlab.simulate.stepping.preparation import law_raised
 from impactlab.types import MEMORY, Port, Reply, Start
 
 OVERFLOWN = 1e150  # N or J: no step that meets it is accepted, and its square is still a number
@@ -30,12 +30,13 @@ class InstantContact:
     same formula is the fall of the stored energy as the law follows the face.
     """
 
-    def __init__(self, law: AbstractContactLaw, start: Start, dt: float) -> None:
+    def __init__(self, law: AbstractContactLaw, contact: str, start: Start, dt: float) -> None:
         self.port, self.reply = Port(), Reply()
         self.port.dt, self.port.first_weight = dt, 1.0
         self.port.parameters[: len(start.parameters)] = [*start.parameters]
         self.port.memory[: len(start.memory)] = [*start.memory]
         self.closed, self.held = False, 0.0
+        self._law, self._name = law, contact
         self._respond, self._why_failed = type(law).respond, law.why_failed
         self._kept, self._replied = memory_of(self.port), memory_of(self.reply)
 
@@ -56,7 +57,7 @@ class InstantContact:
         except OverflowError:
             reply.force = reply.trial = reply.stored = OVERFLOWN
         except Exception as raised:
-            raise LawFailed(f"a contact law raised {raised_at(raised)}") from raised
+            raise LawFailed(law_raised(self._law, self._name, raised)) from raised
         if reply.failed:
             raise LawFailed(self._why_failed)
         return reply

@@ -59,8 +59,8 @@ class System:
         self.contacts = []
         for number, contact in enumerate(scene.contacts):  # there is no step: the run stands for it
             law, facts = method.laws[contact.name], facts_of(scene, method, built, {}, number)
-            start = start_law(law, facts, f"contacts.{number}.law", scene.duration)
-            self.contacts.append(InstantContact(law, start, scene.duration))
+            start = start_law(law, facts, contact.name, f"contacts.{number}.law", scene.duration)
+            self.contacts.append(InstantContact(law, contact.name, start, scene.duration))
         self.impulses, self.losses = slice(2 * n, 2 * n + contacts), slice(2 * n + contacts, 2 * (n + contacts))
         self.evaluations = 0
         self.start = np.zeros(self.losses.stop + self.equations.powers)

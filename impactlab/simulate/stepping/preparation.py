@@ -10,12 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.errors import CaseError, PairingError
+from impactlab.errors import CaseError, ImpactlabError, PairingError, StepError, raised_at
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
 from impactlab.models.building import build_body
 from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.plugins import kind_of
 from impactlab.scene.bodies import Body
 from impactlab.scene.facts import facts_at
 from impactlab.scene.method import Method, side_facts
@@ -33,6 +34,7 @@ class BuiltBody(NamedTuple):
 
 
 Facts = tuple[SideFacts, SideFacts]  # of both sides of a contact
+FAULT_OF_LAW = "This is a fault of the law."  # remedy where it raised
 MAX_MISSING_FORCE = 0.1  # of a static contact force, in a basis at a face whose internal force a law uses
 
 
@@ -207,10 +209,19 @@ def facts_of(
     return found[0], found[1]
 
 
-def start_law(law: AbstractContactLaw, facts: Facts, path: str, dt: float) -> Start:
-    """Return constants, memory and readings of a law; raise `PairingError` where they exceed the room of a port."""
-    with placed_at(path):
-        start = law.begin(*facts, dt)
+def start_law(law: AbstractContactLaw, facts: Facts, contact: str, path: str, dt: float) -> Start:
+    """Return constants, memory and readings of a law, for the contact of a name.
+
+    Raise `PairingError` where they exceed the room of a port, `StepError` where the law raised.
+    """
+    try:
+        with placed_at(path):
+            start = law.begin(*facts, dt)
+    except ImpactlabError:
+        raise
+    except Exception as raised:
+        text = f"{law_raised(law, contact, raised)}, in begin"
+        raise StepError(text, time=0.0, step=0, remedy=FAULT_OF_LAW, path=path) from raised
     for name, given, room in (
         ("parameters", start.parameters, PARAMETERS),
         ("memory", start.memory, MEMORY),
@@ -223,6 +234,11 @@ def start_law(law: AbstractContactLaw, facts: Facts, path: str, dt: float) -> St
                 path=path,
             )
     return start
+
+
+def law_raised(law: AbstractContactLaw, contact: str, raised: BaseException) -> str:
+    """Return in words that the law of a contact raised."""
+    return f"law '{kind_of(law)}' of contact {contact} raised {raised_at(raised)}"
 
 
 def face_read(contact: Contact, reading: Reading | Arriving) -> Point:
