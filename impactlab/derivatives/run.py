@@ -72,8 +72,10 @@ def sensitivities(
     else:
         for parameter in read:
             rows += _stepped(parameter, flat, differences(case, parameter.path, wanted))
-    order = {(each.name, label): place for place, (each, label) in enumerate(flat.names)}
-    rows.sort(key=lambda row: order[row.quantity, row.label])
+    rows += [_lacking(parameter, each) for each in wanted if each.lacking for parameter in read]
+    order = {each.name: place for place, each in enumerate(wanted)}
+    labels = {(each.name, label): place for place, (each, label) in enumerate(flat.names)}
+    rows.sort(key=lambda row: (order[row.quantity], labels.get((row.quantity, row.label), 0)))
     return Sensitivities(case.label, tuple(rows))
 
 
@@ -109,7 +111,7 @@ class Flat:
 
     def __init__(self, wanted: tuple[Asked, ...], registry: Registry) -> None:
         self.wanted, self.registry = wanted, registry
-        self.names = [(each, str(label)) for each in wanted for label in (each.labels or ("",))]
+        self.names = [(each, str(label)) for each in wanted for label in each.places]
 
     def __call__(self, scene: Scene, history: AbstractHistory) -> Array:
         """Return the values, (names,)."""
@@ -125,7 +127,7 @@ class Flat:
                 parts.append(np.zeros(each.size))
             else:
                 known = direct.of(each.name)
-                parts.append(np.array([known.get(str(label), math.nan) for label in (each.labels or ("",))]))
+                parts.append(np.array([known.get(str(label), math.nan) for label in each.places]))
         return np.concatenate(parts)
 
 
@@ -166,6 +168,14 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
     return Sensitivity(
         each.name, label, each.unit, parameter.path, parameter.value, parameter.unit,
         value, middle, error, by, below, above, lower, upper, reason,
+    )  # fmt: skip
+
+
+def _lacking(parameter: Parameter, each: Asked) -> Sensitivity:
+    """Return the row of a quantity without a place for a value, as of contacts in a case that has none."""
+    return Sensitivity(
+        each.name, "", each.unit, parameter.path, parameter.value, parameter.unit, *[math.nan] * 3, WITHHELD,
+        *[math.nan] * 4, each.lacking,
     )  # fmt: skip
 
 

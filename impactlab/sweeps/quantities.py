@@ -46,9 +46,19 @@ class Asked(NamedTuple):
     labels: tuple[Any, ...]  # of the values: names of contacts, pairs, bodies or links, or times [s]; empty for one
 
     @property
+    def places(self) -> tuple[Any, ...]:
+        """Labels of the values at a point; an empty one of a quantity with one value, none where the scene has none."""
+        return self.labels if self.over else ("",)
+
+    @property
     def size(self) -> int:
         """Number of values at a point."""
-        return max(1, len(self.labels))
+        return len(self.places)
+
+    @property
+    def lacking(self) -> str:
+        """Why it has no place for a value in the scene; empty where it has one."""
+        return "" if self.places else absent_words(self.over)
 
 
 def asked(scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry: Registry) -> tuple[Asked, ...]:
@@ -77,6 +87,11 @@ def asked(scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry
     if twice:
         raise CaseError(f"{shown(twice[0])} is named twice", remedy="Name it once.")
     return tuple(found)
+
+
+def absent_words(over: str) -> str:
+    """Return why a scene has no place for the values of a quantity, by what it has values over."""
+    return "no body moves" if over == BODY else "the case has no contact"
 
 
 def labels_of(scene: Scene, over: str) -> tuple[str, ...]:
@@ -154,10 +169,19 @@ def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N", LINK)
 def largest_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Largest force of each contact and each link by name; of several links of one name that of their sum."""
-    single = {contact.name for contact in scene.contacts if not contact.group}
-    found = {name: force for name, force in peak_force(scene, history).items() if name in single}
-    return found | {link.name: link.largest for link in history.links}
+    """Largest force of each contact and each link by name; of several of one name that of their sum."""
+    forces, by_name = peak_force(scene, history), dict[str, list[float]]()
+    for contact in scene.contacts:
+        by_name.setdefault(contact.group or contact.name, []).append(forces[contact.name])
+    links = {link.name: link.largest for link in history.links}
+    return {name: links[name] if name in links else _of_sum(history, name, own) for name, own in by_name.items()}
+
+
+def _of_sum(history: AbstractHistory, name: str, peaks: list[float]) -> float:
+    """Return the largest sum of the forces of contacts of one name, from their peaks; NaN where one has none."""
+    if len(peaks) == 1 or not all(map(math.isfinite, peaks)):
+        return peaks[0] if len(peaks) == 1 else math.nan
+    return max(*peaks, history.largest(f"force:{name}"))
 
 
 @quantity("N", LINK)

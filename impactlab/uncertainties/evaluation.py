@@ -14,6 +14,7 @@ from impactlab.derivatives.table import few
 from impactlab.errors import ImpactlabError
 from impactlab.sweeps import Sampled
 from impactlab.sweeps.plots import ENDED
+from impactlab.sweeps.quantities import absent_words
 from impactlab.types import Array
 from impactlab.uncertainties.design import Design
 from impactlab.uncertainties.distributions import Uncertain
@@ -51,8 +52,11 @@ def evaluated(
         lines = estimates(slopes, uncertain)
         warnings += [edge.words for edge in edges_within(case, uncertain, slopes)]
     shares = _shares(data, made)
-    spreads, found, lacking, withheld = [], list[Index](), list[str](), dict[str, list[str]]()
+    spreads, found, lacking = [], list[Index](), list[str]()
+    absent, withheld = dict[str, list[str]](), dict[str, list[str]]()  # names by the reason
     for name in [each.channel if isinstance(each, Sampled) else each for each in quantities]:
+        if not data[name].size:
+            absent.setdefault(absent_words(str(data[name].dims[-1])), []).append(name)
         for label, values in _values(data, name, made):
             line = lines.get((name, label), Linear())
             spread = _spread(name, label, data, values[0], percents, line)
@@ -63,6 +67,7 @@ def evaluated(
                 withheld.setdefault(line.reason, []).append(spread.name)
             if made.shape[0] > 1:
                 found += _indices(spread, values, uncertain, line, leave_out=leave_out)
+    warnings += [f"No value of {few(names)}: {reason}." for reason, names in absent.items()]
     warnings += [f"No linear estimate of {few(names)}: {reason}." for reason, names in withheld.items()]
     if lacking:
         warnings.append(f"No value at some samples: {few(lacking)}. Estimates are those of the other samples.")

@@ -365,3 +365,12 @@ def test_a_kink_beside_the_value_spoils_no_difference_of_runs() -> None:
     row = il.sensitivities(case, [path], ["impulse"]).find("impulse", path, "one.right|between")
     assert row.derivative == pytest.approx((impulse(length + step) - impulse(length - step)) / (2.0 * step), rel=1e-6)
     assert row.error < 1e-6
+
+
+def test_a_case_without_a_contact_says_so_of_its_contact_quantities():
+    case = il.load_case("step_loaded_rod")
+    found = il.sensitivities(case, ["bodies.rod.material.young"], ["peak_force", "final_velocity"])
+    lacking, own = found.rows
+    assert (lacking.quantity, lacking.label, lacking.found) == ("peak_force", "", "withheld")
+    assert lacking.reason == "the case has no contact"
+    assert own.label == "rod"

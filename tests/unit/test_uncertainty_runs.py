@@ -254,3 +254,12 @@ def test_both_forms_of_the_page_give_what_it_says(monkeypatch, tmp_path, capsys)
     assert round(of[AREA].linear, 2) == round(of[MASS].linear, 2)
     assert f"to the velocity, with {of[SPEED].first.value:.2f}" in PAGE
     assert of[MASS].total.lower > of[MASS].first.upper  # mass and area act together
+
+
+def test_a_case_without_a_contact_spreads_too():
+    case = il.load_case("step_loaded_rod")
+    found = il.uncertainty(case, {"bodies.rod.length": "normal(1 m, 1 %)"}, samples=64)
+    assert [each.name for each in found.spreads] == ["final_velocity rod"]
+    words = "No value of first_opening, impulse, peak_force and 1 more: the case has no contact."
+    assert words in found.warnings
+    assert not found.shares
