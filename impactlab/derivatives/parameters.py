@@ -40,12 +40,22 @@ def read_parameters(case: Case, paths: str | Sequence[str]) -> tuple[Parameter, 
         paths = [each.strip() for each in paths.split(",")]
     if not paths:
         raise CaseError("no parameter is given", remedy="Name numbers of the case, such as bodies.hammer.mass.")
-    return tuple(_read(case, path, paths[:number]) for number, path in enumerate(paths))
+    refuse_twice(case, paths)
+    return tuple(_read(case, path) for path in paths)
 
 
-def _read(case: Case, path: str, before: Sequence[str]) -> Parameter:
-    if path in before:
-        raise CaseError("a parameter that is given twice", path=path, remedy="Name it once.")
+def refuse_twice(case: Case, paths: Sequence[str]) -> None:
+    """Raise `CaseError` where two paths lead to one number: alike, or a contact by its number and by its name."""
+    before: dict[str, str] = {}
+    for path in paths:
+        number = numbered(case.document.data, path)
+        if number in before:
+            words = "" if before[number] == path else f": {before[number]} is the same number"
+            raise CaseError(f"a parameter that is given twice{words}", path=path, remedy="Name it once.")
+        before[number] = path
+
+
+def _read(case: Case, path: str) -> Parameter:
     found: Any = case.resolved()
     for key in numbered(case.document.data, path).split("."):
         if isinstance(found, list) and key.isdecimal() and int(key) < len(found):
