@@ -379,5 +379,5 @@ def test_a_case_without_a_contact_says_so_of_its_contact_quantities():
 def test_a_contact_by_number_and_by_name_is_one_parameter():
     scene = struck()
     scene["contacts"][0]["name"] = "cushion"
-    with pytest.raises(CaseError, match="given twice: contacts.0.gap is the same number"):
+    with pytest.raises(CaseError, match=r"given twice: contacts\.0\.gap is the same number"):
         il.sensitivities(il.Case.from_dict(scene), ["contacts.0.gap", "contacts.cushion.gap"])
