@@ -14,7 +14,7 @@ from impactlab.casefile.case import expect_case
 from impactlab.derivatives.differences import Difference, differences
 from impactlab.derivatives.direct import Direct
 from impactlab.derivatives.exact import Found, derivatives
-from impactlab.derivatives.parameters import Parameter, read_parameters
+from impactlab.derivatives.parameters import Parameter, read_parameters, refuse_held
 from impactlab.derivatives.table import DIFFERENCES, WITHHELD, Sensitivities, Sensitivity
 from impactlab.errors import CaseError
 from impactlab.exact.history import ContinuousHistory
@@ -59,6 +59,7 @@ def sensitivities(
         If a path does not lead to a number, a quantity is not known, or the run fails.
     """
     expect_case(case, "sensitivities")
+    refuse_held(parameters)
     read = read_parameters(case, parameters)
     wanted = asked(case.scene(), quantities, case.registry)
     with api.warnings_kept():
@@ -90,6 +91,7 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
         If a path does not lead to a number, the channel is not known, or the run is not exact.
     """
     expect_case(case, "jacobian")
+    refuse_held(parameters)
     read = read_parameters(case, parameters)
     at = np.asarray(times, dtype=float)
     with api.warnings_kept():

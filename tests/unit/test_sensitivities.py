@@ -13,6 +13,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 import impactlab as il
+from impactlab import api
 from impactlab.errors import CaseError
 from tests.reference.waves_mp import Struck, log_derivatives
 
@@ -300,11 +301,24 @@ def test_counts_have_no_derivative():
         ([MASS, MASS], "twice"),
         (["contacts.0.law.kind"], "not a number"),
         ([], "no parameter"),
+        (["solve.step.dt"], "the step is held"),
+        ("solve.step.courant, bodies.hammer.mass", "the step is held"),
+        (["solve.step.points_per_period"], "the step is held"),
+        (["solve.tolerance"], "chosen once by the tolerance"),
+        (["schema_version"], "the version of the format"),
+        (["solve.model.modes"], "a whole number: it changes in steps"),
+        (["solve.records"], "a whole number: it changes in steps"),
     ],
 )
-def test_wrong_parameters_are_refused_by_name(paths, said):
-    with pytest.raises(CaseError, match=said):
-        il.sensitivities(il.Case.from_dict(struck()), paths)
+def test_wrong_parameters_are_refused_by_name(paths, said, monkeypatch):
+    monkeypatch.setattr(api, "run", lambda *_: pytest.fail("a run was started"))
+    scene = struck(law={"kind": "penalty", "stiffness": 10.0})
+    if "modes" in "".join(paths):
+        scene["solve"] = {"duration": 3.0, "model": {"kind": "modal", "modes": 20}}
+        scene["solve"] |= {"integrator": {"kind": "exact_modal"}, "step": {"dt": 0.01}}
+    with pytest.raises(CaseError, match=said) as raised:
+        il.sensitivities(il.Case.from_dict(scene), paths)
+    assert raised.value.remedy
 
 
 def test_the_python_of_the_page_runs(monkeypatch):
