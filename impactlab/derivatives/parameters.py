@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.casefile.edit import numbered
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import CaseError
+from impactlab.sweeps.axes import takes_whole
 
 HELD = {
     "solve.step": (
@@ -65,15 +66,6 @@ def refuse_held(paths: str | Sequence[str]) -> None:
         for held, (text, remedy) in HELD.items():
             if f"{path}.".startswith(f"{held}."):
                 raise CaseError(text, path=path, remedy=remedy.format(path=path))
-
-
-def takes_whole(case: Case, path: str) -> bool:
-    """Return whether a case takes whole numbers alone at a path: it then says so of a half."""
-    try:
-        case.with_(path, 0.5)
-    except ImpactlabError as error:
-        return any("a whole number" in each.text for each in (error, *error.others) if each.path == path)
-    return False
 
 
 def refuse_twice(case: Case, paths: Sequence[str]) -> None:

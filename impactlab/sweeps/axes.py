@@ -168,6 +168,16 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
     return Axis(path, given, tuple(in_si[repr(value)] for value in given), unit)
 
 
+def takes_whole(case: Case, path: str) -> bool:
+    """Return whether a case takes whole numbers alone at a path: it then says so of a half."""
+    try:
+        case.with_(path, 0.5)
+    except ImpactlabError as error:
+        own = numbered(case.document.data, path)
+        return any("a whole number" in each.text for each in (error, *error.others) if each.path in (path, own))
+    return False
+
+
 def spread(numbers: Array) -> list[int]:
     """Return places of the extremes of many numbers, of those nearest to zero on each side, and of some between."""
     order = np.argsort(numbers, kind="stable")

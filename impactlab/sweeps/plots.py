@@ -181,6 +181,7 @@ def _sequences(found: xarray.Dataset, names: list[str]) -> NDArray[np.int64]:
     if "contacts" not in found or not found["contacts"].size:
         return np.zeros(shape, dtype=int)
     counts = found["contacts"].transpose(*names, ...).values.reshape(-1, found["contacts"].sizes["contact"])
+    counts = np.nan_to_num(counts, nan=-1.0)  # of contacts that a point does not have
     return np.unique(counts, axis=0, return_inverse=True)[1].reshape(shape).astype(int)
 
 

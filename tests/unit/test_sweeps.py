@@ -24,6 +24,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
 from impactlab.sweeps import axes, chunks, counts, engines, points, run
+from impactlab.sweeps.quantities import asked, values
 
 PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
@@ -330,3 +331,56 @@ def test_a_case_without_a_contact_has_no_value_of_contacts(tmp_path):
     assert header == "solve.duration,final_velocity of rod [m/s],energy_gain,near_grazing,status,reason"
     with pytest.raises(il.CaseError, match="peak_force has no values: the case has no contact"):
         il.plot_sweep(found, "peak_force")
+
+
+def row_of_beads(count: int) -> il.Case:
+    return il.Case.from_dict(
+        {
+            "schema_version": 1,
+            "bodies": {
+                "striker": {"kind": "mass", "mass": 1e-3, "velocity": 0.5},
+                "bead": {"repeat": count, "kind": "mass", "mass": 1e-3},
+                "wall": {"kind": "wall"},
+            },
+            "contacts": [
+                {"chain": ["striker", "bead", "wall"], "gap": 0.0, "law": {"kind": "hertz", "stiffness": 5e9}}
+            ],
+            "solve": {
+                "duration": "0.2 ms",
+                "integrator": {"kind": "central_difference"},
+                "step": {"dt": "0.5 us"},
+            },
+        }
+    )
+
+
+@pytest.mark.parametrize("form", ["over", "points"])
+def test_a_sweep_over_the_number_of_bodies_keeps_the_names_of_all_points(form):
+    counted = {"bodies.bead.repeat": [2, 4]}
+    found = il.sweep(row_of_beads(3), **{form: counted}, quantities=["impulse", "final_velocity", "contacts"])
+    assert counts(found) == {"completed": 2}
+    assert found["body"].values.tolist() == ["striker", "bead_1", "bead_2", "bead_3", "bead_4"]
+    names = found["contact"].values.tolist()
+    for row, number in zip(found["impulse"].values, (2, 4), strict=True):
+        history = il.run(row_of_beads(number))
+        own = [contact.name for contact in history.scene.contacts]
+        there = dict(zip(names, row.tolist(), strict=True))
+        assert [there[name] for name in own] == [history.impulse_of(name) for name in own]
+        assert all(np.isnan(there[name]) for name in names if name not in own)
+
+
+def test_a_run_with_a_contact_that_a_sweep_does_not_have_is_refused_by_its_name():
+    wanted = asked(row_of_beads(2).scene(), ["impulse"], registry())
+    longer = row_of_beads(4)
+    with pytest.raises(il.CaseError, match=r"no place for impulse of 'bead_2\|bead_3'"):
+        values(longer.scene(), il.run(longer), wanted, registry())
+
+
+def test_a_contact_whose_name_holds_a_place_is_the_same_at_all_points():
+    case = il.load_case("beam_on_three_stops")
+    places = [["first", f"beam.at({x})"] for x in (0.2, 0.25)]
+    first, other = (case.with_("contacts.0.between", place) for place in places)
+    wanted = asked(first.scene(), ["impulse"], registry())
+    history = il.run(other)
+    [row] = values(other.scene(), history, wanted, registry())
+    assert row == [history.impulse_of(contact.name) for contact in history.scene.contacts]
