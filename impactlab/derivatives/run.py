@@ -27,6 +27,11 @@ from impactlab.types import Array
 
 DEFAULT = ("first_opening", "impulse", "peak_force", "restitution", "final_velocity")
 COUNTED = ("contacts", "near_grazing", "energy_gain")  # they change in steps, or are rounding
+NO_VALUE = {
+    "first_opening": "the contact does not open in this run",
+    "restitution": "no meeting of these two bodies alone is seen in this run",
+}
+"""Why a quantity has no value, where the words are its own."""
 MIN_DISTANCE = 1.0e-9  # of the parameter: nearer to an edge there is no derivative
 
 
@@ -162,7 +167,7 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
     elif kink:
         by, reason = WITHHELD, f"not differentiable here: {below:.6g} from below, {above:.6g} from above"
     elif math.isnan(middle):
-        by, reason = WITHHELD, "" if math.isnan(value) else "the sequence of contacts changes on both sides"
+        by, reason = WITHHELD, _absent(each, value) or "the sequence of contacts changes on both sides"
     elif math.isnan(below) or math.isnan(above):
         reason = f"one-sided derivative (from {'above' if math.isnan(below) else 'below'} only)"
     if by == WITHHELD:
@@ -181,6 +186,11 @@ def _lacking(parameter: Parameter, each: Asked) -> Sensitivity:
     )  # fmt: skip
 
 
+def _absent(each: Asked, value: float) -> str:
+    """Return why there is no value to differentiate; empty where there is one."""
+    return NO_VALUE.get(each.name, "it has no value in this run") if math.isnan(value) else ""
+
+
 def _stepped(parameter: Parameter, flat: Flat, found: list[list[Difference]]) -> Iterator[Sensitivity]:
     """Give the derivatives of a stepped run; its sequence of contacts is known as far as the differences reach."""
     flattened = [each for row in found for each in row]
@@ -189,5 +199,5 @@ def _stepped(parameter: Parameter, flat: Flat, found: list[list[Difference]]) ->
         yield Sensitivity(
             asked_for.name, label, asked_for.unit, parameter.path, parameter.value, parameter.unit, each.value,
             each.derivative, each.error, WITHHELD if each.reason else DIFFERENCES, math.nan, math.nan, lower, upper,
-            each.reason,
+            each.reason and (_absent(asked_for, each.value) or each.reason),
         )  # fmt: skip

@@ -395,3 +395,20 @@ def test_a_contact_by_number_and_by_name_is_one_parameter():
     scene["contacts"][0]["name"] = "cushion"
     with pytest.raises(CaseError, match=r"given twice: contacts\.0\.gap is the same number"):
         il.sensitivities(il.Case.from_dict(scene), ["contacts.0.gap", "contacts.cushion.gap"])
+
+
+@pytest.mark.parametrize("model", ["continuous", "finite_element"])
+def test_a_quantity_without_a_value_says_why_it_has_no_derivative(model):
+    scene = struck(law={"kind": "penalty", "stiffness": 10.0}, duration=0.3)
+    scene["bodies"]["other"] = {"kind": "mass", "mass": 1.0}
+    scene["contacts"].append({"between": ["other", "hammer"], "gap": 5.0, "law": scene["contacts"][0]["law"]})
+    if model == "finite_element":
+        scene["solve"]["model"] = {"kind": model, "elements": 20, "mass": "lumped"}
+        scene["solve"]["integrator"] = {"kind": "central_difference"}
+        scene["solve"]["step"] = {"courant": 0.5}
+    found = il.sensitivities(il.Case.from_dict(scene), [MASS], ["first_opening", "restitution", "impulse"])
+    opening, meeting = found.find("first_opening", MASS), found.find("restitution", MASS, "other|hammer")
+    assert (opening.reason, opening.found) == ("the contact does not open in this run", "withheld")
+    assert (meeting.reason, meeting.found) == ("no meeting of these two bodies alone is seen in this run", "withheld")
+    assert found.find("impulse", MASS).reason == ""
+    assert "does not open" in str(found)
