@@ -70,6 +70,36 @@ def test_a_table_gives_each_value_as_often_as_its_weight_says(case, form, tmp_pa
     assert shape(case, [1.0, 2.0, 3.0, 6.0]).mean() == 3.0  # samples, with equal weights
 
 
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({1.0: 0.2, 2.0: 0.8}, "table(1.0: 0.2, 2.0: 0.8)"),
+        ({"1 kg": 1, "2 kg": 3}, "table(1 kg: 1, 2 kg: 3)"),
+        ([1.0, 2.0], "table(1.0, 2.0)"),
+        ({1.0 + 0.1 * k: 1.0 for k in range(9)}, "table of 9 weighted values"),
+        ([1.0 + 0.1 * k for k in range(19)], "table of 19 values"),
+    ],
+)
+def test_a_table_shows_its_weights(case, given, text):
+    [found] = read_uncertain(case, {MASS: given})
+    assert found.text == text
+
+
+@pytest.mark.parametrize("given", ["uniform(20, 60)", "normal(40, 5)", scipy.stats.uniform(20.0, 40.0)])
+def test_a_whole_number_takes_no_continuous_distribution(given):
+    meshed = il.load_case("axial_impact").with_("solve.model", {"kind": "finite_element", "elements": 40})
+    with pytest.raises(il.CaseError, match="takes whole numbers here") as raised:
+        read_uncertain(meshed, {"solve.model.elements": given})
+    assert "table" in raised.value.remedy
+
+
+@pytest.mark.parametrize("given", ["table(20: 1, 40: 2)", {20: 1, 40: 2}, [20, 40], scipy.stats.randint(20, 40)])
+def test_a_whole_number_takes_whole_values(given):
+    meshed = il.load_case("axial_impact").with_("solve.model", {"kind": "finite_element", "elements": 40})
+    [found] = read_uncertain(meshed, {"solve.model.elements": given})
+    assert found.mean > 20.0
+
+
 def test_samples_are_sobol_points_that_the_seed_fixes(case):
     vary = read_uncertain(case, {MASS: "uniform(1, 2)", SPEED: "uniform(1, 2)"})
     found, again, other = (design(vary, 1024, seed, indices=True) for seed in (1, 1, 2))
