@@ -168,6 +168,23 @@ def test_intervals_of_95_percent_hold_the_truth_in_about_95_of_100(case, samples
     assert sum(hits.values()) >= 93 * len(hits), hits
 
 
+@pytest.mark.parametrize(("percent", "samples"), [(1.0, 64), (1.0, 512), (5.0, 64), (5.0, 128), (99.0, 256)])
+def test_an_interval_that_few_samples_do_not_reach_is_open_and_holds(percent, samples):
+    truth, hits = scipy.stats.norm.ppf(0.01 * percent), 0
+    for seed in range(400):
+        drawn = np.random.default_rng(seed).standard_normal((SCRAMBLINGS, samples // SCRAMBLINGS))
+        found = statistics.percentile(percent, list(drawn))
+        hits += found.lower <= truth <= found.upper
+        assert found.lower <= found.value <= found.upper
+        outer = found.lower if percent < 50.0 else found.upper
+        assert math.isinf(outer) == (samples < statistics.needed_samples(percent))
+    assert hits >= 370  # 380 on average; 370 is 2.3 standard deviations below
+
+
+def test_samples_that_a_percentile_takes():
+    assert [statistics.needed_samples(percent) for percent in (1.0, 5.0, 50.0, 95.0, 99.0)] == [368, 72, 6, 72, 368]
+
+
 def test_nothing_seen_is_no_proof(case):
     none = statistics.probability([np.zeros(256, bool)] * SCRAMBLINGS)
     assert (none.value, none.lower) == (0.0, 0.0)
