@@ -181,8 +181,8 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
 def _lacking(parameter: Parameter, each: Asked) -> Sensitivity:
     """Return the row of a quantity without a place for a value, as of contacts in a case that has none."""
     return Sensitivity(
-        each.name, "", each.unit, parameter.path, parameter.value, parameter.unit, *[math.nan] * 3, WITHHELD,
-        *[math.nan] * 4, each.lacking,
+        each.name, "", each.unit, parameter.path, parameter.value, parameter.unit,
+        math.nan, math.nan, math.nan, WITHHELD, math.nan, math.nan, math.nan, math.nan, each.lacking,
     )  # fmt: skip
 
 

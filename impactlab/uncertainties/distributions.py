@@ -254,7 +254,6 @@ def _text(given: Any) -> str:
         return f"{given.dist.name}({', '.join(options)})"
     if not isinstance(given, Iterable):
         return type(given).__name__
-    weighted = isinstance(given, Mapping)
-    parts = [f"{value}: {weight}" for value, weight in given.items()] if weighted else [str(value) for value in given]
+    parts = [f"{value}: {given[value]}" for value in given] if isinstance(given, Mapping) else list(map(str, given))
     text = f"table({', '.join(parts)})"
-    return text if len(text) <= MAX_TEXT else f"table of {len(parts)} {'weighted ' if weighted else ''}values"
+    return text if len(text) <= MAX_TEXT else f"table of {len(parts)} {'weighted ' * isinstance(given, Mapping)}values"
