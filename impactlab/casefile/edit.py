@@ -73,8 +73,10 @@ def numbered(data: Mapping[str, Any], path: str) -> str:
     first, _, rest = path.partition(".")
     name, dot, inside = rest.partition(".")
     contacts = data.get(first) if first == "contacts" else None
-    if not isinstance(contacts, list) or name.isdecimal():
+    if not isinstance(contacts, list):
         return path
+    if name.isdecimal():
+        return f"{first}.{int(name)}{dot}{inside}" if len(name) < 6 else path
     found = [number for number, block in enumerate(contacts) if isinstance(block, dict) and block.get("name") == name]
     if len(found) > 1:
         places = ", ".join(f"contacts.{number}" for number in found)

@@ -9,6 +9,19 @@ from typing import Any, NamedTuple
 from impactlab.casefile import Case
 from impactlab.casefile.edit import numbered
 from impactlab.errors import CaseError
+from impactlab.sweeps.axes import takes_whole
+
+HELD = {
+    "solve.step": (
+        "the step is held while a derivative is taken: by this number there is none",
+        "Compare runs of two steps, as in: impactlab sweep CASE --over {path}=A,B.",
+    ),
+    "solve.tolerance": (
+        "the method is chosen once by the tolerance, and held while a derivative is taken",
+        "Compare runs of two tolerances, as in: impactlab sweep CASE --over {path}=A,B.",
+    ),
+}
+"""Numbers of the method by which nothing is differentiated: the reason, and what to do."""
 
 
 class Parameter(NamedTuple):
@@ -36,16 +49,40 @@ def read_parameters(case: Case, paths: str | Sequence[str]) -> tuple[Parameter, 
     CaseError
         If there is no such path, it holds no number, or it is given twice.
     """
-    if isinstance(paths, str):
-        paths = [each.strip() for each in paths.split(",")]
+    paths = _listed(paths)
     if not paths:
         raise CaseError("no parameter is given", remedy="Name numbers of the case, such as bodies.hammer.mass.")
-    return tuple(_read(case, path, paths[:number]) for number, path in enumerate(paths))
+    refuse_twice(case, paths)
+    return tuple(_read(case, path) for path in paths)
 
 
-def _read(case: Case, path: str, before: Sequence[str]) -> Parameter:
-    if path in before:
-        raise CaseError("a parameter that is given twice", path=path, remedy="Name it once.")
+def _listed(paths: str | Sequence[str]) -> list[str]:
+    return [each.strip() for each in paths.split(",")] if isinstance(paths, str) else list(paths)
+
+
+def refuse_held(paths: str | Sequence[str]) -> None:
+    """Raise `CaseError` for a number of the method that is held while derivatives are taken."""
+    for path in _listed(paths):
+        for held, (text, remedy) in HELD.items():
+            if f"{path}.".startswith(f"{held}."):
+                raise CaseError(text, path=path, remedy=remedy.format(path=path))
+
+
+def refuse_twice(case: Case, paths: Sequence[str]) -> None:
+    """Raise `CaseError` where two paths lead to one number: alike, or a contact by its number and by its name."""
+    before: dict[str, str] = {}
+    for path in paths:
+        number = numbered(case.document.data, path)
+        if number in before:
+            words = "" if before[number] == path else f": {before[number]} is the same number"
+            raise CaseError(f"a parameter that is given twice{words}", path=path, remedy="Name it once.")
+        before[number] = path
+
+
+def _read(case: Case, path: str) -> Parameter:
+    if path == "schema_version":
+        text = "the version of the format of the file is not a number of the case"
+        raise CaseError(text, path=path, remedy="Name a number of the case, such as bodies.hammer.mass.")
     found: Any = case.resolved()
     for key in numbered(case.document.data, path).split("."):
         if isinstance(found, list) and key.isdecimal() and int(key) < len(found):
@@ -53,12 +90,22 @@ def _read(case: Case, path: str, before: Sequence[str]) -> Parameter:
         elif isinstance(found, dict) and key in found:
             found = found[key]
         else:
+            _refuse_whole(case, path)
             case.with_(path, 1.0)  # names the closest paths where there is none
             raise CaseError(
                 "the case turns this key into others, or it has no value yet",
                 path=path,
                 remedy="Name a number of the resolved case, such as an area in place of a diameter.",
             )
+    if type(found) is int:
+        _refuse_whole(case, path)
     if isinstance(found, bool) or not isinstance(found, (int, float)) or not math.isfinite(found):
         raise CaseError("not a number with a derivative", path=path, remedy="Name a number of the case.")
     return Parameter(path, float(found), case.unit_of(path))
+
+
+def _refuse_whole(case: Case, path: str) -> None:
+    """Raise `CaseError` where a case takes whole numbers alone."""
+    if takes_whole(case, path):
+        text = "a whole number: it changes in steps, and has no derivative"
+        raise CaseError(text, path=path, remedy=f"Compare runs, as in: impactlab sweep CASE --over {path}=A,B.")

@@ -14,7 +14,7 @@ from impactlab.casefile.case import expect_case
 from impactlab.derivatives.differences import Difference, differences
 from impactlab.derivatives.direct import Direct
 from impactlab.derivatives.exact import Found, derivatives
-from impactlab.derivatives.parameters import Parameter, read_parameters
+from impactlab.derivatives.parameters import Parameter, read_parameters, refuse_held
 from impactlab.derivatives.table import DIFFERENCES, WITHHELD, Sensitivities, Sensitivity
 from impactlab.errors import CaseError
 from impactlab.exact.history import ContinuousHistory
@@ -27,6 +27,11 @@ from impactlab.types import Array
 
 DEFAULT = ("first_opening", "impulse", "peak_force", "restitution", "final_velocity")
 COUNTED = ("contacts", "near_grazing", "energy_gain")  # they change in steps, or are rounding
+NO_VALUE = {
+    "first_opening": "the contact does not open in this run",
+    "restitution": "no meeting of these two bodies alone is seen in this run",
+}
+"""Why a quantity has no value, where the words are its own."""
 MIN_DISTANCE = 1.0e-9  # of the parameter: nearer to an edge there is no derivative
 MAX_ERROR = 1.0e-3  # of a derivative of a signal, or of its value over the parameter: larger ones are not known
 
@@ -60,6 +65,7 @@ def sensitivities(
         If a path does not lead to a number, a quantity is not known, or the run fails.
     """
     expect_case(case, "sensitivities")
+    refuse_held(parameters)
     read = read_parameters(case, parameters)
     wanted = asked(case.scene(), quantities, case.registry)
     with api.warnings_kept():
@@ -73,8 +79,10 @@ def sensitivities(
     else:
         for parameter in read:
             rows += _stepped(parameter, flat, differences(case, parameter.path, wanted))
-    order = {(each.name, label): place for place, (each, label) in enumerate(flat.names)}
-    rows.sort(key=lambda row: order[row.quantity, row.label])
+    rows += [_lacking(parameter, each) for each in wanted if each.lacking for parameter in read]
+    order = {each.name: place for place, each in enumerate(wanted)}
+    labels = {(each.name, label): place for place, (each, label) in enumerate(flat.names)}
+    rows.sort(key=lambda row: (order[row.quantity], labels.get((row.quantity, row.label), 0)))
     return Sensitivities(case.label, tuple(rows))
 
 
@@ -89,6 +97,7 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
         If a path does not lead to a number, the channel is not known, or the run is not exact.
     """
     expect_case(case, "jacobian")
+    refuse_held(parameters)
     read = read_parameters(case, parameters)
     at = np.asarray(times, dtype=float)
     with api.warnings_kept():
@@ -117,7 +126,7 @@ class Flat:
 
     def __init__(self, wanted: tuple[Asked, ...], registry: Registry) -> None:
         self.wanted, self.registry = wanted, registry
-        self.names = [(each, str(label)) for each in wanted for label in (each.labels or ("",))]
+        self.names = [(each, str(label)) for each in wanted for label in each.places]
 
     def __call__(self, scene: Scene, history: AbstractHistory) -> Array:
         """Return the values, (names,)."""
@@ -133,7 +142,7 @@ class Flat:
                 parts.append(np.zeros(each.size))
             else:
                 known = direct.of(each.name)
-                parts.append(np.array([known.get(str(label), math.nan) for label in (each.labels or ("",))]))
+                parts.append(np.array([known.get(str(label), math.nan) for label in each.places]))
         return np.concatenate(parts)
 
 
@@ -166,7 +175,7 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
     elif kink:
         by, reason = WITHHELD, f"not differentiable here: {below:.6g} from below, {above:.6g} from above"
     elif math.isnan(middle):
-        by, reason = WITHHELD, "" if math.isnan(value) else "the sequence of contacts changes on both sides"
+        by, reason = WITHHELD, _absent(each, value) or "the sequence of contacts changes on both sides"
     elif math.isnan(below) or math.isnan(above):
         reason = f"one-sided derivative (from {'above' if math.isnan(below) else 'below'} only)"
     if by == WITHHELD:
@@ -177,6 +186,19 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
     )  # fmt: skip
 
 
+def _lacking(parameter: Parameter, each: Asked) -> Sensitivity:
+    """Return the row of a quantity without a place for a value, as of contacts in a case that has none."""
+    return Sensitivity(
+        each.name, "", each.unit, parameter.path, parameter.value, parameter.unit,
+        math.nan, math.nan, math.nan, WITHHELD, math.nan, math.nan, math.nan, math.nan, each.lacking,
+    )  # fmt: skip
+
+
+def _absent(each: Asked, value: float) -> str:
+    """Return why there is no value to differentiate; empty where there is one."""
+    return NO_VALUE.get(each.name, "it has no value in this run") if math.isnan(value) else ""
+
+
 def _stepped(parameter: Parameter, flat: Flat, found: list[list[Difference]]) -> Iterator[Sensitivity]:
     """Give the derivatives of a stepped run; its sequence of contacts is known as far as the differences reach."""
     flattened = [each for row in found for each in row]
@@ -185,5 +207,5 @@ def _stepped(parameter: Parameter, flat: Flat, found: list[list[Difference]]) ->
         yield Sensitivity(
             asked_for.name, label, asked_for.unit, parameter.path, parameter.value, parameter.unit, each.value,
             each.derivative, each.error, WITHHELD if each.reason else DIFFERENCES, math.nan, math.nan, lower, upper,
-            each.reason,
+            each.reason and (_absent(asked_for, each.value) or each.reason),
         )  # fmt: skip

@@ -45,7 +45,8 @@ def _loss(parts: list[Array], columns: list[Array], values: list[float]) -> floa
     """Return twice the negative logarithm of the restricted likelihood, up to a constant."""
     residuals = np.concatenate([whitened(part, value) for part, value in zip(parts, values, strict=True)])
     jacobian = np.concatenate([whitened(each, value) for each, value in zip(columns, values, strict=True)])
-    norms = np.linalg.norm(jacobian, axis=0).clip(1e-300)
+    jacobian = jacobian[:, np.any(jacobian, axis=0)]  # an unknown without an effect explains nothing
+    norms = np.linalg.norm(jacobian, axis=0)
     across, upper = np.linalg.qr(jacobian / norms)
     left = residuals - across @ (across.T @ residuals)
     scales = np.abs(np.diag(upper)) * norms

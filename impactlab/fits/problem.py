@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.derivatives.parameters import refuse_twice
 from impactlab.errors import CaseError
 from impactlab.fits.filters import LowPass, smooth
 from impactlab.fits.model import AbstractMeans
@@ -93,6 +94,8 @@ class Problem:
             raise CaseError("no signal to fit", remedy="Give at least one for each case.")
         if not parameters:
             raise CaseError("no parameter to fit", remedy="Name numbers of the case, with bounds.")
+        for each in self.experiments:
+            refuse_twice(each.case, list(parameters))
         self.parameters = [unknown(self.experiments[0].case, path, bounds) for path, bounds in parameters.items()]
         for each in self.experiments[1:]:
             for path, bounds in parameters.items():

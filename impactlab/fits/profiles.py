@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.fits.loss import IMPOSSIBLE, Loss, Point
-from impactlab.fits.seen import MIN_SINGULAR
+from impactlab.fits.seen import MIN_SINGULAR, lengths
 from impactlab.types import Array
 
 STEPS = 4.0  # from the solution to the end of an interval
@@ -97,7 +97,7 @@ def profile(
 
 def _slope(jacobian: Array, number: int) -> Array:
     """Return the changes of all unknowns, over that of one, with the least change of the residuals, (n,)."""
-    norms = np.linalg.norm(jacobian, axis=0).clip(1e-300)
+    norms = lengths(jacobian)
     others = np.delete(jacobian / norms, number, axis=1)
     found = np.linalg.lstsq(others, -jacobian[:, number], rcond=MIN_SINGULAR)[0] / np.delete(norms, number)
     return np.insert(found, number, 1.0)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from impactlab.fits.seen import lengths
 from impactlab.types import Array
 
 MAX_STEP = 0.1  # of a scaled unknown: directions that need more keep their derivatives
@@ -32,9 +33,7 @@ def secants(
     spread : float
         Standard deviation of the residuals.
     """
-    norms = np.linalg.norm(jacobian, axis=0)
-    if not np.all(norms > 0.0):
-        return jacobian
+    norms = lengths(jacobian)
     _, sizes, ways = np.linalg.svd(jacobian / norms, full_matrices=False)
     along = jacobian @ (ways / norms).T  # (m, n): by the directions
     for number, (size, way) in enumerate(zip(sizes.tolist(), ways / norms, strict=True)):
@@ -46,4 +45,4 @@ def secants(
         secant = (residuals(x + step) - residuals(x - step)) * (0.5 * size / spread)
         if np.linalg.norm(secant) <= MAX_STEEPER * size:
             along[:, number] = secant
-    return np.asarray(along @ ways * norms)
+    return np.where(np.any(jacobian, axis=0), along @ ways * norms, 0.0)  # an unknown without an effect keeps none

@@ -15,6 +15,7 @@ from impactlab.types import Array
 
 MAX_DEVIATION = 3.0  # of a logarithm: beyond it the signals do not determine a direction
 MIN_SINGULAR = 5.0e-5  # of the largest singular value: derivatives by differences are no better
+NO_EFFECT = 1.0e-30  # singular value of a direction without an effect, in place of 0
 MIN_PART = 0.02  # of a unit direction: parameters with less do not take part in it
 MAX_POWERS = ((8, 2), (11, 1))  # parameters, and the largest power that is tried for so many
 
@@ -52,10 +53,10 @@ def seen(jacobian: Array, spread: float, weights: Array) -> Seen:
         Change of the logarithm of each number over that of its unknown, (n,); 0 of offsets and shifts, which may be not
         determined without a word.
     """
-    norms = np.linalg.norm(jacobian, axis=0).clip(1e-300)
+    norms = lengths(jacobian)
     _, sizes, ways = np.linalg.svd(jacobian / norms, full_matrices=False)
     directions = ways / norms
-    deviations = spread / sizes.clip(1e-300)
+    deviations = spread / sizes.clip(NO_EFFECT)
     own = directions * weights
     is_weak = (sizes < MIN_SINGULAR * sizes[0]) & (np.linalg.norm(ways * (weights > 0.0), axis=1) > MIN_PART)
     is_unseen = (deviations * np.linalg.norm(own, axis=1) > MAX_DEVIATION) | is_weak
@@ -65,6 +66,12 @@ def seen(jacobian: Array, spread: float, weights: Array) -> Seen:
     is_free = np.linalg.norm(unseen, axis=0) > MIN_PART
     parts = [(directions[rows].T * deviations[rows] ** 2) @ directions[rows] for rows in (slice(None), ~is_unseen)]
     return Seen(parts[0], parts[1], unseen, is_free, weights)
+
+
+def lengths(jacobian: Array) -> Array:
+    """Return the lengths of the columns of derivatives, (n,); 1 of an unknown without an effect, whose column is 0."""
+    found = np.linalg.norm(jacobian, axis=0)
+    return np.where(found > 0.0, found, 1.0)
 
 
 def short_names(paths: Sequence[str]) -> list[str]:
@@ -156,7 +163,8 @@ def undetermined(found: Seen, paths: Sequence[str], made: Sequence[Product]) -> 
         return []
     names = short_names(paths)
     free = [name for name, is_free in zip(names, found.is_free, strict=True) if is_free]
-    lines = [f"not determined by the signals: {_listed(free)}; their intervals are infinite"]
+    infinite = "their intervals are infinite" if len(free) > 1 else "its interval is infinite"
+    lines = [f"not determined by the signals: {_listed(free)}; {infinite}"]
     if made:
         lines[0] += f". Only {_listed([each.text for each in made])} {'are' if len(made) > 1 else 'is'} determined"
     elif len(found.unseen) == 1:

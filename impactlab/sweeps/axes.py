@@ -168,6 +168,16 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
     return Axis(path, given, tuple(in_si[repr(value)] for value in given), unit)
 
 
+def takes_whole(case: Case, path: str) -> bool:
+    """Return whether a case takes whole numbers alone at a path: it then says so of a half."""
+    try:
+        case.with_(path, 0.5)
+    except ImpactlabError as error:
+        own = numbered(case.document.data, path)
+        return any("a whole number" in each.text for each in (error, *error.others) if each.path in (path, own))
+    return False
+
+
 def spread(numbers: Array) -> list[int]:
     """Return places of the extremes of many numbers, of those nearest to zero on each side, and of some between."""
     order = np.argsort(numbers, kind="stable")
@@ -240,14 +250,19 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
 
 
 def refuse_twice(case: Case, paths: Sequence[str]) -> None:
-    """Raise `CaseError` where a path is given twice, alone or within a block, or is set or chosen by an option."""
+    """Raise `CaseError` where a path is given twice, alone or within a block, or is set or chosen by an option.
+
+    A contact by its number and the same one by its name are one.
+    """
+    by_number = [numbered(case.document.data, path) for path in paths]
     for number, path in enumerate(paths):
-        other = next((each for each in paths[:number] if f"{path}.".startswith(f"{each}.")), None)
-        other = other or next((each for each in paths[:number] if f"{each}.".startswith(f"{path}.")), None)
+        own, before = f"{by_number[number]}.", list(zip(paths, by_number, strict=True))[:number]
+        other = next((each for each, found in before if own.startswith(f"{found}.")), None)
+        other = other or next((each for each, found in before if f"{found}.".startswith(own)), None)
         if other is not None:
             text = "an axis that is given twice" if other == path else f"an axis whose values {other} gives, too"
             raise CaseError(text, path=path, remedy="Give all of its values at once.")
-        if given_by(case.document, path) == "--set":
+        if given_by(case.document, by_number[number]) == "--set":
             raise CaseError("an axis that --set gives, too", path=path, remedy="Leave out one of the two.")
 
 

@@ -54,7 +54,7 @@ def write_page(folder: Path, found: xarray.Dataset, scene: Scene, origin: Proven
     names = [name for name in map(str, found.data_vars) if name not in ABOUT and not _sampled(found, name)]
     (folder / "figures").mkdir(exist_ok=True)
     plates, drawings = [], []
-    for name in names if is_drawn else ():
+    for name in [name for name in names if found[name].size] if is_drawn else ():
         figure = plot_sweep(found, name)
         title, *more = re.split("[;:]", str(found[name].attrs["long_name"]), maxsplit=1)
         caption = f"{more[0].strip().capitalize()}. " if more else ""

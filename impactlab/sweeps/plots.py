@@ -27,6 +27,7 @@ from impactlab.report.style import (
     scaled,
 )
 from impactlab.sweeps.chunks import STATUSES
+from impactlab.sweeps.quantities import absent_words
 from impactlab.sweeps.result import ABOUT
 from impactlab.sweeps.words import words_of
 from impactlab.types import Array
@@ -84,6 +85,8 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
         raise CaseError(f"a figure of a sweep with {text}", remedy="Select values of all but two axes: found.sel(...).")
     values = found[quantity]
     others = [str(dim) for dim in values.dims if dim not in axes]
+    if not values.size:
+        raise CaseError(f"{quantity} has no values: {absent_words(others[0])}", remedy="Draw another quantity.")
     labels = [str(label) for label in values[others[0]].values] if others else [""]
     tables = [values.isel({others[0]: number}) if others else values for number in range(len(labels))]
     known = [number for number, table in enumerate(tables) if np.any(np.isfinite(table.values))] or [0]
@@ -175,9 +178,10 @@ def _lower_margin(place: Places, columns: int) -> float:
 def _sequences(found: xarray.Dataset, names: list[str]) -> NDArray[np.int64]:
     """Return a number for each sequence of contacts at the points, of the shape of the axes; all 0 without counts."""
     shape = tuple(found.sizes[name] for name in names)
-    if "contacts" not in found:
+    if "contacts" not in found or not found["contacts"].size:
         return np.zeros(shape, dtype=int)
     counts = found["contacts"].transpose(*names, ...).values.reshape(-1, found["contacts"].sizes["contact"])
+    counts = np.nan_to_num(counts, nan=-1.0)  # of contacts that a point does not have
     return np.unique(counts, axis=0, return_inverse=True)[1].reshape(shape).astype(int)
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from impactlab.casefile.words import shown
+from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.history.units import UNITS
@@ -46,13 +46,25 @@ class Asked(NamedTuple):
     labels: tuple[Any, ...]  # of the values: names of contacts, pairs, bodies or links, or times [s]; empty for one
 
     @property
+    def places(self) -> tuple[Any, ...]:
+        """Labels of the values at a point; an empty one of a quantity with one value, none where the scene has none."""
+        return self.labels if self.over else ("",)
+
+    @property
     def size(self) -> int:
         """Number of values at a point."""
-        return max(1, len(self.labels))
+        return len(self.places)
+
+    @property
+    def lacking(self) -> str:
+        """Why it has no place for a value in the scene; empty where it has one."""
+        return "" if self.places else absent_words(self.over)
 
 
-def asked(scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry: Registry) -> tuple[Asked, ...]:
-    """Return quantities by name, with their labels in a scene.
+def asked(
+    scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry: Registry, also: Sequence[Scene] = ()
+) -> tuple[Asked, ...]:
+    """Return quantities by name, with their labels in a scene, and behind them those that other scenes have beside.
 
     Raises
     ------
@@ -72,11 +84,22 @@ def asked(scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry
             continue
         function = registry.load(QUANTITIES, name)
         over = getattr(function, "over", WHOLE)
-        found.append(Asked(name, getattr(function, "unit", ""), describe(function), over, labels_of(scene, over)))
+        over = over if over in (CONTACT, PAIR, BODY, LINK) else WHOLE
+        labels = list(labels_of(scene, over))
+        known = set(labels)
+        for other in also:
+            labels += [label for label in labels_of(other, over) if label not in known]
+            known.update(labels)
+        found.append(Asked(name, getattr(function, "unit", ""), describe(function), over, tuple(labels)))
     twice = [each.name for number, each in enumerate(found) if each.name in [other.name for other in found[:number]]]
     if twice:
         raise CaseError(f"{shown(twice[0])} is named twice", remedy="Name it once.")
     return tuple(found)
+
+
+def absent_words(over: str) -> str:
+    """Return why a scene has no place for the values of a quantity, by what it has values over."""
+    return "no body moves" if over == BODY else "the case has no contact"
 
 
 def labels_of(scene: Scene, over: str) -> tuple[str, ...]:
@@ -91,7 +114,15 @@ def labels_of(scene: Scene, over: str) -> tuple[str, ...]:
 
 
 def values(scene: Scene, history: AbstractHistory, wanted: Sequence[Asked], registry: Registry) -> list[list[float]]:
-    """Return the values of each quantity of a run; NaN where a label has none."""
+    """Return the values of each quantity of a run; NaN where a label has none.
+
+    A contact whose name holds a place, as in ``rod.at(0.15)``, keeps the name that it has in the first scene.
+
+    Raises
+    ------
+    CaseError
+        If the run has a label that the quantities do not have.
+    """
     rows = []
     for each in wanted:
         if each.over == "time":
@@ -99,10 +130,22 @@ def values(scene: Scene, history: AbstractHistory, wanted: Sequence[Asked], regi
             continue
         given: Values = registry.load(QUANTITIES, each.name)(scene, history)
         if isinstance(given, Mapping):
-            rows.append([float(given.get(label, math.nan)) for label in each.labels])
+            rows.append([float(given.get(label, math.nan)) for label in _labels_there(scene, each)])
         else:
             rows.append([float(given)])
     return rows
+
+
+def _labels_there(scene: Scene, each: Asked) -> Sequence[str]:
+    """Return the labels of a quantity as a scene names them."""
+    own, known = labels_of(scene, each.over), set(each.labels)
+    lost = [label for label in own if label not in known]
+    if not lost:
+        return each.labels
+    if len(own) != len(each.labels):
+        text = f"no place for {each.name} of {shown(lost[0])}: the sweep has {listed(each.labels)}"
+        raise CaseError(text, remedy="Sweep points of other bodies or contacts on their own.")
+    return own
 
 
 def _by_contact(
@@ -154,10 +197,19 @@ def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N", LINK)
 def largest_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Largest force of each contact and each link by name; of several links of one name that of their sum."""
-    single = {contact.name for contact in scene.contacts if not contact.group}
-    found = {name: force for name, force in peak_force(scene, history).items() if name in single}
-    return found | {link.name: link.largest for link in history.links}
+    """Largest force of each contact and each link by name; of several of one name that of their sum."""
+    forces, by_name = peak_force(scene, history), dict[str, list[float]]()
+    for contact in scene.contacts:
+        by_name.setdefault(contact.group or contact.name, []).append(forces[contact.name])
+    links = {link.name: link.largest for link in history.links}
+    return {name: links[name] if name in links else _of_sum(history, name, own) for name, own in by_name.items()}
+
+
+def _of_sum(history: AbstractHistory, name: str, peaks: list[float]) -> float:
+    """Return the largest sum of the forces of contacts of one name, from their peaks; NaN where one has none."""
+    if len(peaks) == 1 or not all(map(math.isfinite, peaks)):
+        return peaks[0] if len(peaks) == 1 else math.nan
+    return max(*peaks, history.largest(f"force:{name}"))
 
 
 @quantity("N", LINK)

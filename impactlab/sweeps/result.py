@@ -77,7 +77,8 @@ class Result:
         axes = content["axes"]
         self.shape = (len(axes[0]["values"]),) if content["listed"] else tuple(len(axis["values"]) for axis in axes)
         count = math.prod(self.shape)
-        self.tables = [np.full((count, max(1, len(each["labels"]))), np.nan) for each in content["quantities"]]
+        sizes = [len(each["labels"]) if each["over"] else 1 for each in content["quantities"]]
+        self.tables = [np.full((count, size), np.nan) for size in sizes]
         self.status, self.reason = np.zeros(count, np.int8), np.full(count, "", dtype=object)
         self.engine = np.zeros(count, np.int8)
 
@@ -103,11 +104,12 @@ class Result:
         variables: dict[str, Any] = {}
         for each, table in zip(content["quantities"], self.tables, strict=True):
             own, whole = dims, shape
-            if each["labels"]:
+            if each["over"]:
                 label = each["over"] if each["over"] != TIME else f"{TIME_OF}{each['name']}"
                 own, whole = (*dims, label), (*shape, len(each["labels"]))
                 units = {"units": "s"} if each["over"] == TIME else {}
-                coordinates[label] = ((label,), np.array(each["labels"]), units)
+                values = np.array(each["labels"], dtype=float if each["over"] == TIME else str)
+                coordinates[label] = ((label,), values, units)
             described = {"units": each["unit"] or "1", "long_name": each["description"].rstrip(".")}
             variables[each["name"]] = (own, table.reshape(whole), described)
         for name, numbers, meanings in (("status", self.status, STATUSES), ("engine", self.engine, ENGINES)):
@@ -138,9 +140,8 @@ def rows(found: xarray.Dataset, first: int = 0, last: int | None = None) -> pand
         if name in ABOUT:
             continue
         table = variable.values.reshape(found["status"].size, -1)[first:last]
-        labels = [str(label) for dim in variable.dims if dim not in dims for label in found[dim].values.tolist()] or [
-            ""
-        ]
+        others = [dim for dim in variable.dims if dim not in dims]
+        labels = [str(label) for label in found[others[0]].values.tolist()] if others else [""]
         for number, label in enumerate(labels):
             columns[_headed(f"{name} of {label}" if label else str(name), variable)] = table[:, number]
     columns["status"] = np.array(STATUSES)[found["status"].values.ravel()[first:last]]

@@ -16,6 +16,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.errors import CaseError, ImpactlabError, SweepError
 from impactlab.report.provenance import of_case
+from impactlab.scene.problem import Scene
 from impactlab.sweeps import axes
 from impactlab.sweeps.axes import Points
 from impactlab.sweeps.chunks import CONTENT, DRAFT, Chunk, Folder, opened, refuse_folder
@@ -150,9 +151,27 @@ def _made_of(
     for each in quantities:
         if isinstance(each, Sampled):
             check_sampled(each, *run, max(scene.duration for scene, _ in (ends or [run])))
-    wanted = asked(run.scene, quantities, case.registry)
+    wanted = asked(run.scene, quantities, case.registry, _others(case, grid))
     refuse_large(grid.count, [each.size for each in wanted])
     return Sweep(case, grid, wanted)
+
+
+def _others(case: Case, grid: Points) -> list[Scene]:
+    """Return scenes in which other bodies and contacts may be: those of each method, block or whole number."""
+    changing = [axis for axis in grid.axes if not axis.is_numeric or axes.takes_whole(case, axis.path)]
+    if grid.listed:
+        firsts: dict[str, int] = {}
+        for number in range(grid.count if changing else 0):
+            firsts.setdefault(repr([axis.values[number] for axis in changing]), number)
+        settings = [grid.settings(number) for number in firsts.values()]
+    else:
+        distinct = [(axis.path, {repr(value): value for value in axis.values}.values()) for axis in changing]
+        settings = [{**grid.settings(0), path: value} for path, values in distinct for value in values]
+    found = []
+    for each in settings:
+        with contextlib.suppress(ImpactlabError):
+            found.append(axes.at_point(case, each).scene())
+    return found
 
 
 def _filled(

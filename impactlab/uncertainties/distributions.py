@@ -25,6 +25,7 @@ NAMES = {
     "table": "table(VALUE: WEIGHT, ...) or table(FILE.csv)",
 }
 WEIGHT = "weight"  # heading of the column of weights in a file
+INNER = (0.31, 0.382, 0.618, 0.73)  # probabilities whose quantiles are hardly all whole in a continuous distribution
 MAX_TEXT = 40  # characters of a distribution in a result
 
 
@@ -127,6 +128,9 @@ class _Reader:
             shape = self._table(list(given), None)
         else:
             raise self._wrong(f"{shown(given)} is not a distribution")
+        if np.any(np.asarray(shape.ppf(INNER)) % 1.0) and axes.takes_whole(self.case, self.path):
+            raise self._wrong("a distribution with values between whole numbers, and the case takes whole numbers here",
+                              f"Write {NAMES['table']}.")  # fmt: skip
         mean, deviation = float(shape.mean()), float(shape.std())
         if not (math.isfinite(mean) and math.isfinite(deviation)):
             raise self._wrong("a distribution without a finite mean and deviation")
@@ -248,5 +252,8 @@ def _text(given: Any) -> str:
     if hasattr(given, "dist"):
         options = [f"{value:g}" for value in given.args] + [f"{name}={value:g}" for name, value in given.kwds.items()]
         return f"{given.dist.name}({', '.join(options)})"
-    text = f"table({', '.join(map(str, given))})" if isinstance(given, Iterable) else type(given).__name__
-    return text if len(text) <= MAX_TEXT else f"table of {len(given)} values"
+    if not isinstance(given, Iterable):
+        return type(given).__name__
+    parts = [f"{value}: {given[value]}" for value in given] if isinstance(given, Mapping) else list(map(str, given))
+    text = f"table({', '.join(parts)})"
+    return text if len(text) <= MAX_TEXT else f"table of {len(parts)} {'weighted ' * isinstance(given, Mapping)}values"

@@ -14,15 +14,16 @@ from impactlab.derivatives.table import few
 from impactlab.errors import ImpactlabError
 from impactlab.sweeps import Sampled
 from impactlab.sweeps.plots import ENDED
+from impactlab.sweeps.quantities import absent_words
 from impactlab.types import Array
-from impactlab.uncertainties.design import Design
+from impactlab.uncertainties.design import MIN_SAMPLES, Design
 from impactlab.uncertainties.distributions import Uncertain
 from impactlab.uncertainties.edges import edges_within
 from impactlab.uncertainties.failures import failed_words
 from impactlab.uncertainties.linear import Linear, estimates, linear
 from impactlab.uncertainties.records import Index, Share, Spread
 from impactlab.uncertainties.result import Uncertainty
-from impactlab.uncertainties.statistics import estimate, percentile, probability, sobol_indices
+from impactlab.uncertainties.statistics import estimate, needed_samples, percentile, probability, sobol_indices
 
 if TYPE_CHECKING:
     import xarray
@@ -51,8 +52,11 @@ def evaluated(
         lines = estimates(slopes, uncertain)
         warnings += [edge.words for edge in edges_within(case, uncertain, slopes)]
     shares = _shares(data, made)
-    spreads, found, lacking, withheld = [], list[Index](), list[str](), dict[str, list[str]]()
+    spreads, found, lacking = [], list[Index](), list[str]()
+    absent, withheld = dict[str, list[str]](), dict[str, list[str]]()  # names by the reason
     for name in [each.channel if isinstance(each, Sampled) else each for each in quantities]:
+        if not data[name].size:
+            absent.setdefault(absent_words(str(data[name].dims[-1])), []).append(name)
         for label, values in _values(data, name, made):
             line = lines.get((name, label), Linear())
             spread = _spread(name, label, data, values[0], percents, line)
@@ -63,7 +67,9 @@ def evaluated(
                 withheld.setdefault(line.reason, []).append(spread.name)
             if made.shape[0] > 1:
                 found += _indices(spread, values, uncertain, line, leave_out=leave_out)
+    warnings += [f"No value of {few(names)}: {reason}." for reason, names in absent.items()]
     warnings += [f"No linear estimate of {few(names)}: {reason}." for reason, names in withheld.items()]
+    warnings += _open_words(spreads, percents)
     if lacking:
         warnings.append(f"No value at some samples: {few(lacking)}. Estimates are those of the other samples.")
     if any(math.isnan(each.total.value) for each in found) and (lacking or not ended.all()) and not leave_out:
@@ -73,6 +79,19 @@ def evaluated(
         case.label, uncertain, made.samples, seed, percents, tuple(spreads), tuple(shares), tuple(found),
         tuple(warnings), data,
     )  # fmt: skip
+
+
+def _open_words(spreads: Sequence[Spread], percents: Sequence[float]) -> list[str]:
+    """Return for each percentile of which quantities its interval is open, and how many samples it takes."""
+    words = []
+    for number, percent in enumerate(percents):
+        names = [each.name for each in spreads if math.isinf(each.percentiles[number].error)]
+        if names:
+            least = needed_samples(percent)
+            needed = max(MIN_SAMPLES, 1 << (least - 1).bit_length())
+            text = f"The {percent:g} % percentile of {few(names)}: its interval is open at an end, as the samples"
+            words.append(f"{text} do not reach it. It takes {least:,} with a value: give --samples {needed} or more.")
+    return words
 
 
 def _values(data: xarray.Dataset, name: str, made: Design) -> list[tuple[str, Array]]:

@@ -112,7 +112,14 @@ def _linear(axes: Axes, values: Array, spread: Spread, unit: Unit) -> tuple[Arra
 
 
 def _whisker(axes: Axes, of: Estimate, size: float, at: float) -> None:
-    axes.plot([of.lower / size, of.upper / size], [at, at], **WHISKER, solid_capstyle="butt")
+    """Draw an interval; an open end reaches the edge of the panel."""
+    limits = axes.get_xlim()
+    ends = np.array([of.lower, of.upper]) / size
+    if math.isinf(of.error):
+        ends = np.clip(ends, *limits)
+    axes.plot(ends, [at, at], **WHISKER, solid_capstyle="butt")
+    if math.isinf(of.error):
+        axes.set_xlim(limits)
 
 
 def _band(spreads: Sequence[Spread], percents: Sequence[float]) -> Figure:

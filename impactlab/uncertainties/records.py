@@ -7,7 +7,10 @@ from typing import NamedTuple
 
 
 class Estimate(NamedTuple):
-    """An estimate with the ends of its 95 % interval; NaN where there is none."""
+    """An estimate with the ends of its 95 % interval; NaN where there is none.
+
+    An end of a percentile is infinite where the samples do not reach it.
+    """
 
     value: float
     lower: float = math.nan

@@ -206,12 +206,16 @@ def _number(value: float, digits: int) -> str:
 
 def _digits(of: Estimate) -> int:
     """Return the significant digits of an estimate: as many as its error leaves, with one more of the error."""
-    if not (of.error > 0.0 and math.isfinite(of.value) and of.value):
+    if not (0.0 < of.error < math.inf and math.isfinite(of.value) and of.value):
         return 6
     return min(6, max(1, 2 + math.floor(math.log10(abs(of.value))) - math.floor(math.log10(of.error))))
 
 
 def _with_error(of: Estimate) -> str:
+    if math.isinf(of.error):
+        ends = [f"above {_number(of.lower, 6)}"] * math.isfinite(of.lower)
+        ends += [f"below {_number(of.upper, 6)}"] * math.isfinite(of.upper)
+        return f"{_number(of.value, 6)} ({''.join(ends) or 'open'})"
     return _number(of.value, _digits(of)) + (f" ± {float(f'{of.error:.1g}'):g}" if of.error > 0.0 else "")
 
 

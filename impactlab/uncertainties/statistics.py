@@ -56,18 +56,40 @@ def probability(marked: Sequence[NDArray[np.bool_]]) -> Estimate:
 
 
 def percentile(percent: float, sets: Sets) -> Estimate:
-    """Return a percentile; its interval is that of the share of values up to it, read as percentiles."""
-    every = np.concatenate(sets)
-    if every.size < 2:
+    """Return a percentile; its interval is that of the share of values up to it, read as percentiles.
+
+    Beside a handful of values the ends are order statistics, by the binomial distribution of their ranks; an end that
+    would lie beyond the first or the last value is infinite.
+    """
+    own = [each for each in sets if each.size]
+    if len(own) < 2:
         return NOTHING
-    share = 0.01 * percent
+    every, share = np.sort(np.concatenate(own)), 0.01 * percent
     value = float(np.quantile(every, share, method="inverted_cdf"))
-    found = probability([each <= value for each in sets])
-    ends = np.clip([share - (found.value - found.lower), share + (found.upper - found.value)], 0.0, 1.0)
-    if not np.all(np.isfinite(ends)):
-        return NOTHING
-    lower, upper = np.quantile(every, ends, method="inverted_cdf").tolist()
-    return Estimate(value, lower, upper)
+    if min(share, 1.0 - share) * every.size < MIN_SEEN * len(own):
+        return Estimate(value, *_by_ranks(every, share))
+    found = probability([each <= value for each in own])
+    ends = share - (found.value - found.lower), share + (found.upper - found.value)
+    lower, upper = np.quantile(every, np.clip(ends, 0.0, 1.0), method="inverted_cdf").tolist()
+    return Estimate(value, lower if ends[0] > 0.0 else -math.inf, upper if ends[1] < 1.0 else math.inf)
+
+
+def _by_ranks(ordered: Array, share: float) -> tuple[float, float]:
+    """Return the ends of the interval of a percentile, from ordered values of independent points."""
+    from scipy.stats import binom
+
+    tail = 0.5 * (1.0 - LEVEL)
+    below, above = (int(binom.ppf(chance, ordered.size, share)) for chance in (tail, 1.0 - tail))  # values up to it
+    return (
+        float(ordered[below - 1]) if below > 0 else -math.inf,
+        float(ordered[above]) if above < ordered.size else math.inf,
+    )
+
+
+def needed_samples(percent: float) -> int:
+    """Return how many independent points give both ends of the interval of a percentile."""
+    rarer = 0.01 * min(percent, 100.0 - percent)
+    return math.ceil(math.log(0.5 * (1.0 - LEVEL)) / math.log1p(-rarer))
 
 
 def sobol_indices(sets: Sequence[Array]) -> list[tuple[Estimate, Estimate]]:

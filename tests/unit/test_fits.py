@@ -187,6 +187,12 @@ def test_bad_bounds_are_refused(cushioned, bounds, said):
         il.fit(cushioned, measured(cushioned), bounds)
 
 
+def test_a_contact_by_number_and_by_name_is_one_parameter(cushioned):
+    named = cushioned.with_("contacts.0.name", "cushion")
+    with pytest.raises(CaseError, match=f"given twice: {STIFFNESS} is the same number"):
+        il.fit(named, measured(named), {STIFFNESS: (5e7, 8e8), "contacts.cushion.law.stiffness": (5e7, 8e8)})
+
+
 def test_an_unknown_channel_is_refused(cushioned):
     signal = measured(cushioned)
     with pytest.raises(CaseError, match="no run has the channel"):

@@ -128,6 +128,34 @@ def test_a_profile_finds_a_better_solution():
     assert loss.least(found.better).x[0] == pytest.approx(1.0, abs=1e-4)
 
 
+@pytest.mark.parametrize(
+    "keys", [{}, {"intervals": "profile,bootstrap", "resamples": 40}, {"noise": "ar1"}, {"loss": "huber"}]
+)
+def test_a_number_without_an_effect_has_no_interval(cushioned, tmp_path, keys):
+    document, far = cushioned.document.data, "contacts.1.gap"
+    away = il.Case.from_dict(
+        {
+            **document,
+            "bodies": {**document["bodies"], "ball": {"kind": "mass", "mass": 1.0}, "wall": {"kind": "wall"}},
+            "contacts": [
+                *document["contacts"],
+                {"between": ["ball", "wall"], "gap": 0.01, "law": {"kind": "penalty", "stiffness": 1e8}},
+            ],
+        }
+    )
+    signal = measured(away)
+    alone = il.fit(away, signal, {STIFFNESS: (5e7, 8e8)}, **keys)
+    found = il.fit(away, signal, {STIFFNESS: (5e7, 8e8), far: (5e-3, 2e-2)}, **keys)
+    assert found[far].note == "not determined"
+    for lower, upper in found[far].intervals.values():
+        assert lower in (0.0, -math.inf)
+        assert math.isinf(upper)
+    assert found.undetermined == ("not determined by the signals: gap; its interval is infinite",)
+    known, wanted = (each[STIFFNESS] for each in (found, alone))
+    assert (known.lower, known.upper) == pytest.approx((wanted.lower, wanted.upper), rel=1e-3)
+    found.write(tmp_path)
+
+
 def test_a_stiff_contact_has_an_interval_without_upper_end(hard):
     stiff = hard.with_("contacts.0.law", {"kind": "penalty", "stiffness": 1e13, "damping": 0.0})
     found = il.fit(stiff, measured(stiff, 0.05), {STIFFNESS: (1e9, 1e16)}, intervals="profile")

@@ -13,6 +13,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 import impactlab as il
+from impactlab import api
 from impactlab.errors import CaseError
 from tests.reference.waves_mp import Struck, log_derivatives
 
@@ -300,11 +301,24 @@ def test_counts_have_no_derivative():
         ([MASS, MASS], "twice"),
         (["contacts.0.law.kind"], "not a number"),
         ([], "no parameter"),
+        (["solve.step.dt"], "the step is held"),
+        ("solve.step.courant, bodies.hammer.mass", "the step is held"),
+        (["solve.step.points_per_period"], "the step is held"),
+        (["solve.tolerance"], "chosen once by the tolerance"),
+        (["schema_version"], "the version of the format"),
+        (["solve.model.modes"], "a whole number: it changes in steps"),
+        (["solve.records"], "a whole number: it changes in steps"),
     ],
 )
-def test_wrong_parameters_are_refused_by_name(paths, said):
-    with pytest.raises(CaseError, match=said):
-        il.sensitivities(il.Case.from_dict(struck()), paths)
+def test_wrong_parameters_are_refused_by_name(paths, said, monkeypatch):
+    monkeypatch.setattr(api, "run", lambda *_: pytest.fail("a run was started"))
+    scene = struck(law={"kind": "penalty", "stiffness": 10.0})
+    if "modes" in "".join(paths):
+        scene["solve"] = {"duration": 3.0, "model": {"kind": "modal", "modes": 20}}
+        scene["solve"] |= {"integrator": {"kind": "exact_modal"}, "step": {"dt": 0.01}}
+    with pytest.raises(CaseError, match=said) as raised:
+        il.sensitivities(il.Case.from_dict(scene), paths)
+    assert raised.value.remedy
 
 
 def test_the_python_of_the_page_runs(monkeypatch):
@@ -382,3 +396,36 @@ def test_the_derivative_of_a_signal_beside_a_front_is_that_of_its_own_side() -> 
         far = slice(0, 2) if before else slice(1, 3)  # the runs beside pass the front within 0.15 ns
         np.testing.assert_allclose(found[far], ((sides[1] - sides[0]) / 2e-6)[far], rtol=1e-4)
         assert np.ptp(found) < 1e-3 * np.abs(found).max()
+
+
+def test_a_case_without_a_contact_says_so_of_its_contact_quantities():
+    case = il.load_case("step_loaded_rod")
+    found = il.sensitivities(case, ["bodies.rod.material.young"], ["peak_force", "final_velocity"])
+    lacking, own = found.rows
+    assert (lacking.quantity, lacking.label, lacking.found) == ("peak_force", "", "withheld")
+    assert lacking.reason == "the case has no contact"
+    assert own.label == "rod"
+
+
+def test_a_contact_by_number_and_by_name_is_one_parameter():
+    scene = struck()
+    scene["contacts"][0]["name"] = "cushion"
+    with pytest.raises(CaseError, match=r"given twice: contacts\.0\.gap is the same number"):
+        il.sensitivities(il.Case.from_dict(scene), ["contacts.0.gap", "contacts.cushion.gap"])
+
+
+@pytest.mark.parametrize("model", ["continuous", "finite_element"])
+def test_a_quantity_without_a_value_says_why_it_has_no_derivative(model):
+    scene = struck(law={"kind": "penalty", "stiffness": 10.0}, duration=0.3)
+    scene["bodies"]["other"] = {"kind": "mass", "mass": 1.0}
+    scene["contacts"].append({"between": ["other", "hammer"], "gap": 5.0, "law": scene["contacts"][0]["law"]})
+    if model == "finite_element":
+        scene["solve"]["model"] = {"kind": model, "elements": 20, "mass": "lumped"}
+        scene["solve"]["integrator"] = {"kind": "central_difference"}
+        scene["solve"]["step"] = {"courant": 0.5}
+    found = il.sensitivities(il.Case.from_dict(scene), [MASS], ["first_opening", "restitution", "impulse"])
+    opening, meeting = found.find("first_opening", MASS), found.find("restitution", MASS, "other|hammer")
+    assert (opening.reason, opening.found) == ("the contact does not open in this run", "withheld")
+    assert (meeting.reason, meeting.found) == ("no meeting of these two bodies alone is seen in this run", "withheld")
+    assert found.find("impulse", MASS).reason == ""
+    assert "does not open" in str(found)

@@ -306,3 +306,21 @@ def test_ctrl_c_at_the_terminal(tmp_path, engine):
     assert "points are kept in" in errors.splitlines()[-1]
     assert "Traceback" not in errors
     assert 0 < counts(il.open_sweep(out))["completed"] < 3000
+
+
+def test_a_contact_by_number_and_by_name_is_one_axis(case, no_run):
+    named = il.Case.from_dict(
+        {**case.document.data, "contacts": [{**case.document.data["contacts"][0], "name": "cushion"}]}
+    )
+    by_name = "contacts.cushion.gap"
+    for options in ({"over": {GAP: [0.0], by_name: [1e-4]}}, {"points": {by_name: [0.0], GAP: [1e-4]}}):
+        with pytest.raises(il.CaseError, match=r"an axis whose values contacts.* gives, too"):
+            il.sweep(named, **options)
+    with pytest.raises(il.CaseError, match=r"whose values contacts\.cushion gives, too"):
+        il.sweep(named, {"contacts.cushion": [{"gap": 0.0}], GAP: [1e-4]})
+    with pytest.raises(il.CaseError, match=r"whose values contacts\.00\.gap gives, too"):
+        il.sweep(named, {"contacts.00.gap": [0.0], GAP: [1e-4]})
+    with pytest.raises(il.CaseError, match="that --set gives, too"):
+        il.sweep(named.with_settings([(GAP, 0.0)], by="--set"), {by_name: [0.0, 1e-4]})
+    with pytest.raises(il.CaseError, match=r"whose values contacts\.0\.gap gives, too"):
+        il.uncertainty(named, {GAP: "uniform(0, 1 mm)", by_name: "uniform(0, 1 mm)"})

@@ -24,6 +24,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
 from impactlab.sweeps import axes, chunks, counts, engines, points, run
+from impactlab.sweeps.quantities import asked, values
 
 PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
@@ -287,3 +288,99 @@ def test_a_sweep_of_a_pile_gives_forces_and_sets_by_the_names_of_its_soil():
         assert (point["permanent_set"] == pytest.approx(link.set)) if link.set is not None else True
     toe = found["permanent_set"].sel(link="toe").to_numpy().ravel()
     assert toe[1] > toe[0] > 0.0
+
+
+def test_a_named_contact_has_its_largest_force_by_its_name(case):
+    contacts = case.document.data["contacts"]
+    named = case.with_("contacts", [{**contacts[0], "name": "cushion"}, *contacts[1:]])
+    found = il.sweep(named, {MASS: [1.0, 2.0]}, quantities=["largest_force", "peak_force"])
+    assert found["link"].values[0] == "cushion"
+    assert found["largest_force"].values[:, 0].tolist() == found["peak_force"].values[:, 0].tolist()
+    assert np.all(found["largest_force"].values[:, 0] > 0.0)
+
+
+def test_several_contacts_of_one_name_have_the_largest_force_of_their_sum():
+    balls = {f"ball_{k}": {"kind": "mass", "mass": 1e-3, "velocity": 1.0} for k in (1, 2)}
+    blow = {"gap": 0.0, "law": {"kind": "hertz", "stiffness": 5e9}}
+    twice = il.Case.from_dict(
+        {
+            "schema_version": 1,
+            "bodies": {**balls, "wall_1": {"kind": "wall"}, "wall_2": {"kind": "wall"}},
+            "contacts": [{**blow, "between": [f"ball_{k}", f"wall_{k}"], "name": "stop"} for k in (1, 2)],
+            "solve": {
+                "duration": "0.1 ms",
+                "integrator": {"kind": "central_difference"},
+                "step": {"dt": "0.2 us"},
+            },
+        }
+    )
+    found = il.sweep(twice, {"bodies.ball_1.mass": [1e-3]}, quantities=["largest_force", "peak_force"])
+    assert found["link"].values.tolist() == ["stop"]
+    assert found["largest_force"].item() == pytest.approx(2.0 * found["peak_force"].values[0, 0], rel=1e-3)
+
+
+def test_a_case_without_a_contact_has_no_value_of_contacts(tmp_path):
+    case = il.load_case("step_loaded_rod")
+    over = {"solve.duration": [1e-4, 2e-4]}
+    found = il.sweep(case, over, out=tmp_path / "s")
+    assert counts(found) == {"completed": 2}
+    assert found["peak_force"].shape == (2, 0)
+    assert np.all(np.isfinite(found["final_velocity"].values))
+    assert il.open_sweep(tmp_path / "s").identical(found)
+    header = (tmp_path / "s" / "table.csv").read_text().splitlines()[0]
+    assert header == "solve.duration,final_velocity of rod [m/s],energy_gain,near_grazing,status,reason"
+    with pytest.raises(il.CaseError, match="peak_force has no values: the case has no contact"):
+        il.plot_sweep(found, "peak_force")
+
+
+def row_of_beads(count: int) -> il.Case:
+    return il.Case.from_dict(
+        {
+            "schema_version": 1,
+            "bodies": {
+                "striker": {"kind": "mass", "mass": 1e-3, "velocity": 0.5},
+                "bead": {"repeat": count, "kind": "mass", "mass": 1e-3},
+                "wall": {"kind": "wall"},
+            },
+            "contacts": [
+                {"chain": ["striker", "bead", "wall"], "gap": 0.0, "law": {"kind": "hertz", "stiffness": 5e9}}
+            ],
+            "solve": {
+                "duration": "0.2 ms",
+                "integrator": {"kind": "central_difference"},
+                "step": {"dt": "0.5 us"},
+            },
+        }
+    )
+
+
+@pytest.mark.parametrize("form", ["over", "points"])
+def test_a_sweep_over_the_number_of_bodies_keeps_the_names_of_all_points(form):
+    counted = {"bodies.bead.repeat": [2, 4]}
+    found = il.sweep(row_of_beads(3), **{form: counted}, quantities=["impulse", "final_velocity", "contacts"])
+    assert counts(found) == {"completed": 2}
+    assert found["body"].values.tolist() == ["striker", "bead_1", "bead_2", "bead_3", "bead_4"]
+    names = found["contact"].values.tolist()
+    for row, number in zip(found["impulse"].values, (2, 4), strict=True):
+        history = il.run(row_of_beads(number))
+        own = [contact.name for contact in history.scene.contacts]
+        there = dict(zip(names, row.tolist(), strict=True))
+        assert [there[name] for name in own] == [history.impulse_of(name) for name in own]
+        assert all(np.isnan(there[name]) for name in names if name not in own)
+
+
+def test_a_run_with_a_contact_that_a_sweep_does_not_have_is_refused_by_its_name():
+    wanted = asked(row_of_beads(2).scene(), ["impulse"], registry())
+    longer = row_of_beads(4)
+    with pytest.raises(il.CaseError, match=r"no place for impulse of 'bead_2\|bead_3'"):
+        values(longer.scene(), il.run(longer), wanted, registry())
+
+
+def test_a_contact_whose_name_holds_a_place_is_the_same_at_all_points():
+    case = il.load_case("beam_on_three_stops")
+    places = [["first", f"beam.at({x})"] for x in (0.2, 0.25)]
+    first, other = (case.with_("contacts.0.between", place) for place in places)
+    wanted = asked(first.scene(), ["impulse"], registry())
+    history = il.run(other)
+    [row] = values(other.scene(), history, wanted, registry())
+    assert row == [history.impulse_of(contact.name) for contact in history.scene.contacts]

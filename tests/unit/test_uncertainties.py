@@ -70,6 +70,36 @@ def test_a_table_gives_each_value_as_often_as_its_weight_says(case, form, tmp_pa
     assert shape(case, [1.0, 2.0, 3.0, 6.0]).mean() == 3.0  # samples, with equal weights
 
 
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({1.0: 0.2, 2.0: 0.8}, "table(1.0: 0.2, 2.0: 0.8)"),
+        ({"1 kg": 1, "2 kg": 3}, "table(1 kg: 1, 2 kg: 3)"),
+        ([1.0, 2.0], "table(1.0, 2.0)"),
+        ({1.0 + 0.1 * k: 1.0 for k in range(9)}, "table of 9 weighted values"),
+        ([1.0 + 0.1 * k for k in range(19)], "table of 19 values"),
+    ],
+)
+def test_a_table_shows_its_weights(case, given, text):
+    [found] = read_uncertain(case, {MASS: given})
+    assert found.text == text
+
+
+@pytest.mark.parametrize("given", ["uniform(20, 60)", "normal(40, 5)", scipy.stats.uniform(20.0, 40.0)])
+def test_a_whole_number_takes_no_continuous_distribution(given):
+    meshed = il.load_case("axial_impact").with_("solve.model", {"kind": "finite_element", "elements": 40})
+    with pytest.raises(il.CaseError, match="takes whole numbers here") as raised:
+        read_uncertain(meshed, {"solve.model.elements": given})
+    assert "table" in raised.value.remedy
+
+
+@pytest.mark.parametrize("given", ["table(20: 1, 40: 2)", {20: 1, 40: 2}, [20, 40], scipy.stats.randint(20, 40)])
+def test_a_whole_number_takes_whole_values(given):
+    meshed = il.load_case("axial_impact").with_("solve.model", {"kind": "finite_element", "elements": 40})
+    [found] = read_uncertain(meshed, {"solve.model.elements": given})
+    assert found.mean > 20.0
+
+
 def test_samples_are_sobol_points_that_the_seed_fixes(case):
     vary = read_uncertain(case, {MASS: "uniform(1, 2)", SPEED: "uniform(1, 2)"})
     found, again, other = (design(vary, 1024, seed, indices=True) for seed in (1, 1, 2))
@@ -136,6 +166,23 @@ def test_intervals_of_95_percent_hold_the_truth_in_about_95_of_100(case, samples
             hits[key] = hits.get(key, 0) + (found[key].lower <= truth <= found[key].upper)
     assert min(hits.values()) >= 85, hits
     assert sum(hits.values()) >= 93 * len(hits), hits
+
+
+@pytest.mark.parametrize(("percent", "samples"), [(1.0, 64), (1.0, 512), (5.0, 64), (5.0, 128), (99.0, 256)])
+def test_an_interval_that_few_samples_do_not_reach_is_open_and_holds(percent, samples):
+    truth, hits = scipy.stats.norm.ppf(0.01 * percent), 0
+    for seed in range(400):
+        drawn = np.random.default_rng(seed).standard_normal((SCRAMBLINGS, samples // SCRAMBLINGS))
+        found = statistics.percentile(percent, list(drawn))
+        hits += found.lower <= truth <= found.upper
+        assert found.lower <= found.value <= found.upper
+        outer = found.lower if percent < 50.0 else found.upper
+        assert math.isinf(outer) == (samples < statistics.needed_samples(percent))
+    assert hits >= 370  # 380 on average; 370 is 2.3 standard deviations below
+
+
+def test_samples_that_a_percentile_takes():
+    assert [statistics.needed_samples(percent) for percent in (1.0, 5.0, 50.0, 95.0, 99.0)] == [368, 72, 6, 72, 368]
 
 
 def test_nothing_seen_is_no_proof(case):

@@ -254,3 +254,29 @@ def test_both_forms_of_the_page_give_what_it_says(monkeypatch, tmp_path, capsys)
     assert round(of[AREA].linear, 2) == round(of[MASS].linear, 2)
     assert f"to the velocity, with {of[SPEED].first.value:.2f}" in PAGE
     assert of[MASS].total.lower > of[MASS].first.upper  # mass and area act together
+
+
+def test_a_case_without_a_contact_spreads_too():
+    case = il.load_case("step_loaded_rod")
+    found = il.uncertainty(case, {"bodies.rod.length": "normal(1 m, 1 %)"}, samples=64)
+    assert [each.name for each in found.spreads] == ["final_velocity rod"]
+    words = "No value of first_opening, impulse, peak_force and 1 more: the case has no contact."
+    assert words in found.warnings
+    assert not found.shares
+
+
+def test_a_far_percentile_of_few_samples_is_open_and_says_how_many_it_takes(case):
+    found = il.uncertainty(
+        case, {MASS: "normal(2.133 kg, 1 %)"}, ["final_velocity"], samples=64, percentiles=[1.0, 50.0]
+    )
+    outer, middle = found.find("final_velocity").percentiles
+    assert math.isinf(outer.lower)
+    assert math.isfinite(outer.upper)
+    assert math.isfinite(middle.error)
+    [words] = [text for text in found.warnings if "percentile" in text]
+    assert "The 1 % percentile of final_velocity hammer" in words
+    assert "It takes 368 with a value: give --samples 512 or more." in words
+    assert "(below " in str(found)
+    assert found.to_dict()["quantities"][0]["percentiles"][0]["lower"] is None
+    panel = found.plot("final_velocity").axes[1]
+    assert all(np.all(np.isfinite(line.get_xdata())) for line in panel.lines)
