@@ -17,6 +17,7 @@ from impactlab.casefile.words import shown
 MAX_LENGTH = 64  # characters
 
 _TERM = r"[A-Za-zµμ]{1,16}(?:(?:\^|\*\*)?-?[1-9])?"
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _PATTERN = re.compile(
     rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)\s*({_TERM}(?:\s*[*/·]\s*{_TERM}|\s+{_TERM}){{0,5}})"
 )
@@ -51,6 +52,8 @@ def to_si(text: str, unit: str) -> float:
         why = ", without unit" if unit == "1" else f" in {unit}, whose n is another option"
         raise ValueError(f"{shown(text)} is not a number. Allowed: a plain number{why}")
     allowed = f"allowed: a number in {unit}, or a number and a unit such as {_example(unit)}"
+    if len(text) <= MAX_LENGTH and _NUMBER.fullmatch(text.strip()):
+        raise ValueError(f"{shown(text)} is not a number with a unit; write a plain number without quotes; {allowed}")
     if match is None:
         comma = "; write the decimal point as '.'" if "," in text else ""
         raise ValueError(f"{shown(text)} is not a number with a unit{comma}; {allowed}")

@@ -50,7 +50,9 @@ def fit(
     offset: Annotated[
         list[str] | None, _of_instruments("offset", "Offset of the instruments, in the unit of the channel")
     ] = None,
-    shift: Annotated[list[str] | None, _of_instruments("shift", "Trigger time of the instruments")] = None,
+    shift: Annotated[
+        list[str] | None, _of_instruments("shift", "Start of the run on the clock of the instruments")
+    ] = None,
     loss: Annotated[
         str, typer.Option("--loss", help="linear, or huber where single samples may be far off.")
     ] = "linear",

@@ -62,16 +62,16 @@ class WaveIdentification(AbstractContactLaw):
                     f"{facts.end}",
                     remedy="Use addition_deletion or penalty, or the continuous model.",
                 )
+            if abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
+                # A stepped delay line: its own free velocity is that of the waves that arrive.
+                parameters += [0.0, 0.0, 0.0]
+                continue
             if facts.end == "inner":
                 raise PairingError(
                     "wave_identification reads one wave that arrives at an end, and at an inner point of the rod on "
                     f"the {side} waves arrive from both sides",
                     remedy="Put the contact at a free end, or use dispersive_identification or addition_deletion.",
                 )
-            if abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
-                # A stepped delay line: its own free velocity is that of the wave that arrives.
-                parameters += [0.0, 0.0, 0.0]
-                continue
             distance = facts.wave_speed * dt
             if distance > facts.room:
                 raise PairingError(

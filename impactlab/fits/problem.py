@@ -121,7 +121,7 @@ class Problem:
 
     @property
     def has_shifts(self) -> bool:
-        """Whether the trigger time of a signal is fitted."""
+        """Whether the start of the run on the clock of a signal is fitted."""
         return any(self.place(number, "shift") is not None for number in range(len(self.signals)))
 
     def _start(self, path: str) -> float:

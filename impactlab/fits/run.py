@@ -49,7 +49,8 @@ def fit(
         Dotted path of each number that is fitted, to its lower and upper bound in SI units or as texts.
     gain, offset, shift : number, text, pair or str
         Of the instruments whose signal has none of its own: the number where it is known, ``(lower, upper)`` or
-        ``free`` where it is fitted, ``fixed`` for a gain of 1, an offset of 0 and a trigger at the start of the run.
+        ``free`` where it is fitted, ``fixed`` for a gain of 1, an offset of 0 and a shift of 0: its clock starts with
+        the run.
     loss : str
         ``linear`` for least squares; ``huber`` where single samples may be far off.
     noise : str

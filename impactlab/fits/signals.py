@@ -61,8 +61,9 @@ class Signal:
     std : array, optional
         Standard deviation of each sample, (n,), for ``noise="std"``.
     gain, offset, shift : optional
-        Gain [1], offset in the unit of the channel, and trigger time [s] of this instrument: a number (or a text with a
-        unit) where it is known, ``(lower, upper)`` or ``"free"`` where it is fitted. By default as the fit has it.
+        Gain [1], offset in the unit of the channel, and the time [s] on the clock of this instrument at which the run
+        starts: a number (or a text with a unit) where it is known, ``(lower, upper)`` or ``"free"`` where it is fitted.
+        By default as the fit has it.
     unit, time_unit : str, optional
         Units of ``values`` and ``std``, and of ``times``; by default SI. They are kept in SI.
 
