@@ -35,6 +35,7 @@ from impactlab.scene.ranges import odd_speeds
 from impactlab.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
+NEW_KIND = "A new kind takes none of the keys of the old one: give them with it, as one block."
 MANY_BODIES = 5000  # of a case: from here on its checks take longer than a second
 _said: list[bool] = []
 
@@ -313,6 +314,11 @@ def given_by(document: Document, path: str) -> str:
 
 def _placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabError:
     for each in (error, *error.others):
+        kind = (*each.path.split(".")[:-1], "kind")
+        if each.text.startswith("this key is missing") and kind in document.given and not each.file:
+            each.given_by, each.remedy = document.given[kind], f"{each.remedy} {NEW_KIND}".strip()
+            each.located(file, None)
+            continue
         if not each.file:
             each.given_by = each.given_by or given_by(document, each.path)
         each.located(file, locate(document, each.path))

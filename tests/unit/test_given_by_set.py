@@ -144,3 +144,13 @@ def test_settings_that_replace_each_other_keep_their_order() -> None:
     again = [*given, ("contacts.0.law.kind", "hertz"), ("solve.step", {"dt": 2e-7})]
     assert in_order(given, {}) == given
     assert [again.index(each) for each in in_order(again, {})] == [5, 0, 1, 2, 3, 4]
+
+
+def test_a_new_kind_without_its_keys_says_that_it_takes_none_of_the_old_ones(tmp_path: Path) -> None:
+    """The message named the line of the key that the new kind had dropped."""
+    case = il.load_case("rounded_ends").with_("contacts.0.law", {"kind": "penalty", "stiffness": 2e8})
+    with pytest.raises(CaseError, match="this key is missing") as raised:
+        case.with_("contacts.0.law.kind", "hertz")
+    assert (raised.value.path, raised.value.line) == ("contacts.0.law.stiffness", None)
+    assert raised.value.remedy.endswith("takes none of the keys of the old one: give them with it, as one block.")
+    assert "given by with_()" in str(raised.value)
