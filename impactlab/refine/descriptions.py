@@ -105,8 +105,7 @@ def stepped(asked: Simulation) -> Iterator[Description]:
         yield _delay_chain(asked, unit)
     if not any(is_coupled(rod) for rod in rods_of(asked.scene)):
         yield from _explicit(asked)
-    yield _implicit(asked, "consistent")
-    yield _implicit(asked, "lumped")
+    yield from _implicit(asked)
 
 
 def mechanisms(asked: Simulation) -> Iterator[Description]:
@@ -288,36 +287,42 @@ def _mesh_work(scene: Scene, elements: int, courant: float) -> tuple[float, floa
     return scene.duration / (courant * shortest), len(rods_of(scene)) * elements
 
 
-def _implicit(asked: Simulation, mass: Literal["consistent", "lumped"]) -> Description:
+def _implicit(asked: Simulation) -> Iterator[Description]:
+    """Give meshes under implicit schemes, which serve damped rods, too.
+
+    Hard contacts under the midpoint rule gain energy at each touch where the fronts of damped rods are sharp. There the
+    choice takes a scheme that gains none; it is of the first order, and needs a face without mass.
+    """
     scene, jumps, shortest = asked.scene, force_jumps(*asked), shortest_transit(asked.scene)
     # Damping rounds the fronts over a time that grows with it; elements that resolve it converge at order 2.
     rounding = 10.0 * min(
         rod.damping.stiffness + min(s.viscosity / s.young for s in rod.segments) for rod in rods_of(scene)
     )
+    sharp = rounding <= shortest / SMOOTH_FRONT_ELEMENTS
+    hard = [contact for contact in scene.contacts if asked.method.laws[contact.name].hard]
+    bare = all(massless(scene, contact.left) or massless(scene, contact.right) for contact in hard)
+    stabilised = rounding > 0.0 and sharp and bool(hard) and bare
 
     def error_of_fronts(n: int) -> float:
         h = shortest / n
         return (0.5 if rounding else 1.5) * h / scene.duration * h / (h + rounding)
 
-    # Hard contacts under the midpoint rule gain energy at each touch where fronts are sharp. This scheme gains none; it
-    # is of the first order, and needs a face without mass. Rods without damping have explicit meshes beside.
-    hard = [contact for contact in scene.contacts if asked.method.laws[contact.name].hard]
-    bare = all(massless(scene, contact.left) or massless(scene, contact.right) for contact in hard)
-    sharp = rounding <= shortest / SMOOTH_FRONT_ELEMENTS
-    stabilised = rounding > 0.0 and sharp and bool(hard) and bare
-    scheme, name = (
-        (ContactStabilisedNewmark(), "contact-stabilised Newmark") if stabilised else (Midpoint(), "midpoint rule")
-    )
+    def described(name: str, mass: Literal["consistent", "lumped"], scheme: AbstractScheme) -> Description:
+        return Description(
+            f"{mass} mesh, {name} at courant 1/2",
+            "elements a rod",
+            lambda n: modelled_as(asked, FiniteElement(n, mass), scheme, StepRule(courant=0.5)),
+            cost.IMPLICIT_MESH,
+            lambda n: _mesh_work(scene, n, 0.5),
+            reference_order=1.0 if jumps else 2.0,
+            for_choice=mass == "consistent" and not stabilised,
+            error=error_of_fronts if jumps else _smooth_error(asked, 1.5, shortest),
+            order=1.0 if jumps and not rounding else 2.0,
+            safety=4.0 if jumps and sharp else 2.0,
+        )
 
-    return Description(
-        f"{mass} mesh, {name} at courant 1/2",
-        "elements a rod",
-        lambda n: modelled_as(asked, FiniteElement(n, mass), scheme, StepRule(courant=0.5)),
-        cost.IMPLICIT_MESH,
-        lambda n: _mesh_work(scene, n, 0.5),
-        reference_order=1.0 if jumps else 2.0,
-        for_choice=mass == "consistent",
-        error=error_of_fronts if jumps else _smooth_error(asked, 1.5, shortest),
-        order=1.0 if jumps and not rounding else 2.0,
-        safety=4.0 if jumps and sharp else 2.0,
-    )
+    yield described("midpoint rule", "consistent", Midpoint())
+    yield described("midpoint rule", "lumped", Midpoint())
+    if stabilised:
+        gaining_nothing = described("contact-stabilised Newmark", "consistent", ContactStabilisedNewmark())
+        yield dataclasses.replace(gaining_nothing, reference_order=0.0, for_choice=True)

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import random
+import re
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +101,8 @@ def test_whatever_a_part_raises_is_a_row(case: Case, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(registry().load(LAWS, "wave_identification"), "begin", breaks)
     record = row_of(case, "broken", {}, References())
     assert record["summary"]["status"] == "failed"
-    assert record["summary"]["error"]["kind"] == "KeyError"
+    assert record["summary"]["error"]["kind"] == "StepError"
+    assert re.search("law 'wave_identification' .* raised KeyError: .*mistake", record["summary"]["error"]["text"])
 
 
 CELLS = [Cell("standard", c, "base", m, n, {"a": n}, f"{c}{m}{n}") for c in "ab" for m in ("x", "y") for n in (1, 2)]
