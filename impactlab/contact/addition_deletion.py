@@ -29,6 +29,7 @@ class AdditionDeletion(AbstractContactLaw):
     needs = frozenset({Level.POSITION, Level.CLOSING})
     citations = ("WuHaug1990", "HughesTaylorSackmanCurnierKanoknukulchai1976")
     hard = True
+    is_the_contact = True
     holds_position = True
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:

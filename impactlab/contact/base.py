@@ -41,6 +41,7 @@ class AbstractContactLaw(ABC):
     why_fixed: ClassVar[str] = "needs a constant step"  # why, in words after the name of the law
     hard: ClassVar[bool] = False  # True: an approximation of the hard unilateral contact, which then is its reference
     moves_faces: ClassVar[bool] = False  # True: the force is found from the motion that it changes; a face must yield
+    is_the_contact: ClassVar[bool] = False  # True: hard, and on continuous bodies the hard contact itself
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, under which some schemes gain energy
     smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; steps may have any length
     two_sided: ClassVar[bool] = False  # True: a link, joined from t = 0, whose force has either sign

@@ -33,6 +33,7 @@ class WaveIdentification(AbstractContactLaw):
     needs = frozenset({Level.VELOCITY})
     citations = ("EscalonaMayoDominguez1999",)
     hard = True
+    is_the_contact = True
     fixed_step = True
     trial_at_end = True
     # Measured: 0.43 on two 2-node elements (docs/bounds.md), 0.674 with four Ritz vectors of 17 elements. On spectral

@@ -7,9 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError
 from impactlab.exact.contact_kinds import check as check_exact
 from impactlab.history.base import Warned
@@ -293,7 +291,7 @@ def _started(
 def _answered_exactly(method: Method) -> Iterator[Warned]:
     """Give a warning for each law that approximates a hard contact, which the exact solver answers itself."""
     for name, law in method.laws.items():
-        if law.hard and not isinstance(law, (AdditionDeletion, WaveIdentification)):
+        if law.hard and not law.is_the_contact:
             text = f"{name}: the exact solver answers the hard contact itself; nothing here is by law '{kind_of(law)}'"
             yield Warned("law_unused", text)
 
