@@ -89,8 +89,10 @@ def _open_words(spreads: Sequence[Spread], percents: Sequence[float]) -> list[st
         if names:
             least = needed_samples(percent)
             needed = max(MIN_SAMPLES, 1 << (least - 1).bit_length())
-            text = f"The {percent:g} % percentile of {few(names)}: its interval is open at an end, as the samples"
-            words.append(f"{text} do not reach it. It takes {least:,} with a value: give --samples {needed} or more.")
+            words.append(
+                f"The {percent:g} % percentile of {few(names)} has an interval that is open at an end: a closed one "
+                f"takes {least:,} samples with a value, and there are fewer. Give --samples {needed} or more."
+            )
     return words
 
 

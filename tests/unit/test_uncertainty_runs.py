@@ -275,7 +275,7 @@ def test_a_far_percentile_of_few_samples_is_open_and_says_how_many_it_takes(case
     assert math.isfinite(middle.error)
     [words] = [text for text in found.warnings if "percentile" in text]
     assert "The 1 % percentile of final_velocity hammer" in words
-    assert "It takes 368 with a value: give --samples 512 or more." in words
+    assert "a closed one takes 368 samples with a value, and there are fewer. Give --samples 512 or more." in words
     assert "(below " in str(found)
     assert found.to_dict()["quantities"][0]["percentiles"][0]["lower"] is None
     panel = found.plot("final_velocity").axes[1]
