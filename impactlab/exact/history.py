@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
+from operator import attrgetter
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
-from impactlab.exact.arrays import CHANGE
+from impactlab.exact.arrays import CHANGE, CLOSE
 from impactlab.exact.branch_tables import FIRST
 from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, sample_times
 from impactlab.exact.link_results import link_results, named, total
@@ -35,11 +36,17 @@ from impactlab.history.base import (
 from impactlab.history.noise_floor import above_noise
 from impactlab.history.unmet import never_met
 from impactlab.history.waves import wave_body
+from impactlab.lazy import lazy
 from impactlab.metrics.grazing import near_grazing
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact, Probe
 from impactlab.types import QUANTITIES_OF_ROD, Array
+
+if TYPE_CHECKING:
+    from impactlab.exact import periods
+else:  # compiled code, needed only where faces have touched
+    periods = lazy("impactlab.exact.periods")
 
 GAPS = 2000  # instants at which the gap of faces that never met is read
 MIN_JUMP = 1.0e-9  # of the largest velocity: smaller ones are rounding
@@ -107,14 +114,14 @@ class ContinuousHistory(AbstractHistory):
     def dated(self) -> tuple[Event, ...]:
         """All closings and openings in order of time, noise included."""
         found = self.log.events[: self.log.state["events"]]
-        found = found[found["time"] <= self.duration]
         names = [self.scene.contacts[place].name for place in self.layout.places]
-        ordered = found[np.argsort(found["time"], kind="stable")]
-        if len(self.log.names):  # links have no events
-            links = [place for place, name in enumerate(names) if name in self.joined]
-            ordered = ordered[(ordered["kind"] != CHANGE) & ~np.isin(ordered["contact"], links)]
-        rows = zip(*(ordered[name].tolist() for name in ("time", "contact", "kind")), strict=True)
-        return tuple(Event(time, names[contact], "close" if closes else "open") for time, contact, closes in rows)
+        rows = zip(*(found[name].tolist() for name in ("time", "contact", "kind")), strict=True)
+        dated = [  # links have no events
+            Event(time, names[contact], "close" if kind == CLOSE else "open")
+            for time, contact, kind in rows
+            if time <= self.duration and kind != CHANGE and names[contact] not in self.joined
+        ]
+        return tuple(sorted(dated, key=attrgetter("time")))
 
     @cached_property
     def changes(self) -> tuple[BranchChange, ...]:  # type: ignore[override]
@@ -171,32 +178,26 @@ class ContinuousHistory(AbstractHistory):
         return [*found, *without_touch(self, meeting)]
 
     def _find_spans(self) -> tuple[ContactSpan, ...]:
-        spans = []
-        for name, contact in self._contact.items():
-            began: float | None = None
-            for event in self.dated:
-                if event.contact != name:
-                    continue
-                if event.kind == "close":
-                    began = event.time
-                elif began is not None:
-                    spans.append(self._span(name, contact, began, event.time))
-                    began = None
-            if began is not None:
-                spans.append(self._span(name, contact, began, None))
-        return tuple(sorted(spans, key=lambda span: span.start))
+        found: list[tuple[str, float, float | None]] = []
+        began: dict[str, float] = {}
+        for event in self.dated:
+            if event.kind == "close":
+                began[event.contact] = event.time
+            elif event.contact in began:
+                found.append((event.contact, began.pop(event.contact), event.time))
+        found += [(name, start, None) for name, start in began.items()]
+        found.sort(key=lambda period: (period[1], self._contact[period[0]]))
+        totals = self.impulses_and_peaks([(n, start, self.duration if end is None else end) for n, start, end in found])
+        return tuple(ContactSpan(*period, *total) for period, total in zip(found, totals, strict=True))
 
-    def _span(self, name: str, contact: int, start: float, end: float | None) -> ContactSpan:
-        """Return one period of contact, with impulse and peak force over the pieces inside it."""
-        force = self.signals.force(contact)
-        slack = force.tolerance
-        until = self.duration if end is None else end
-        # Pieces follow one another: those of a contact are found without looking at all of them.
-        first = int(np.searchsorted(force.start, start - slack))
-        chosen = np.arange(first, max(first, int(np.searchsorted(force.stop, until + slack, side="right"))))
-        if len(chosen) == 0:
-            return ContactSpan(name, start, end, 0.0, 0.0)
-        return ContactSpan(name, start, end, force.impulse(chosen), max(0.0, force.peak(chosen)))
+    def impulses_and_peaks(self, times: Sequence[tuple[str, float, float]]) -> list[tuple[float, float]]:
+        """Return impulse [N s] and peak force [N] of a contact in each period (contact, start [s], stop [s]).
+
+        All pieces of the force that reach into a period count as a whole; events begin and end pieces.
+        """
+        if not times:
+            return []
+        return periods.finished(self.log.memory, [(self._contact[name], start, stop) for name, start, stop in times])
 
     def channels(self) -> tuple[str, ...]:
         names = [probe.channel for probe in self.scene.recorded_probes]

@@ -218,7 +218,7 @@ def prepared(log: Log) -> Log:
         memory = memory._replace(coupled=spring_systems.address(memory))
     if np.any(log.contacts["branch"] >= 0):
         memory = memory._replace(changes=branch_changes.address(memory))
-    if COMPILED:
+    if COMPILED and not entry.overloads:  # the type takes longer to find than a short march
         load(entry, (type_of(memory),))
     return log._replace(memory=memory)
 

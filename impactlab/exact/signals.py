@@ -35,25 +35,6 @@ def _signs(count: int) -> Array:
     return np.where(np.arange(count) % 2 == 0, 1.0, -1.0)
 
 
-def _peak_of(column: Array) -> float:
-    """Return the largest value of a series on [-1, 1]: on a grid, then by Newton's steps beside its largest point."""
-    y0 = np.cos(np.pi * np.arange(4 * len(column), -1, -1) / (4 * len(column)))
-    values = np.polynomial.chebyshev.chebval(y0, column)
-    i = int(np.argmax(values))
-    best = float(values[i])
-    if 0 < i < len(y0) - 1:
-        slope = np.polynomial.chebyshev.chebder(column)
-        bend = np.polynomial.chebyshev.chebder(slope)
-        y = float(y0[i])
-        for _ in range(6):
-            down = float(np.polynomial.chebyshev.chebval(y, bend))
-            if down >= 0.0:
-                break
-            y = min(max(y - float(np.polynomial.chebyshev.chebval(y, slope)) / down, y0[i - 1]), y0[i + 1])
-        best = max(best, float(np.polynomial.chebyshev.chebval(y, column)))
-    return best
-
-
 SIZES = (1, 2, 3, 4, 6, 8, 12, 18, 24, 36)  # coefficients of pieces that are taken together, and all more
 
 
@@ -99,26 +80,6 @@ class Signal:
         after = np.sum(self.table[:, 1:] * _signs(len(self.table))[:, None], axis=0)
         before = np.sum(self.table[:, :-1], axis=0)
         return np.asarray(self.start[1:][np.abs(after - before) > floor])
-
-    def impulse(self, chosen: Integers) -> float:
-        """Return the integral over the chosen pieces."""
-        k = np.arange(0, len(self.table), 2)
-        return float(np.sum((self.table[::2, chosen] / (1.0 - k * k)[:, None]) * self.width[chosen]))
-
-    def peak(self, chosen: Integers) -> float:
-        """Return the largest value on the chosen pieces: their ends and the zeros of the derivative nearby.
-
-        Inside a piece that its coefficients prove monotone, or nowhere above the largest end, nothing is sought.
-        """
-        if len(self.table) == 1:
-            return float(np.max(self.table[0, chosen]))
-        table = self.table[:, chosen]
-        right, left = table.sum(axis=0), _signs(len(table)) @ table
-        best = float(max(right.max(), left.max()))
-        sizes = np.abs(table)
-        bends = np.arange(2, len(table)) ** 2 @ sizes[2:] > sizes[1]
-        inside = np.flatnonzero(bends & (table[0] + sizes[1:].sum(axis=0) > best))
-        return max([best, *(_peak_of(table[:, r]) for r in inside.tolist())])
 
     def _gauss(self, piece: Integers, y: Array, square: bool, size: int | None = None) -> Array:
         """Return the integral of the signal or its square from the start of the piece to y, shape of y."""

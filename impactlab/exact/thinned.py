@@ -211,15 +211,9 @@ class Thinner:
 
     def _longer(self, window: ContinuousHistory, span: ContactSpan, until: float) -> ContactSpan:
         begin = max(span.start, self.begun)
-        force = window.force(span.contact)
-        slack = force.tolerance
-        first = int(np.searchsorted(force.stop, begin + slack))
-        chosen = np.arange(first, int(np.searchsorted(force.start, until - slack)))
-        if len(chosen) == 0:
-            return span
-        pushed = float(np.diff(force.integral(np.array([begin, until]), False))[0])
-        peak = max(span.peak_force or 0.0, force.peak(chosen))
-        return span._replace(impulse=span.impulse + pushed, peak_force=peak)
+        pushed = float(np.diff(window.force(span.contact).integral(np.array([begin, until]), False))[0])
+        ((_, peak),) = window.impulses_and_peaks([(span.contact, begin, until)])
+        return span._replace(impulse=span.impulse + pushed, peak_force=max(span.peak_force or 0.0, peak))
 
     def _energies(self, window: ContinuousHistory, t: Array, until: float, last: bool) -> None:
         times = np.unique([self.begun, *t, until])

@@ -21,10 +21,11 @@ from impactlab.simulate.stepping.arrays import SOLVE_SEVERAL, Floats, Ints, Step
 from impactlab.simulate.stepping.pieces import kernel_of
 
 if TYPE_CHECKING:
-    from impactlab.exact import end_balance, march
+    from impactlab.exact import end_balance, march, periods
     from impactlab.simulate.stepping import located
 else:  # compiled code, which few runs need
     end_balance, march = lazy("impactlab.exact.end_balance"), lazy("impactlab.exact.march")
+    periods = lazy("impactlab.exact.periods")
     located = lazy("impactlab.simulate.stepping.located")
 
 NUMBER, WHOLE = types.float64, types.int64
@@ -70,3 +71,4 @@ def of_exact() -> Iterator[Kernel]:
     """Give the kernels of an exact solution, the one that takes longest first."""
     arrays = type_of(with_room(empty_log(1, 1, 1, 1, 1), 1, 1, 1).memory)
     yield from (Kernel(march.advance, (arrays,)), Kernel(end_balance.end_error, (arrays,)))
+    yield Kernel(periods.finish_spans, (arrays, type_of(np.zeros((0, periods.SPAN_COLUMNS)))))

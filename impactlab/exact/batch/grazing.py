@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.batch.reading import piece_at
-from impactlab.exact.batch.results import CONTACT, START, STOP
+from impactlab.exact.periods import CONTACT, START, STOP
 from impactlab.metrics.grazing import (
     MAX_NEAR_GAP,
     MAX_RUN_SAMPLES,

@@ -16,12 +16,6 @@ from impactlab.exact.batch.pattern import Pattern
 from impactlab.exact.batch.reading import energy, momentum
 from impactlab.exact.batch.results import (
     BALANCE_TOL,
-    CONTACT,
-    IMPULSE,
-    PEAK,
-    SPAN_COLUMNS,
-    START,
-    STOP,
     balance,
     find_spans,
     may_be_noise,
@@ -31,6 +25,7 @@ from impactlab.exact.batch.results import (
 from impactlab.exact.batch.writing import round_trip, write
 from impactlab.exact.march import advance
 from impactlab.exact.network import Integers
+from impactlab.exact.periods import CONTACT, IMPULSE, PEAK, SPAN_COLUMNS, START, STOP
 from impactlab.numerics.compiling import EXACT_PART, RELEASING_ENTRY
 from impactlab.types import Array
 
