@@ -288,7 +288,7 @@ def run_all(
     """Return the outcome of each cell, run by two processes; one that hangs is killed after ``limit`` [s]."""
     found = {}
     for cell, status, value in outcomes(partial(outcome_of, trips=trips, timed=timed), wanted, workers=2, limit=limit):
-        found[cell] = value if status == "answered" else Outcome("broken", text=f"{status}: {value}")
+        found[cell] = value if status == "done" else Outcome("broken", text=f"{status}: {value}")
         if len(found) % 100 == 0:
             print(f"{len(found)} of {len(wanted)}", file=sys.stderr, flush=True)
     return {cell: found[cell] for cell in wanted}

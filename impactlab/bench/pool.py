@@ -27,7 +27,7 @@ class Outcome(NamedTuple, Generic[T]):
     """The outcome of a job."""
 
     job: T
-    status: str  # answered | raised | hung | crashed
+    status: str  # done | raised | hung | crashed
     value: Any  # the result, or the reason in words
 
 
@@ -73,7 +73,7 @@ def outcomes(
         try:
             if warm_up is not None:
                 status, value = _ended(pool.schedule(warm_up, timeout=MAX_WARM_UP_S), MAX_WARM_UP_S)
-                if status != "answered":
+                if status != "done":
                     raise CaseError(f"a first run {status}: {value}", remedy="Try `impactlab run` on a case first.")
             for job in jobs:
                 future = pool.schedule(function, (job,), timeout=limit)
@@ -91,7 +91,7 @@ def _ended(future: Any, limit: float) -> tuple[str, Any]:
     from pebble import ProcessExpired
 
     try:
-        return "answered", future.result()
+        return "done", future.result()
     except TimeoutError:
         return "hung", f"no answer after {limit:g} s"
     except ProcessExpired as error:

@@ -162,7 +162,7 @@ def _find_references(store: Store, missing: Sequence[Job], options: Options, sho
     jobs, limit = list(first.values()), REFERENCE_LIMITS * options.limit
     for done, (job, status, value) in _outcomes(store, worker.reference, jobs, options.workers, limit):
         show(f"reference of {job.name}", done)
-        if status != "answered" and job.reference is not None:
+        if status != "done" and job.reference is not None:
             lose(store.session, job.reference, f"{status}: {value}")
 
 
@@ -171,7 +171,7 @@ def _run(store: Store, missing: Sequence[Job], options: Options, show: Show) -> 
     records: Records = {}
     for done, (job, status, value) in _outcomes(store, worker.row, missing, options.workers, options.limit):
         lost = "crashed" if status == "raised" else status
-        record = value if status == "answered" else ended(job.name, lost, str(value), options.limit)
+        record = value if status == "done" else ended(job.name, lost, str(value), options.limit)
         store.put("rows", job.key, record)
         records[job.key] = record
         show(f"{job.name} {job.method}", done)
@@ -199,7 +199,7 @@ def _times(
     timed, limit = partial(worker.times, repeats=options.repeats), (options.repeats + 2) * options.limit
     for done, (job, status, value) in _outcomes(store, timed, missing, 1, limit):
         show(f"timing {job.name} {job.method}", done)
-        if status == "answered":
+        if status == "done":
             times[job.key] = {**value, "machine": machine}
             store.put("times", job.key, times[job.key])
         else:

@@ -77,7 +77,7 @@ def bench(
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
         families = grids.chosen(grids.read_grid(grid or grids.of_suite(suite)), names)
         options = benching.Options(jobs, repeats, not no_timing, time_limit)
-        console.say_if_compiling()
+        console.log_compiling()
         with console.progress() as show:
             made = benching.bench(files, suite, families, out, options, names, show, console.say)
         counts = ", ".join(f"{count} {status}" for status, count in sorted(made.counts.items()))

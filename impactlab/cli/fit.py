@@ -96,7 +96,7 @@ def fit(
         tables = [file for _, file in pairs]
         instruments = {"gain": gain, "offset": offset, "shift": shift}
         signals = fits.read_tables(tables, columns, {name: texts or [] for name, texts in instruments.items()})
-        console.say_if_compiling(*(each.simulation() for each in cases))
+        console.log_compiling(*(each.simulation() for each in cases))
         found = fits.fit(
             list(zip(cases, signals, strict=True)), parameters=bounds, loss=loss, noise=noise, bandwidth=bandwidth,
             intervals=intervals, resamples=resamples, seed=seed,

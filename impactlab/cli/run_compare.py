@@ -66,7 +66,7 @@ def run(
 
             def report(fraction: float) -> None:
                 if fraction == 0.0:  # all checks before the first step are passed
-                    console.say_if_compiling()
+                    console.log_compiling()
                 show(loaded.label, fraction)
 
             history = api.run(loaded, report, 0 if out is None else sampling.FRAMES)
@@ -121,7 +121,7 @@ def compare(
         drawn_as = figure_files.figure_files(figures, width, out)
         if out is not None:
             output.check_target(out)
-        console.say_if_compiling()
+        console.log_compiling()
         with console.progress() as show:
             comparison = api.compare(loaded, names, show, 0 if out is None else sampling.FRAMES)
         for row in comparison.rows:

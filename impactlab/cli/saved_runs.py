@@ -57,7 +57,7 @@ def animate(
     with reporting(case, as_json=False):
         animation.check_target(out)
         loaded = load(case, sets, method, variant)
-        console.say_if_compiling()
+        console.log_compiling()
         with console.progress() as show:
             history = api.run(loaded, lambda fraction: show(loaded.label, fraction), sampling.FRAMES)
         console.say(f"drawing {out} ...")

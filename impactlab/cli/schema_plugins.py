@@ -35,7 +35,7 @@ def plugins(
     """List the installed models, contact laws and integrators, broken ones with the reason; or check one of them."""
     with reporting(None, as_json):
         if check_name is not None:
-            console.say_if_compiling()
+            console.log_compiling()
             found = verdicts.verdict(check_name, registries.registry())
             console.print_json(found.document()) if as_json else print(console.verdict_text(found.document()))
             if not found.ok:

@@ -33,7 +33,7 @@ def sensitivities(
     """Print derivatives of results of a run by numbers of its case, and where the sequence of contacts changes."""
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
-        console.say_if_compiling(loaded.simulation())
+        console.log_compiling(loaded.simulation())
         names = derivatives.DEFAULT if quantities is None else _listed(quantities)
         found = derivatives.sensitivities(loaded, _listed(parameters), names)
         if as_json:

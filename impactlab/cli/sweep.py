@@ -87,7 +87,7 @@ def sweep(
         )
         others = [*(f"--over={text}" for text in over or []), *([f"--points={points}"] if points is not None else [])]
         others += [f"--quantities={','.join(names)}"]
-        console.say_if_compiling(loaded.simulation())
+        console.log_compiling(loaded.simulation())
         with console.progress() as show:
             found = sweeps.sweep(
                 loaded,

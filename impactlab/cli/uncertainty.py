@@ -54,7 +54,7 @@ def uncertainty(
         options = [*(f"--vary={text}" for text in vary), f"--samples={samples}", f"--seed={seed}"]
         options += [f"--quantities={','.join(names)}", f"--percentiles={percentiles}", f"--failed={failed}"]
         options += [] if indices else ["--no-indices"]
-        console.say_if_compiling(loaded.simulation())
+        console.log_compiling(loaded.simulation())
         with console.progress() as show:
             found = uncertainties.uncertainty(
                 loaded,

@@ -129,7 +129,7 @@ def loop_of(history: AbstractHistory, rock: Contact, law: AbstractContactLaw) ->
 def _warn_if_too_short(loop: Loop, drill: Drill, left: float) -> None:
     """Issue a `DoubtfulResult` if a run ends before the first pass does, or while the bit goes deeper.
 
-    A pass is over early where the bit does not press any more and the hammer has no energy ``left`` [J].
+    A pass is over early where the bit no longer presses and the hammer has no energy ``left`` [J].
     """
     ends, first = float(loop.time[-1]), _first_force(loop)
     acts = abs(float(loop.force[-1])) > LEAST * float(np.abs(loop.force).max()) or left > LEAST * drill.kinetic_energy

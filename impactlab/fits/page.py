@@ -20,7 +20,7 @@ from impactlab.fits.plots import (
     plot_signals,
     unit_of,
 )
-from impactlab.fits.result import JACOBIAN, KINDS, SAID, WIDENED, Fit, Fitted, Shown, case_files, in_words
+from impactlab.fits.result import JACOBIAN, KINDS, METHODS, WIDENED, Fit, Fitted, Shown, case_files, in_words
 from impactlab.fits.seen import Product
 from impactlab.history.units import UNITS
 from impactlab.report import facts
@@ -100,7 +100,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
         facts=[*_facts(fit), *facts.scene_facts(scene)],
         findings=[_raised(text[:1].upper() + text[1:]) + "." for text in fit.undetermined],
         warnings=[text.partition(": ")[2] for text in fit.warnings],
-        headings=[f"95 %, {SAID[kind]}" for kind in kinds],
+        headings=[f"95 %, {METHODS[kind]}" for kind in kinds],
         rows=[_row(each, name_of(fit, each.path), kinds) for each in fit.parameters],
         products=[_product(each, kinds) for each in fit.determined],
         plates=[{**plate, "svg": svg} for plate, svg in zip(made, figures, strict=True)],

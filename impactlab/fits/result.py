@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 JACOBIAN, WIDENED, PROFILE, BOOTSTRAP = KINDS = ("jacobian", "widened", "profile", "bootstrap")
 DIGITS, MIN_DIGITS, MAX_DIGITS = 6, 3, 12  # of a number with an infinite interval; of others at least and at most
-SAID = {
+METHODS = {
     JACOBIAN: "from the derivatives",
     WIDENED: "widened: correlated residuals",
     PROFILE: "profile likelihood",
@@ -171,7 +171,7 @@ class Fit:
                 first = (
                     (each.path, f"{value} {each.unit}".removesuffix(" 1").rstrip()) if kind == JACOBIAN else ("", "")
                 )
-                words = [each.note] * (kind == JACOBIAN) + [SAID[kind]] * (len(kinds) > 1)
+                words = [each.note] * (kind == JACOBIAN) + [METHODS[kind]] * (len(kinds) > 1)
                 rows.append((*first, between, "; ".join(filter(None, words))))
         for product in self.determined:
             rows.append((product.text, *in_words(product.value, product.lower, product.upper), "in SI units"))

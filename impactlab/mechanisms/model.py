@@ -23,7 +23,7 @@ from impactlab.numerics.addresses import (
     call,
     entered,
     kernel_address,
-    say_if_compiling,
+    log_compiling,
 )
 from impactlab.numerics.ahead import Kernel
 from impactlab.numerics.compiling import ENTRY
@@ -172,7 +172,7 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
     Where no law gives ``impulses`` their columns stay as they are at t = 0, which saves a factorisation in each step.
     """
     n, r, d = motion.position.size, len(part.readings), len(motion.drives)
-    say_if_compiling(prepare_columns)
+    log_compiling(prepare_columns)
     parameters = numbers_of(part, motion, ports, dt)
     size = steps.state_size(n, r, d)
     state = np.zeros(size)

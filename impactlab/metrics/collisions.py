@@ -209,7 +209,7 @@ def mean_velocity(
 
 
 def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: Given) -> float | None:
-    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests but for its vibration."""
+    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests except for its vibration."""
     return 0.0 if scene.bodies[name].is_held else mean_velocity(scene, history, name, time, given)
 
 

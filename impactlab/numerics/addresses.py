@@ -52,7 +52,7 @@ RESPOND = types.void(from_dtype(np.dtype(Port)), from_dtype(np.dtype(Reply)))
 FAST = {"reassoc", "contract"}
 MAX_UNKNOWNS = 2000  # of a body in a trial: its response columns then take Python some 50 ms
 LOG = logging.getLogger("impactlab")
-_said: list[bool] = []  # that code is compiled
+_logged: list[bool] = []  # that code is compiled
 _in_python: dict[Callable[..., Any], Callable[..., Any]] = {}
 _plain: list[Callable[..., None]] = []
 _trial = _interpreting = False
@@ -144,10 +144,10 @@ def interpreted(unknowns: int) -> Iterator[None]:
         _interpreting = False
 
 
-def say_if_compiling(entry: Any) -> None:
+def log_compiling(entry: Any) -> None:
     """Log, once in a session, that compiled code is made first, if that of a function is not on disk."""
-    if COMPILED and parent_process() is None and not _said and not is_kept(entry):
-        _said.append(True)
+    if COMPILED and parent_process() is None and not _logged and not is_kept(entry):
+        _logged.append(True)
         LOG.warning("compiling code for this kind of run (once per machine, up to a minute) ...")
 
 
@@ -157,8 +157,8 @@ def entered(entry: Any, *arguments: Any) -> Any:
         return in_python(entry)(*arguments)
     if not is_loaded(entry):
         with spent_on(COMPILING):
-            say_if_compiling(entry)
-            tell_if_compiling(entry)
+            log_compiling(entry)
+            announce_compiling(entry)
             return entry(*arguments)
     return entry(*arguments)
 
@@ -167,12 +167,12 @@ def load(entry: Any, signature: tuple[Any, ...]) -> None:
     """Load a compiled function for arguments of some types, before its first call."""
     if COMPILED and not entry.overloads:
         with spent_on(COMPILING):
-            tell_if_compiling(entry)
+            announce_compiling(entry)
             entry.compile(signature)
 
 
-def tell_if_compiling(entry: Any) -> None:
-    """Tell those who want to know that a function is compiled next, if it is not on disk."""
+def announce_compiling(entry: Any) -> None:
+    """Call the functions in `before_compiling` for one that is compiled next, if it is not on disk."""
     if not is_kept(entry):
         for each in before_compiling:
             each(entry)

@@ -27,7 +27,7 @@ MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
 ESTIMATE_S = 4e-4  # s, of an estimate of errors, and of a run beside its set-up and steps
 DESCRIBED_S = 3e-4  # s, of describing a scene
 MIN_LEFT = 0.1  # of a tolerance, beside an error that is stated
-MAX_TELLING = 0.1  # of an error: coarser runs say nothing of how it falls
+MAX_SHOWN_ERROR = 0.1  # of a run whose errors fall by an order: those of coarser runs follow none
 MIN_GROWTH = 1.6  # of the same where no level keeps the tolerance: a finer run also shows the errors of coarser ones
 MAX_GROWTH = 2.6  # of the fineness from level to level: across a longer step no order shows
 MIN_BETWEEN = 0.8  # of the coarser of two runs, that the tolerance needs, for a third one between them
@@ -94,7 +94,7 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / left) ** (1.0 / description.order)
     if not math.isfinite(needed) or finest.error > errors[-1] + unseen:
         needed = 2.0 * finest.fineness
-    elif by_order <= MAX_TELLING:
+    elif by_order <= MAX_SHOWN_ERROR:
         study.reach = _reach(study, by_order, left)
     met = [level.fineness for level in levels if level.error <= tolerance]
     study.next = max(description.min_fineness, math.ceil(min(needed, MAX_GROWTH * finest.fineness)))

@@ -1,4 +1,4 @@
-"""Whether a reference is computed unasked: its predicted seconds beside those of the run that it judges.
+"""Whether a reference is computed unasked: its predicted seconds beside those of the run that is measured against it.
 
 No clock is read, so that the same case has the same summary on every machine. Both predictions count work: steps,
 unknowns and contacts of the run, and of the levels that a converged reference is expected to need. A level costs more

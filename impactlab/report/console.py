@@ -285,10 +285,10 @@ def _number(value: Any) -> str:
     return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def say_if_compiling(*simulations: Simulation) -> None:
+def log_compiling(*simulations: Simulation) -> None:
     """Log, on standard error, that kernels are compiled first, if they are not on disk.
 
     Exact runs do not need the step loop; the march reports its own compilation.
     """
     if not simulations or not all(is_exact(*each) for each in simulations):
-        addresses.say_if_compiling(loop.advance_dated)
+        addresses.log_compiling(loop.advance_dated)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from impactlab.report.named_contacts import with_figures
-from impactlab.report.signals import named, said
+from impactlab.report.signals import in_words, named
 from impactlab.report.style import (
     GRID,
     INK,
@@ -75,7 +75,7 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
         axis.tick_params(axis="y", length=0)
         axis.spines["left"].set_visible(False)
         if len(known) > 1:
-            axis.set_title(said(contact.name))
+            axis.set_title(in_words(contact.name))
         time_axis(axis, scene, trips=contact is known[-1])
     return figure
 

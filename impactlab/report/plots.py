@@ -14,7 +14,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.metrics.norms import face_channels, mass_channels
 from impactlab.report.named_contacts import force_of, gap_of, members_of, view_of
-from impactlab.report.signals import Panel, said, said_place
+from impactlab.report.signals import Panel, in_words, place_in_words
 from impactlab.report.style import (
     INK,
     MAX_LABELS,
@@ -86,7 +86,7 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
         figure.text(
             margins.left / figure.get_figwidth(),
             1.0 - 0.06 * inch,
-            said(contact),
+            in_words(contact),
             va="top",
             fontsize=9.5,
             weight="bold",
@@ -115,7 +115,7 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
         axis.plot(t_exact / time.size, values_exact / unit.size, color=INK, linewidth=0.9)
         if not trips:
             note = f"{trace.name}, {note}" if note else trace.name
-        axis.set_title(trace.name if trips else said(contact), color=trace.colour)
+        axis.set_title(trace.name if trips else in_words(contact), color=trace.colour)
         if columns < 3 or len(trace.name) + len(note) < CROWDED:
             axis.set_title(note, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
         else:
@@ -295,7 +295,7 @@ def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
             highest = max(highest, float(share[-1]))
         axis.set_yscale("log")
         log_axis(axis.yaxis)
-        axis.set_title(said_place(channel))
+        axis.set_title(place_in_words(channel))
         time_axis(axis, scene, trips=trips and axis in flat[max(0, len(channels) - columns) : len(channels)])
     for axis in flat[: len(channels)]:
         axis.set_ylim(FLOOR / 1.5, 2.0 * highest)
@@ -326,7 +326,7 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
     columns, right = across(2), room_beside(names) if names else 0.12
     margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=DOWN)
     figure, axes = grid(2 // columns, columns, 2.4, margins)
-    views = ((said(contact), low - 0.08 * span, high + 0.08 * span), ("near zero", -0.025 * span, 0.08 * span))
+    views = ((in_words(contact), low - 0.08 * span, high + 0.08 * span), ("near zero", -0.025 * span, 0.08 * span))
     flat = [axis for row in axes for axis in row]
     for axis, (title, bottom, top) in zip(flat, views, strict=True):
         unit = scaled("m", max(abs(bottom), abs(top)))

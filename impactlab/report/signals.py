@@ -83,11 +83,11 @@ def panels(
         made += _panels(histories, times, quantity, "probe", UNITS[quantity], channels, compared, seen)
     if contacts is None:
         contacts = named_contacts([trace.history for trace in histories])
-    forces = [(f"force:{each.name}", said(each.name)) for each in contacts]
+    forces = [(f"force:{each.name}", in_words(each.name)) for each in contacts]
     probed = {probe.channel for probe in scene.probes}
     moving = [channel for channel in mass_channels(scene) + face_channels(scene) if channel not in probed]
-    moved = [(channel, said_place(channel)) for channel in moving]
-    gaps = [(f"gap:{each.name}", said(each.name)) for each in contacts if not each.linked]
+    moved = [(channel, place_in_words(channel)) for channel in moving]
+    gaps = [(f"gap:{each.name}", in_words(each.name)) for each in contacts if not each.linked]
     made += _panels(histories, times, "contact force", "force", "N", forces, compared)
     made += _panels(histories, times, "displacement", "displacement", "m", moved, compared)
     made += _panels(histories, times, "gap", "gap", "m", gaps, compared)
@@ -100,7 +100,7 @@ def panels_of(history: Trace, channels: Sequence[str], times: Array) -> list[Pan
     quantities = [channel.partition(":")[0] for channel in channels]
     for quantity in dict.fromkeys(quantities):
         own = [channel for channel, other in zip(channels, quantities, strict=True) if other == quantity]
-        named = [(channel, said(said_place(channel))) for channel in own]
+        named = [(channel, in_words(place_in_words(channel))) for channel in own]
         made += _panels(
             [history], times, quantity, "chosen", UNITS_OF_CHANNELS.get(quantity, "1"), named, compared=False
         )
@@ -187,12 +187,12 @@ def place(probe: Probe, scene: Scene) -> str:
     return f"{probe.body} at {millimetres(probe.x)}" if scene.bodies[probe.body].length else probe.body
 
 
-def said(contact: str) -> str:
+def in_words(contact: str) -> str:
     """Return the name of a contact in words: ``hammer | rod.left``."""
     return contact.replace("|", " | ")
 
 
-def said_place(channel: str) -> str:
+def place_in_words(channel: str) -> str:
     """Return the place of a channel in words."""
     body, _, x = channel.partition(":")[2].partition("@")
     return f"{body} at {millimetres(float(x))}" if x else body

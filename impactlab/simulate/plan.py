@@ -214,7 +214,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
         with in_precision("the contacts of the scene", "contacts"):
             check_exact(scene, method)
         unused = () if method.integrator is None else (UNUSED,)
-        return Plan(scene, method, method, None, 0, {}, {}, (), (), None, (*unused, *_answered_exactly(method)))
+        return Plan(scene, method, method, None, 0, {}, {}, (), (), None, (*unused, *_exactly_hard(method)))
     check_bodies(scene, method)
     checked = 0
     if method.step.dt is not None and not isinstance(method.integrator, AbstractAdaptive):
@@ -288,7 +288,7 @@ def _started(
     return method if as_given else replace(method, laws=laws), tuple(found)
 
 
-def _answered_exactly(method: Method) -> Iterator[Warned]:
+def _exactly_hard(method: Method) -> Iterator[Warned]:
     """Give a warning for each law that approximates a hard contact, which the exact solver answers itself."""
     for name, law in method.laws.items():
         if law.hard and not law.is_the_contact:

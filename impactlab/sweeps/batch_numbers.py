@@ -33,7 +33,7 @@ class NotServed(Exception):  # noqa: N818 - a reason, no fault: the points are t
 
 
 class Differs(NotServed):
-    """A batch gave another value than a run of its own: a fault of this code, which its users should hear of."""
+    """A batch gave another value than a run of its own: a fault of this code, which its users should know."""
 
 
 class OnAxis(NamedTuple):

@@ -47,7 +47,7 @@ class Ended(NamedTuple):
     """The outcome of a job on the cluster."""
 
     job: Job
-    status: str  # answered | hung | crashed | again, where the job itself is not to blame
+    status: str  # done | hung | crashed | again, where the job itself is not to blame
     value: Any  # the chunk, or the reason in words
 
 
@@ -169,7 +169,7 @@ class Cluster:
         workers = list(self.client.nthreads())
         jobs = [(number, number) for number in range(len(workers))]
         found = list(self._ended(jobs, MAX_WARM_UP_S, len(workers), dict(zip(jobs, workers, strict=True))))
-        seconds = [each.value for each in found if each.status == "answered"]
+        seconds = [each.value for each in found if each.status == "done"]
         if self.made.batch is not None:
             return points_in(self.made.batch.seconds)
         return points_in(median(seconds) if len(seconds) == len(found) else math.inf)
@@ -180,7 +180,7 @@ class Cluster:
         jobs = [(first, min(first + size, count)) for first in firsts]
         lost: list[Job] = []
         for ended in self._ended(jobs, POINT_LIMIT_S + 4.0 * CHUNK_SECONDS):
-            if ended.status == "answered":
+            if ended.status == "done":
                 yield ended.value
             else:
                 lost.append(ended.job)
@@ -199,7 +199,7 @@ class Cluster:
             ended = first_try
             if ended.status == "hung" and step == 1:
                 [ended] = self._ended([ended.job], POINT_LIMIT_S, 1)
-            if ended.status == "answered":
+            if ended.status == "done":
                 yield ended.value
             elif step == 1:
                 yield chunk_of(ended.job[0], [missing(self.made, ended.status, ended.value)], self.made.wanted)
@@ -252,7 +252,7 @@ class Cluster:
             return Ended(job, "hung", f"no answer after {limit:g} s")
         if future.status == "finished":
             try:
-                return Ended(job, "answered", future.result(timeout=ANSWER_S))
+                return Ended(job, "done", future.result(timeout=ANSWER_S))
             except (OSError, TimeoutError) as error:  # its worker died before the result was fetched
                 return Ended(job, "crashed", f"the result was lost: {error}")
         fault = future.exception() if future.status == "error" else None

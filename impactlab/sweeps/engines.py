@@ -28,7 +28,7 @@ def size_of_chunk(made: Sweep, workers: int) -> int:
     else:
         start: dict[str, Any] = {"initializer": _begin, "initargs": (made,)}
         [outcome] = outcomes(_spent_in_worker, [0], limit=2.0 * POINT_LIMIT_S, **start)
-        spent = outcome.value if outcome.status == "answered" else math.inf
+        spent = outcome.value if outcome.status == "done" else math.inf
     return points_in(spent)
 
 
@@ -64,7 +64,7 @@ def computed(made: Sweep, firsts: Sequence[int], size: int, workers: int) -> Ite
     limit = POINT_LIMIT_S + 4.0 * CHUNK_SECONDS
     lost: list[tuple[int, int]] = []
     for outcome in outcomes(_in_worker, jobs, workers=workers, limit=limit, initializer=_begin, initargs=(made,)):
-        if outcome.status == "answered":
+        if outcome.status == "done":
             yield chunk_of(outcome.job[0], outcome.value, made.wanted)
         else:
             lost.append(outcome.job)
@@ -81,9 +81,9 @@ def _alone(made: Sweep, numbers: Sequence[int], workers: int) -> dict[int, Row]:
     for outcome in outcomes(
         _in_worker, jobs, workers=workers, limit=POINT_LIMIT_S, initializer=_begin, initargs=(made,)
     ):
-        answered = outcome.status == "answered"
+        done = outcome.status == "done"
         status = "hung" if outcome.status == "hung" else "crashed"
-        rows[outcome.job[0]] = outcome.value[0] if answered else missing(made, status, outcome.value)
+        rows[outcome.job[0]] = outcome.value[0] if done else missing(made, status, outcome.value)
     return rows
 
 

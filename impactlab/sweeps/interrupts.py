@@ -32,16 +32,16 @@ def remembered() -> Iterator[Callable[[], None]]:
     if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield check
         return
-    told_before = sys.unraisablehook
+    previous = sys.unraisablehook
 
-    def tell(dropped: sys.UnraisableHookArgs) -> None:
+    def pass_on(dropped: sys.UnraisableHookArgs) -> None:
         if not issubclass(dropped.exc_type, KeyboardInterrupt):
-            told_before(dropped)
+            previous(dropped)
 
-    sys.unraisablehook = tell
+    sys.unraisablehook = pass_on
     signal.signal(signal.SIGINT, remember)
     try:
         yield check
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        sys.unraisablehook = told_before
+        sys.unraisablehook = previous

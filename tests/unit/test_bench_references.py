@@ -40,7 +40,7 @@ class Inline:
         worker.start(*initargs)
         for job in jobs:
             self.asked.append((function.__name__, job.method, limit))
-            yield self.put(job, function.__name__) or Outcome(job, "answered", function(job))
+            yield self.put(job, function.__name__) or Outcome(job, "done", function(job))
 
 
 def run(tmp_path: Path, **options: Any) -> runs.Bench:

@@ -153,7 +153,7 @@ def test_a_point_that_hangs_on_a_cluster_is_one_row(monkeypatch):
     assert [chunks.STATUSES[each] for each in found["status"].values] == ["completed", "hung", "completed", "completed"]
 
 
-@pytest.mark.parametrize(("outcomes", "expected"), [(("hung", "answered"), "told"), (("hung", "hung"), "hung")])
+@pytest.mark.parametrize(("outcomes", "expected"), [(("hung", "done"), "told"), (("hung", "hung"), "hung")])
 def test_a_point_that_waited_behind_one_that_hung_is_tried_again(outcomes, expected, monkeypatch):
     made = object.__new__(cluster.Cluster)
     given = iter(outcomes)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from impactlab.bench.report.looks import End, Looks, decades, draw_family, name_ends, room_beside, told_apart
+from impactlab.bench.report.looks import End, Looks, decades, distinct, draw_family, name_ends, room_beside
 from impactlab.bench.report.views import Clock, Family, SceneRows
 from impactlab.report.style import MUTED, Margins, drawn, grid, log_axis
 
@@ -49,7 +49,7 @@ def _against_steps(scene: SceneRows, look: Looks, panels: Sequence[Panel], low: 
     """Return a figure over steps per round trip, a panel for each number, names beside each; axes within limits."""
     worst = [_worst(scene, of) for _, _, of in panels]
     named = list(dict.fromkeys(method for found in worst for method in found))
-    look = told_apart(named, look)
+    look = distinct(named, look)
     figure, rows = grid(len(panels), 1, 2.0, Margins(right=room_beside(named), down=0.5))
     for (axes,), (title, label, of), found in zip(rows, panels, worst, strict=True):
         values = [value for row in scene.rows if row.completed and (value := of(row)) is not None and value > low]

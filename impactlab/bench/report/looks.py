@@ -66,7 +66,7 @@ def methods_by_look(scenes: Sequence[SceneRows], look: Looks) -> list[str]:
     return [*look, *(name for name in every if name not in look)]
 
 
-def told_apart(named: Iterable[str], look: Looks) -> dict[str, Look]:
+def distinct(named: Iterable[str], look: Looks) -> dict[str, Look]:
     """Return all looks; of the methods that a figure names, one with the colour of another gets a free colour."""
     found: dict[str, Look] = {}
     for method in named:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from impactlab.bench.report.looks import GREY, End, Looks, name_ends, power, room_beside, shortened, told_apart
+from impactlab.bench.report.looks import GREY, End, Looks, distinct, name_ends, power, room_beside, shortened
 from impactlab.bench.report.ranking import ABSENT, FAILED, MET, MISSED, REFUSED, Standing, judged, profile, ranking
 from impactlab.bench.report.views import TOLERANCES, Norm, SceneRows
 from impactlab.report.style import GRID, INK, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for
@@ -38,7 +38,7 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Looks, clock: str = 
     tables = [ranking(scenes, norm, tolerance, clock) for tolerance in TOLERANCES]
     named = [_named([standing.method for standing in table if standing.ratios], look) for table in tables]
     every = list(dict.fromkeys(method for found in named for method in found))
-    look = told_apart(every, look)
+    look = distinct(every, look)
     figure, rows = grid(len(TOLERANCES), 1, 2.15, Margins(right=room_beside(every), down=0.65))
     for (axes,), tolerance, table, found in zip(rows, TOLERANCES, tables, named, strict=True):
         count = len(judged(scenes, norm, tolerance).scenes)

@@ -12,11 +12,11 @@ from impactlab.bench.report.looks import (
     End,
     Looks,
     decades,
+    distinct,
     draw_family,
     leaders,
     name_ends,
     room_beside,
-    told_apart,
 )
 from impactlab.bench.report.views import AUTOMATIC, Clock, Family, Norm, SceneRows, error
 from impactlab.report.style import INK, MUTED, PAPER, WIDTH, drawn
@@ -65,7 +65,7 @@ def precision(scene: SceneRows, norm: Norm, look: Looks) -> Figure:
     from matplotlib.figure import Figure
 
     named = leaders(scene, norm)
-    look, limits = told_apart(named, look), limits_of(scene, norm)
+    look, limits = distinct(named, look), limits_of(scene, norm)
     exact = [family for family in scene.families if family.stepless and points(family.rows, norm, scene)]
     chosen = points(scene.automatic, norm, scene, TIME.of)
     room = room_beside([*named, *(family.method for family in exact), *([AUTOMATIC] if chosen else [])])

@@ -10,7 +10,7 @@ from impactlab.bench.schema import Row
 WRONG = 0.2  # error of displacement or impulse from which a completed run must carry a warning about its result
 MAX_IMBALANCE = 0.02  # of the momentum in play, read between the records; the run itself checks it to 1e-9
 MAX_GAIN = 0.05  # of the reference energy: a larger gain must carry a warning
-TELLING = (
+OF_RESULTS = (
     "chatter",
     "coarse_contact",
     "constraint_energy",
@@ -32,16 +32,16 @@ class Verdict(Enum):
     """The outcome of a method on a scene, with the mark that stands for it."""
 
     RIGHT = "✓"
-    TOLD = "w"  # completed, wrong by more than `WRONG`, with a warning
+    WARNED = "w"  # completed, wrong by more than `WRONG`, with a warning
     UNKNOWN = "?"  # completed in good order, without a reference
     REFUSED = "r"
     FAILED = "F"
     VIOLATION = "!"
 
 
-def telling(row: Row) -> tuple[str, ...]:
+def result_warnings(row: Row) -> tuple[str, ...]:
     """Return the codes of warnings about the result of a row."""
-    return tuple(code for code in row.warnings.split(";") if code in TELLING)
+    return tuple(code for code in row.warnings.split(";") if code in OF_RESULTS)
 
 
 def worst_error(row: Row) -> float | None:
@@ -68,12 +68,12 @@ def violations(row: Row) -> Iterator[str]:
     else:
         if row.energy_gain is None or row.energy_loss is None:
             yield "its energy is not a number"
-        elif row.energy_gain > MAX_GAIN and not telling(row):
+        elif row.energy_gain > MAX_GAIN and not result_warnings(row):
             yield f"gained {100.0 * row.energy_gain:.2g} % of its energy without a warning"
         if row.momentum_error is not None and row.momentum_error > MAX_IMBALANCE:
             yield f"momentum and impulses differ by {100.0 * row.momentum_error:.2g} %"
         error = worst_error(row)
-        if error is not None and error > WRONG and not telling(row):
+        if error is not None and error > WRONG and not result_warnings(row):
             yield f"wrong by {100.0 * error:.2g} % without a warning"
 
 
@@ -86,7 +86,7 @@ def verdict(row: Row) -> Verdict:
     error = worst_error(row)
     if error is None:
         return Verdict.UNKNOWN
-    return Verdict.TOLD if error > WRONG else Verdict.RIGHT
+    return Verdict.WARNED if error > WRONG else Verdict.RIGHT
 
 
 def faults(rows: Sequence[Row]) -> list[tuple[Row, str]]:

@@ -132,7 +132,7 @@ def mean_velocity(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans:
 
 @EXACT_PART
 def speed(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, count: int) -> float:
-    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests but for its vibration."""
+    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests except for its vibration."""
     return 0.0 if q.bodies[b].held == 1 else mean_velocity(m, q, p, b, t, spans, count)
 
 

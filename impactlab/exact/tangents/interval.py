@@ -109,7 +109,7 @@ def arriving(m: MarchArrays, d: TangentArrays, q: int, j: int, t0: float, t1: fl
                 wave[k] += middle * d.fronts[e, 0, k] + slope * d.fronts[e, 1, k]
         wave[0] += 0.5 * (d.of_state[q, GRAVITY] * end.transit + state.gravity * transit)
         longest = max(longest, n)
-        # a front that parts from the start of the interval is told
+        # a front that parts from the start of the interval is found
         d.apart[q] = max(d.apart[q], d.jumps[e] * abs(d.moves[number, 0, q] + transit - start))
     return longest
 

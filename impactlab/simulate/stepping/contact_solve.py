@@ -119,15 +119,15 @@ def evaluate(m: StepArrays, number: int, time: float, dt: float) -> None:
 
 
 @INLINE
-def heard_news(m: StepArrays, number: int, sweep: int) -> bool:
+def neighbour_changed(m: StepArrays, number: int, sweep: int) -> bool:
     """Return whether a contact that acts on this one has changed its reply since this one was evaluated."""
-    news = False
+    changed = False
     contact = m.contacts[number]
     for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
         other = m.coupled[pair]
         if other != number:
-            news = news or m.contacts[other].moved == (sweep if other < number else sweep - 1)
-    return news
+            changed = changed or m.contacts[other].moved == (sweep if other < number else sweep - 1)
+    return changed
 
 
 @PART
@@ -150,10 +150,10 @@ def write_slopes(m: StepArrays, number: int, other: int, kind: int, step: float,
     theirs.force, theirs.impulse = force, impulse
     for place in range(2):
         row = 2 * m.order[number] + place
-        answered = m.system[row, base]
-        if answered != 0.0:
-            behind = (answered - (force_behind if place == 0 else impulse_behind)) / step
-            beyond = ((reply.force * dt if place == 0 else reply.impulse) - answered) / step
+        reply_now = m.system[row, base]
+        if reply_now != 0.0:
+            behind = (reply_now - (force_behind if place == 0 else impulse_behind)) / step
+            beyond = ((reply.force * dt if place == 0 else reply.impulse) - reply_now) / step
             at = 2 * m.order[other] + kind - first_column(row, band, size, width)
             m.system[row, at] = -(beyond if abs(beyond) > abs(behind) else behind)
 
@@ -247,15 +247,15 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
         contact = m.contacts[number]
         contact.before, contact.force = contact.force, 0.0
         contact.impulse, contact.projection, contact.push = 0.0, 0.0, 0.0
-    answered, change, largest, sweep, since, turns, backwards = True, 0.0, 0.0, 0, 0, 0, False
+    evaluated, change, largest, sweep, since, turns, backwards = True, 0.0, 0.0, 0, 0, 0, False
     while True:
         before, change, largest = change, 0.0, 0.0
         for place in range(n_contacts):
             number = n_contacts - 1 - place if backwards else place
             contact, reply = m.contacts[number], m.replies[number]
-            if sweep == since or (contact.coupled > 1 and heard_news(m, number, sweep)):
+            if sweep == since or (contact.coupled > 1 and neighbour_changed(m, number, sweep)):
                 evaluate(m, number, time, dt)
-                answered = answered and reply.failed == 0.0
+                evaluated = evaluated and reply.failed == 0.0
                 if n_contacts > 1:
                     moved = change_of(m, number, dt)
                     contact.moved = sweep if moved != 0.0 else -1
@@ -265,7 +265,7 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
             if n_contacts > 1:
                 largest = max(largest, size_of(m, number, dt))
         sweep += 1
-        if change <= 1e-15 * largest or not answered or sweep == MAX_SWEEPS:
+        if change <= 1e-15 * largest or not evaluated or sweep == MAX_SWEEPS:
             break
         if turns > 0 and change <= ROUNDING_TOL * largest and change >= 0.5 * before:
             break  # the remainder is rounding, which Newton steps repeat
@@ -279,7 +279,7 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
                 backwards = turns % 2 == 1  # from both ends in turn: a change at one end reaches the other in a sweep
             if turns <= MAX_NEWTON_TURNS + 1:
                 since = sweep  # all laws are evaluated in it
-    m.scratch[0] = 1.0 if answered and change <= AGREEMENT_TOL * largest else 0.0
+    m.scratch[0] = 1.0 if evaluated and change <= AGREEMENT_TOL * largest else 0.0
 
 
 @INLINE

@@ -144,7 +144,7 @@ def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
 
 
 @PART
-def answer_fully(m: StepArrays, number: int) -> None:
+def correct_coupled(m: StepArrays, number: int) -> None:
     """Add the responses to an impulse and a projection to the state; read the faces with all that acts on them."""
     contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
     if contact.impulse != 0.0 or contact.projection != 0.0:
@@ -198,7 +198,7 @@ def correct(m: StepArrays) -> None:
             right.u = right.free_u + port.right.displacement_per_force * force
             right.v = right.free_v + port.right.velocity_per_force * force
         else:
-            answer_fully(m, number)
+            correct_coupled(m, number)
     if m.clock[0].rare != 0 and len(m.pushes) > 0:
         call(m.pieces[PUSH_ROWS], m)
     if m.clock[0].changes != 0:
