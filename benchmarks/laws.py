@@ -29,7 +29,8 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.modal import Modal
-from impactlab.numerics.addresses import LawAddress, call
+from impactlab.numerics.addresses import call
+from impactlab.numerics.law_address import LawAddress
 from impactlab.plugins import LAWS, kind_of, registry
 from impactlab.simulate import Plan, prepare
 from impactlab.testing.verdict import options_to_try

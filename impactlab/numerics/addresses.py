@@ -8,13 +8,11 @@ machine call. With NUMBA_DISABLE_JIT=1, and inside `interpreted`, an address is 
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import dis
 import logging
 from collections.abc import Callable, Iterator
 from difflib import get_close_matches
 from multiprocessing import parent_process
-from operator import attrgetter
 from types import FunctionType
 from typing import Any
 
@@ -277,69 +275,10 @@ def kernel_address(function: Callable[..., None] | None, signature: Any, allocat
         return 0
     if COMPILED and not _interpreting:
         return int(compiled(function, signature, allocates).address)
-    _plain.append(in_python(function) if _interpreting else function)
+    return plain_address(in_python(function) if _interpreting else function)
+
+
+def plain_address(function: Callable[..., None]) -> int:
+    """Return the number by which `call_in_python` calls a Python function."""
+    _plain.append(function)
     return len(_plain) - 1
-
-
-class LawAddress:
-    """The address of a law's `respond`, and the objects that must live as long as it may be called.
-
-    A law that stays plain Python is called back; its exception is kept in ``raised`` and the reply marked failed.
-    """
-
-    def __init__(self, respond: Callable[[Any, Any], None], as_compiled: bool) -> None:
-        self.raised: Exception | None = None
-        self._keep: Any = None
-        if COMPILED and as_compiled:
-            self.value = int(compiled(respond, RESPOND).address)
-            return
-
-        def guarded(port: Port, reply: Reply) -> None:
-            try:
-                respond(port, reply)
-            except Exception as raised:  # noqa: BLE001 - carried out of the loop, raised there as StepError
-                self.raised = raised
-                reply.failed = 1.0
-
-        if COMPILED:
-            known: dict[int, Any] = {}  # by address: the loop gives the same records in every step
-
-            def called(port: int, reply: int) -> None:
-                if port not in known:
-                    known[port] = at_hand(PortAtHand, port)
-                if reply not in known:
-                    known[reply] = at_hand(ReplyAtHand, reply)
-                guarded(known[port], known[reply])
-
-            self._keep = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(called)
-            self.value = int(ctypes.cast(self._keep, ctypes.c_void_p).value or 0)
-        else:
-            _plain.append(guarded)
-            self.value = len(_plain) - 1
-
-
-def held(kind: type[ctypes.Structure], name: str) -> Any:
-    """Return a property for a field that is a record or an array; its object is made once."""
-    return property(attrgetter(f"_{name}"), getattr(kind, name).__set__)
-
-
-class PortAtHand(Port):
-    """A port whose sides and arrays are made once: making them at every access dominates the time of plain Python."""
-
-    left, right = held(Port, "left"), held(Port, "right")
-    readings, memory, parameters = held(Port, "readings"), held(Port, "memory"), held(Port, "parameters")
-
-
-class ReplyAtHand(Reply):
-    """A reply whose memory is made once."""
-
-    memory = held(Reply, "memory")
-
-
-def at_hand(kind: type[ctypes.Structure], address: int) -> Any:
-    """Return the record at an address of the running loop."""
-    record = kind.from_address(address)
-    for name, made in vars(kind).items():
-        if isinstance(made, property):
-            setattr(record, f"_{name}", getattr(kind.__base__, name).__get__(record))
-    return record

@@ -13,7 +13,7 @@ from impactlab.contact.power_law import Hertz
 from impactlab.errors import PluginError, StepError, raised_at
 from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.newmark import Newmark
-from impactlab.numerics.addresses import LawAddress
+from impactlab.numerics.law_address import LawAddress
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run

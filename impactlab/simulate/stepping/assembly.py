@@ -9,8 +9,9 @@ from typing import Any, final
 import numpy as np
 
 from impactlab.integrators.base import AbstractIntegrator
-from impactlab.numerics.addresses import COMPILED, LawAddress, entered
+from impactlab.numerics.addresses import COMPILED, entered
 from impactlab.numerics.ahead import ahead
+from impactlab.numerics.law_address import LawAddress
 from impactlab.numerics.records import copied, copied_records, on_lines, records
 from impactlab.scene.method import laws_of
 from impactlab.simulate.plan import Plan

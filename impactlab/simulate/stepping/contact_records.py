@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.numerics.addresses import LawAddress
+from impactlab.numerics.law_address import LawAddress
 from impactlab.numerics.records import records
 from impactlab.scene.problem import Point
 from impactlab.simulate.stepping.arrays import ContactRecord, FaceRecord, Ints, PushRecord, ReadingRecord

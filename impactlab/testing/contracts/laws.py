@@ -9,8 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.numerics.addresses import COMPILED, LawAddress
+from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.compiling import plain
+from impactlab.numerics.law_address import LawAddress
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push
 from impactlab.testing.contracts.common import PIECE, PORTS, described
 from impactlab.testing.followed import Follower
