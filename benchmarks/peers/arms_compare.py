@@ -49,8 +49,8 @@ larger of the two relative errors. The cases are [two_link_arm](../cases/two_lin
 
 Made by `python -m benchmarks.peers.arms_compare --out docs/peers-mechanisms.md` with the `[peers]` extra; again from
 what was measured with `--from docs/peers-mechanisms.json`. {machine}; {versions}.
-{repeats} interleaved repeats on a machine that others used, too: time of the processor in one thread, the least, and in
-brackets how far the middle one lies above it. Set-up (meshes, shapes, integrals, assembly) is not in the times. Exudyn
+{repeats} interleaved repeats on a shared machine: the least processor time of one thread, and in
+brackets how far the median lies above it. Set-up (meshes, shapes, integrals, assembly) is not in the times. Exudyn
 writes nothing while timed; impactlab records everything it always does.
 
 {verdicts}
@@ -65,7 +65,7 @@ Both converge, and to the same impulses. So the error of a setting is counted fr
 
 Per program the quickest setting of its scan. Where errors of mesh and step cancel, that takes some luck: Exudyn's best
 on the arm has 22 elements, and 24 at the same step are {unlucky} off; impactlab's on the two-link arm leaves the
-stretch of the link out, which costs 0.003 at short steps. "kept" takes the luck out: with the next more shapes of each
+stretch of the link out, which costs 0.003 at short steps. "kept" excludes luck: with the next more shapes of each
 kind or elements, with the next shorter step, and with all of these, the error stays below 0.001, too.
 
 {tables}

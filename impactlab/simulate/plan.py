@@ -292,7 +292,7 @@ def _exactly_hard(method: Method) -> Iterator[Warned]:
     """Give a warning for each law that approximates a hard contact, which the exact solver answers itself."""
     for name, law in method.laws.items():
         if law.hard and not law.is_the_contact:
-            text = f"{name}: the exact solver answers the hard contact itself; nothing here is by law '{kind_of(law)}'"
+            text = f"{name}: the exact solver solves the hard contact itself, and does not use law '{kind_of(law)}'"
             yield Warned("law_unused", text)
 
 

@@ -32,7 +32,7 @@ def test_an_exact_run_says_where_its_law_stands_for_the_hard_contact(law: str) -
     assert history.contacts[0].peak_force == pytest.approx(78276.57, rel=1e-6)
     approximates = law in ("nitsche", "velocity_complementarity")
     assert [w.text for w in history.warnings if w.code == "law_unused"] == [
-        f"hammer|rod.left: the exact solver answers the hard contact itself; nothing here is by law '{law}'"
+        f"hammer|rod.left: the exact solver solves the hard contact itself, and does not use law '{law}'"
     ] * approximates
 
 

@@ -103,7 +103,7 @@ def test_a_sequence_of_three_contacts_is_warned_of() -> None:
 
 
 def test_the_table_of_the_docs_is_measured() -> None:
-    """Energy, impulse and way of the block at three steps: of second order, energy of a higher one."""
+    """Energy, impulse and displacement of the block at three steps: of second order, energy of a higher one."""
     page = (ROOT / "docs" / "mechanisms.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| (\d) µs \| (\S+) \| (\S+) \| (\S+) \|$", page, flags=re.MULTILINE)
     finest = il.run(CRANK.with_("solve.step.dt", 2.5e-7))
