@@ -63,10 +63,10 @@ def add_warnings(history: AbstractHistory) -> None:
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
     found += without_touch(history, meeting)
     gain = gain_of(history)
-    if gain > GAIN_WARN and beyond_rounding(history, gain):
+    if beyond(history, gain, GAIN_WARN):
         found.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the reference energy"))
     loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
-    if loss > LOSS_WARN and beyond_rounding(history, loss):
+    if beyond(history, loss, LOSS_WARN):
         text = (
             f"{100 * loss:.2g} % of the reference energy was lost without a formula: to the scheme, or to a law whose "
             "reply does not count it as `dissipated`"
@@ -171,17 +171,22 @@ def check_gain(history: AbstractHistory, bound: float, remedy: str, failure: Fai
         text = "the balance of energy is not a finite number: a law replied an energy that is not a number"
         raise failure(text, remedy=LOST_DIGITS)
     gain = gain_of(history)
-    allowed = bound + ROUNDING_TOL * history.energy.rounding
-    if gain > min(allowed, MAX_GAIN) and beyond_rounding(history, gain):
-        declared = f"these parts declare at most {bound:.3g}" if gain > allowed else "no run may more than double it"
+    if beyond(history, gain, min(bound, MAX_GAIN)):
+        over = beyond(history, gain, bound)
+        declared = f"these parts declare at most {bound:.3g}" if over else "no run may more than double it"
         raise failure(f"energy grew by {gain:.3g} of the reference energy, and {declared}", remedy=remedy)
 
 
-def beyond_rounding(history: AbstractHistory, share: float) -> bool:
-    """Return whether a share of the reference energy is more than the rounding of meshes may give all bodies."""
-    if not isinstance(history, AbstractRecordedHistory):
-        return True
-    return share * reference_energy(history) > sum(each.energy for each in rounded(history, history.duration).values())
+def beyond(history: AbstractHistory, share: float, allowed: float) -> bool:
+    """Return whether a share of the reference energy is more than is allowed and rounding leaves.
+
+    Rounding is that of the energies of all bodies, and of meshes that are displaced as a whole.
+    """
+    if share <= allowed:
+        return False
+    of_meshes = rounded(history, history.duration).values() if isinstance(history, AbstractRecordedHistory) else ()
+    rounding = ROUNDING_TOL * history.energy.rounding
+    return share > allowed + rounding + sum(each.energy for each in of_meshes) / reference_energy(history)
 
 
 def gain_of(history: AbstractHistory) -> float:

@@ -43,6 +43,7 @@ def rounded(history: AbstractRecordedHistory, time: float) -> dict[str, Rounded]
 
 def _rounded(body: ElasticBody, share: float, elements: float, energy: float, time: float) -> Rounded:
     mass, turn = body.moving_mass, math.sqrt(body.stiffness / body.moving_mass) * time  # phase of its slow motion
+    turn = min(turn, 1.0) if body.is_held else turn  # a body that is held does not fly
     displaced = 0.0 if body.displacement is None else _largest(body)
     start, flight = math.sqrt(body.stiffness * mass) * displaced, math.sqrt(2.0 * mass * energy)  # N s
     momentum = min(MAX_ROUNDED, share * turn) * start + min(MAX_ROUNDED, share * turn**2) * flight

@@ -314,15 +314,14 @@ def start(m: StepArrays, dt: float) -> None:
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
         gap = contact.initial_gap + m.faces[2 * number + 1].u - m.faces[2 * number].u  # with displacements at t = 0
-        if (contact.smooth != 0 and gap < 0.0) or contact.joined != 0:
+        if (contact.compliant != 0 and gap < 0.0) or contact.joined != 0:
             # Overlapping faces and links may store energy at the start: the law is evaluated while all compliances are
             # still zero.
             load_point, contact.load_point = contact.load_point, 0.0
             evaluate(m, number, 0.0, 1.0)
             contact.load_point = load_point
-            if contact.joined != 0:  # a contact that yields at t = 0 has yielded before
-                for k in range(MEMORY):
-                    m.ports[number].memory[k] = m.replies[number].memory[k]
+            for k in range(MEMORY):  # a contact that yields at t = 0 has yielded before; what it stores may be lost
+                m.ports[number].memory[k] = m.replies[number].memory[k]
     fill_influence(m)
     if len(m.phases) > 0:
         call(m.pieces[CHANGE_PHASES], m)
