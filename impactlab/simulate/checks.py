@@ -34,6 +34,7 @@ from impactlab.types import Level
 
 LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
+DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
 SMALLER_STEP = "Give a smaller step, or another law."
 MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, even if its parts declare more
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
@@ -72,12 +73,26 @@ def add_warnings(history: AbstractHistory) -> None:
             "reply does not count it as `dissipated`"
         )
         found.append(Warned("energy_loss", text))
+    found += dropped_in_maps(history)
     if scene.round_trip > 0.0:
         for contact in meeting:
             graze = near_grazing if laws[contact.name].answers_force else grazing_kick
             if (text_or_none := graze(history, contact.name, scene.round_trip, history.dt or 0.0)) is not None:
                 found.append(Warned("near_grazing", text_or_none))
     history.warnings.extend(found)
+
+
+def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Give a warning where changes of coordinates with a contact dropped a large share of the energy."""
+    energy, changes = history.dropped
+    share = energy / reference_energy(history)
+    if share > DROPPED_WARN:
+        names = ", ".join(f"'{name}'" for name, each in history.built.items() if each.system.phases is not None)
+        yield Warned(
+            "coordinates_change",
+            f"{names}: {changes} changes of coordinates, as the contact closed and opened, dropped {100 * share:.2g} % "
+            "of the reference energy, and the motion lacks it",
+        )
 
 
 def without_touch(history: AbstractRecordedHistory, contacts: Sequence[Contact]) -> Iterator[Warned]:

@@ -218,6 +218,8 @@ class ClockRecord(ctypes.Structure):
     lost_ends: float  # J
     lost_inside: float  # J, by damping inside bodies
     lost_unresolved: float  # J, to modes that are left out
+    lost_in_maps: float  # J, the part of it that changes of coordinates drop
+    n_maps: int  # changes of coordinates so far, of bodies whose coordinates follow a contact
     timed: float  # s, the step length that the steppers are prepared for
     recorded: float  # s, time of the last record
     changes: int  # 1 where the columns of a body change with its state
