@@ -162,6 +162,9 @@ class SideFacts(NamedTuple):
     left_out: float = 0.0  # m/N, static compliance of the face in the modes that the model leaves out
     flexibility: float = 0.0  # m/N, of a massless face
     end: str = "free"  # kind of the struck end: one of `impactlab.scene.End`, or force; inner at an inner point
+    in_waves: bool = (
+        False  # True: the body steps by its waves, as a delay line, so that it is free by those that arrive
+    )
 
 
 class Start(NamedTuple):
