@@ -224,7 +224,10 @@ class Until(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """A branch of a law: force = f0 + k a + d v, in compression positive. The first end to be met ends it."""
+    """A branch of a law: force = f0 + k a + d v.
+
+    The force is positive in compression. The first end to be met ends it.
+    """
 
     name: str  # as histories report it
     stiffness: float  # N/m; inf of faces that move as one

@@ -139,7 +139,10 @@ class PlainLoop:
         self.time += self.dt
 
     def push_ends(self) -> None:
-        """Add the response to each force over time on an end: its value at one end of the step, or its mean over it."""
+        """Add the response to each force over time on an end.
+
+        The force is its value at one end of the step, or its mean over it.
+        """
         memory, names = self.assembly.memory, list(self.plan.built)
         for load in self.assembly.loads:
             name = names[load.body]

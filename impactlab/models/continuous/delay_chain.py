@@ -163,7 +163,9 @@ class DelayChain(AbstractSelfStepping):
         return tuple(found)
 
     def before(self, piece: Piece, dt: float) -> tuple[Array, Array]:
-        """Return the waves on their way at t = 0 to the right and to the left, as cell means: (cells,) each [m/s].
+        """Return the waves to either side at t = 0, (cells,) each [m/s].
+
+        Those to the right come first; all are means over cells.
 
         The first is nearest to the node that sends it, as if it had done so in the step before; they are less by the
         velocity that gravity would have given them on the way.

@@ -135,7 +135,7 @@ def add_responses(m: StepArrays, state_start: int, start: int, factor: float, lo
 
 @PART
 def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
-    """Add the response to a force (kind 0), an impulse (1) or a projection (2) at a face to the state of its body."""
+    """Add the response to a force (kind 0), impulse (1) or projection (2) at a face."""
     face = m.faces[number]
     body = m.bodies[face.body]
     start = body.response_start + (kind * body.n_ports + face.place) * (body.state_end - body.state_start)
@@ -164,7 +164,7 @@ def answer_fully(m: StepArrays, number: int) -> None:
 
 @INLINE
 def push_face(m: StepArrays, number: int, force: float) -> None:
-    """Add the response to a force at a face to the state of its body: two entries of a node or of a rigid body."""
+    """Add the response to a force at a face to the state of its body."""
     face = m.faces[number]
     push = face.sign * force
     if face.few == TWO:
