@@ -162,6 +162,9 @@ class SideFacts(NamedTuple):
     left_out: float = 0.0  # m/N, static compliance of the face in the modes that the model leaves out
     flexibility: float = 0.0  # m/N, of a massless face
     end: str = "free"  # kind of the struck end: one of `impactlab.scene.End`, or force; inner at an inner point
+    in_waves: bool = (
+        False  # True: the body steps by its waves, as a delay line, so that it is free by those that arrive
+    )
 
 
 class Start(NamedTuple):
@@ -221,7 +224,10 @@ class Until(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """A branch of a law: force = f0 + k a + d v, in compression positive. The first end to be met ends it."""
+    """A branch of a law: force = f0 + k a + d v.
+
+    The force is positive in compression. The first end to be met ends it.
+    """
 
     name: str  # as histories report it
     stiffness: float  # N/m; inf of faces that move as one

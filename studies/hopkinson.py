@@ -24,7 +24,7 @@ def draw_test() -> Figure:
     for body, colour, dash in (("incident", style.INK, "-"), ("transmission", style.PALETTE[1], "--")):
         dt, strain = hopkinson.sampled(history, f"strain:{body}@0.75", 10e6)
         left.plot(1e6 * dt * np.arange(len(strain)), 1e6 * strain, color=colour, ls=dash, label=f"{body} bar")
-    left.set(xlim=(100.0, 560.0), ylim=(-1300.0, 1900.0), xlabel="time  [µs]", ylabel="strain  [µm/m]")
+    left.set(xlim=(100.0, 600.0), ylim=(-1300.0, 1900.0), xlabel="time  [µs]", ylabel="strain  [µm/m]")
     left.set_title("Gauges in the middle of the bars", loc="left")
     left.legend(frameon=False, loc="upper right")
     curve = hopkinson.evaluate(hopkinson.of_history(history), SPECIMEN).between(LOADED, LOADED + 100e-6)

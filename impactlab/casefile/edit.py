@@ -12,6 +12,7 @@ import numpy as np
 
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.document import MAX_DEPTH, MAX_KEY, Document, Keys, check_texts, parse_value
+from impactlab.casefile.repeat import block_of, count_of
 from impactlab.casefile.samples import Samples
 from impactlab.casefile.schema import CHOSEN, SolveBlock
 from impactlab.casefile.words import closest, listed, shown
@@ -46,6 +47,7 @@ def edited(
         raise CaseError(f"{shown(path)} is not a path", remedy="Write keys with dots between, as in solve.step.dt.")
     value = plain(value, path)
     check_texts(value, keys)
+    _refuse_one_of_many(document.data, keys, path)
     data, lines = dict(document.data), dict(document.lines)
     holder = _holder(data, keys, path)
     last = _key_in(holder, keys[-1], path)
@@ -120,6 +122,29 @@ def plain(value: Any, path: str = "") -> Any:
     )
 
 
+def _refuse_one_of_many(data: Mapping[str, Any], keys: Keys, path: str) -> None:
+    """Raise `CaseError` for the path of one of the bodies that a block makes: it has none of its own."""
+    bodies = data.get("bodies")
+    if keys[0] != "bodies" or len(keys) < 3 or not isinstance(bodies, dict):
+        return
+    block, inside = bodies.get(keys[1]), keys[2:]
+    if isinstance(block, dict):
+        if "repeat" not in block or not keys[2].isdecimal():
+            return
+        found, inside = (keys[1], count_of(block["repeat"], f"bodies.{keys[1]}.repeat")), keys[3:]
+    elif (made := block_of(bodies, keys[1])) is not None:
+        found = made
+    else:
+        return
+    name, count = found
+    key = ".".join(inside) or "KEY"
+    raise CaseError(
+        f"one of the {count} bodies made from the block bodies.{name} has no path of its own",
+        remedy=f"Give the {count} values: bodies.{name}.{key}={{each: [...]}}, or a formula of their number i.",
+        path=path,
+    )
+
+
 def _holder(data: Any, keys: Keys, path: str) -> Any:
     """Return the block that holds the last key; it and those above it are copied, all others are shared."""
     holder = data
@@ -143,7 +168,9 @@ def _key_in(holder: Any, key: str, path: str) -> Any:
         names = [str(each["name"]) for each in holder if isinstance(each, dict) and each.get("name")]
         count += f", or a name: {listed(names)}" if names else ""
         text = f"{shown(key)} is not an entry of this list.{closest(key, names)} Allowed: {count}"
-        raise CaseError(text, remedy="Entries are counted from 0.", path=path)
+        many = any(isinstance(each, dict) and ("repeat" in each or "chain" in each) for each in holder)
+        one = " One that makes many is one entry: give KEY={each: [...]} in it, or a formula of their number i."
+        raise CaseError(text, remedy=f"Entries are counted from 0.{one if many else ''}", path=path)
     raise CaseError(f"{shown(key)} cannot be set inside {shown(holder)}", remedy="Check the path.", path=path)
 
 

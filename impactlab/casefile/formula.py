@@ -83,7 +83,10 @@ class TimeFormula:
 
 @dataclass(frozen=True)
 class IndexFormula:
-    """A formula of the index i of n blocks made from one. Called with n, it returns the values at i = 1 ... n, (n,)."""
+    """A formula of the index i of n blocks made from one.
+
+    Called with n, it returns the values at i = 1 ... n, (n,).
+    """
 
     text: str
 

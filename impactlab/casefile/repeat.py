@@ -84,6 +84,22 @@ def count_of(value: Any, path: str) -> int:
     return int(value)
 
 
+def _names_made(name: str, count: int) -> list[str]:
+    """Return the names of the bodies made from a block: NAME_1 of NAME, or those of its formula in braces."""
+    text = name if "{" in name else f"{name}_{{i}}"
+    return [str(each) for each in _many(_texts(text, count, f"bodies.{name}", in_name=True), count)]
+
+
+def block_of(bodies: Mapping[str, Any], name: str) -> tuple[str, int] | None:
+    """Return the repeated block that makes a body, and how many it makes; None where none does."""
+    for block, value in bodies.items():
+        if isinstance(value, dict) and "repeat" in value:
+            count = count_of(value["repeat"], f"bodies.{block}.repeat")
+            if name in _names_made(block, count):
+                return block, count
+    return None
+
+
 def _bodies(bodies: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Origin], dict[str, list[str]]]:
     """Return all bodies, the origin of each that was made, and the names made from each block."""
     counts = {name: count_of(block["repeat"], f"bodies.{name}.repeat") for name, block in bodies.items()
@@ -99,7 +115,7 @@ def _bodies(bodies: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Origin], 
             made, blocks = [name], [block]
         else:
             count = counts[name]
-            made = _many(_texts(name if "{" in name else f"{name}_{{i}}", count, path, in_name=True), count)
+            made = _names_made(name, count)
             blocks = _copies({key: value for key, value in block.items() if key != "repeat"}, count, path)
             names[name] = made
         for index, (each, inside) in enumerate(zip(made, blocks, strict=True), 1):

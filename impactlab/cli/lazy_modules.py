@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from impactlab.refine import reference as references
     from impactlab.report import animation, compare_report, console, figure_files, output, provenance, run_report
     from impactlab.report import choice as choices
-    from impactlab.sweeps import axes
+    from impactlab.sweeps import axes, given_twice
     from impactlab.testing import verdict as verdicts
 else:
     animation = lazy("impactlab.report.animation")
@@ -40,6 +40,7 @@ else:
     figure_files = lazy("impactlab.report.figure_files")
     files = lazy("impactlab.files")
     fits = lazy("impactlab.fits")
+    given_twice = lazy("impactlab.sweeps.given_twice")
     grid = lazy("impactlab.bench.grid")
     histories = lazy("impactlab.history.base")
     jsonschema = lazy("impactlab.casefile.jsonschema")
@@ -73,6 +74,7 @@ __all__ = [
     "figure_files",
     "files",
     "fits",
+    "given_twice",
     "grid",
     "histories",
     "jsonschema",

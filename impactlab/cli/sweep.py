@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.lazy_modules import axes, console, sweeps
+from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load
 from impactlab.cli.reporting import Left, reporting
 
@@ -81,7 +81,7 @@ def sweep(
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
         read = [axes.read_over(loaded, text) for text in over or []]
-        axes.refuse_twice(loaded, [path for path, _ in read])
+        given_twice.refuse_twice(loaded, [path for path, _ in read])
         names = (
             sweeps.DEFAULT if quantities is None else [name.strip() for name in quantities.split(",") if name.strip()]
         )

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.lazy_modules import axes, console, sweeps, uncertainties
+from impactlab.cli.lazy_modules import console, given_twice, sweeps, uncertainties
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load
 from impactlab.cli.reporting import Left, reporting
 from impactlab.cli.sweep import Cluster, Kept, Quantities, Shard, Workers
@@ -49,7 +49,7 @@ def uncertainty(
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
         read = [uncertainties.read_vary(text) for text in vary]
-        axes.refuse_twice(loaded, [path for path, _ in read])
+        given_twice.refuse_twice(loaded, [path for path, _ in read])
         names = uncertainties.DEFAULT if quantities is None else _listed(quantities)
         options = [*(f"--vary={text}" for text in vary), f"--samples={samples}", f"--seed={seed}"]
         options += [f"--quantities={','.join(names)}", f"--percentiles={percentiles}", f"--failed={failed}"]

@@ -105,6 +105,6 @@ class Penalty(AbstractContactLaw):
         elif averaged or explicit:
             # Let go before it is relaxed: the dashpot takes the energy that the spring gives as it follows the face.
             # Between two ends of steps that is an error of the scheme.
-            reply.stored = 0.5 * stiffness * min(free_gap, 0.0) ** 2 if averaged else 0.0
+            reply.stored = 0.5 * stiffness * min(free_gap, 0.0) * min(gap if explicit else free_gap, 0.0)
             reply.dissipated = max(0.0, port.memory[0] - reply.stored)
         reply.memory[0] = reply.stored

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.numerics.compiling import UNPACK
 from impactlab.types import Level, Noted, Port, PowerForce, Reply, Restitution, SideFacts, Start, option
 
 MAX_EXPLICIT = 4.0  # stiffness times compliance of the faces: the stability limit w dt = 2 of an explicit step
@@ -27,6 +28,102 @@ COARSE = Noted(
 )
 
 
+@UNPACK
+def approach_speed(port: Port, reply: Reply) -> float:
+    """Return the speed of the approach at the touch [m/s], at least the slowest; a slower one is counted."""
+    speed = port.memory[1]
+    if speed == 0.0:
+        gap, free_gap = port.gap, port.free_gap
+        share = gap / (gap - free_gap) if gap > 0.0 else 0.0
+        speed = -(port.gap_rate + share * (port.free_gap_rate - port.gap_rate))
+        if speed < port.parameters[3]:
+            speed = port.parameters[3]
+            reply.memory[2] += 1.0 if port.parameters[2] > 0.0 else 0.0
+    return speed
+
+
+@UNPACK
+def at_start(port: Port, reply: Reply, gain: float) -> float:
+    """Write force and stored energy where the force acts at the start of the step; return the energy lost [J]."""
+    stiffness, n = port.parameters[0], port.parameters[1]
+    gap, compliance = port.gap, port.gap_per_force
+    before = max(0.0, -gap)
+    rate, rate_compliance = port.acting_rate, port.acting_rate_per_force
+    spring, tangent = stiffness * before**n, n * stiffness * before ** (n - 1.0)
+    lost = 0.0
+    if tangent * compliance > MAX_EXPLICIT:
+        reply.failed = 1.0
+    else:
+        reply.memory[3] += 1.0 if max(tangent * compliance, spring * gain * rate_compliance) > COARSE_WARN else 0.0
+        reply.trial = spring * (1.0 - gain * rate) / (1.0 + spring * gain * rate_compliance)
+        reply.force = max(0.0, reply.trial)
+        after = max(0.0, -(port.free_gap + compliance * reply.force))
+        # The energy that leapfrog keeps with n = 1 is k/2 times both indentations.
+        reply.stored = stiffness * (before * after) ** (0.5 * (n + 1.0)) / (n + 1.0)
+        lost = spring * gain * (rate + rate_compliance * reply.force) ** 2 * port.dt
+        reply.in_contact = 1.0 if reply.trial > 0.0 or gap == 0.0 else 0.0
+    return lost
+
+
+@UNPACK
+def spring_of(port: Port, before: float, power: float, after: float, y: float) -> tuple[float, float]:
+    """Return force [N] and slope [N/m] of the spring at the end of the step, or their mean over it.
+
+    ``before`` and ``after`` are the indentations at its ends [m], y the one gained, ``power`` that before to n + 1.
+    """
+    stiffness, n = port.parameters[0], port.parameters[1]
+    ratio = y / (before + after)
+    if port.averaged == 0.0:
+        spring, tangent = stiffness * after**n, n * stiffness * after ** (n - 1.0)
+    elif abs(ratio) < 1e-3 and before > 0.0:
+        # The quotient would be a difference of nearly equal numbers: its series about the middle.
+        middle, square = 0.5 * (before + after), ratio * ratio
+        bend, tangent = n * (n - 1.0) / 6.0, stiffness * middle ** (n - 1.0)
+        spring = tangent * middle * (1.0 + bend * square * (1.0 + (n - 2.0) * (n - 3.0) * square / 20.0))
+        tangent *= 0.5 * n + bend * (ratio + (0.5 * n - 1.0) * square)
+    else:
+        spring = stiffness * (after ** (n + 1.0) - power) / ((n + 1.0) * y)
+        tangent = (stiffness * after**n - spring) / y
+    return spring, tangent
+
+
+@UNPACK
+def over_step(port: Port, reply: Reply, gain: float) -> tuple[float, float]:
+    """Write force and stored energy where the force acts within or at the end of the step.
+
+    Return the energy lost [J] and the indentation at the end [m].
+    """
+    stiffness, n = port.parameters[0], port.parameters[1]
+    gap, free_gap, compliance = port.gap, port.free_gap, port.gap_per_force
+    before, free = max(0.0, -gap), gap - free_gap
+    y, after, spring, rise = free, 0.0, 0.0, 0.0
+    power, size = before ** (n + 1.0), math.inf
+    # The rate of indentation where the force acts is linear in the indentation gained.
+    slope = port.acting_rate_per_force / max(compliance, MIN_COMPLIANCE)
+    rate = -port.acting_rate - slope * free
+    for _ in range(MAX_TURNS):
+        after = max(0.0, y - gap)
+        if before + after == 0.0:
+            break  # they touch by less than a rounding
+        rise = max(0.0, 1.0 + gain * (rate + slope * y))
+        spring, tangent = spring_of(port, before, power, after, y)
+        reply.force = spring * rise
+        tangent = tangent * rise + (spring * gain * slope if rise > 0.0 else 0.0)
+        change = (y - free + compliance * reply.force) / (1.0 + compliance * tangent)
+        size, last = abs(change), size
+        if size <= 1e-15 * abs(free) or last <= size <= 1e-11 * abs(free):
+            if compliance * tangent > 1.0:
+                reply.force = max(0.0, (free - y) / compliance)  # rounding of y is not magnified here
+            break
+        y -= change
+    reply.stored = stiffness * after ** (n + 1.0) / (n + 1.0)
+    if after > 0.0:
+        # Faces that part need no trial force: their gap dates it. A negative one dates a force lost before that.
+        reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * (rate + slope * y))
+        reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
+    return max(0.0, spring * gain * (rate + slope * y) * (y if port.averaged != 0.0 else after - before)), after
+
+
 def respond(port: Port, reply: Reply) -> None:
     """Evaluate F = K d^n (1 + a d') over one step, never pulling.
 
@@ -41,8 +138,6 @@ def respond(port: Port, reply: Reply) -> None:
     so Newton's iteration from the right never leaves the root's right side. Where the force acts at the end of the step
     it is that of the indentation and its rate there, and the equation has the same shape.
     """
-    stiffness, n = port.parameters[0], port.parameters[1]
-    gap, free_gap, compliance = port.gap, port.free_gap, port.gap_per_force
     averaged = port.averaged != 0.0
     explicit = not averaged and port.acting_gap_per_force == 0.0
     reply.memory[0], reply.memory[1] = 0.0, 0.0
@@ -52,69 +147,14 @@ def respond(port: Port, reply: Reply) -> None:
     nearest = min(port.first_gap, port.last_gap)
     if nearest > 0.0 or (nearest == 0.0 and (not explicit or port.gap_rate >= 0.0)):
         return
-    speed = port.memory[1]
-    if speed == 0.0:
-        share = gap / (gap - free_gap) if gap > 0.0 else 0.0
-        speed = -(port.gap_rate + share * (port.free_gap_rate - port.gap_rate))
-        if speed < port.parameters[3]:
-            speed = port.parameters[3]
-            reply.memory[2] += 1.0 if port.parameters[2] > 0.0 else 0.0
+    speed, after = approach_speed(port, reply), 0.0
     gain = port.parameters[2] / speed
-    before = max(0.0, -gap)
     if explicit:
-        rate, rate_compliance = port.acting_rate, port.acting_rate_per_force
-        spring, tangent = stiffness * before**n, n * stiffness * before ** (n - 1.0)
-        if tangent * compliance > MAX_EXPLICIT:
-            reply.failed = 1.0
+        lost = at_start(port, reply, gain)
+        if reply.failed != 0.0:
             return
-        reply.memory[3] += 1.0 if max(tangent * compliance, spring * gain * rate_compliance) > COARSE_WARN else 0.0
-        reply.trial = spring * (1.0 - gain * rate) / (1.0 + spring * gain * rate_compliance)
-        reply.force = max(0.0, reply.trial)
-        after = max(0.0, -(free_gap + compliance * reply.force))
-        # The energy that leapfrog keeps with n = 1 is k/2 times both indentations.
-        reply.stored = stiffness * (before * after) ** (0.5 * (n + 1.0)) / (n + 1.0)
-        lost = spring * gain * (rate + rate_compliance * reply.force) ** 2 * port.dt
-        reply.in_contact = 1.0 if reply.trial > 0.0 or gap == 0.0 else 0.0
     else:
-        free = gap - free_gap
-        y, after, spring, rise = free, 0.0, 0.0, 0.0
-        energy = before ** (n + 1.0)
-        size = math.inf
-        # The rate of indentation where the force acts is linear in the indentation gained.
-        slope = port.acting_rate_per_force / max(compliance, MIN_COMPLIANCE)
-        rate = -port.acting_rate - slope * free
-        for _ in range(MAX_TURNS):
-            after = max(0.0, y - gap)
-            if before + after == 0.0:
-                break  # they touch by less than a rounding
-            ratio = y / (before + after)
-            rise = max(0.0, 1.0 + gain * (rate + slope * y))
-            if not averaged:
-                spring, tangent = stiffness * after**n, n * stiffness * after ** (n - 1.0)
-            elif abs(ratio) < 1e-3 and before > 0.0:
-                # The quotient would be a difference of nearly equal numbers: its series about the middle.
-                middle, square = 0.5 * (before + after), ratio * ratio
-                bend, tangent = n * (n - 1.0) / 6.0, stiffness * middle ** (n - 1.0)
-                spring = tangent * middle * (1.0 + bend * square * (1.0 + (n - 2.0) * (n - 3.0) * square / 20.0))
-                tangent *= 0.5 * n + bend * (ratio + (0.5 * n - 1.0) * square)
-            else:
-                spring = stiffness * (after ** (n + 1.0) - energy) / ((n + 1.0) * y)
-                tangent = (stiffness * after**n - spring) / y
-            reply.force = spring * rise
-            tangent = tangent * rise + (spring * gain * slope if rise > 0.0 else 0.0)
-            change = (y - free + compliance * reply.force) / (1.0 + compliance * tangent)
-            size, last = abs(change), size
-            if size <= 1e-15 * abs(free) or last <= size <= 1e-11 * abs(free):
-                if compliance * tangent > 1.0:
-                    reply.force = max(0.0, (free - y) / compliance)  # rounding of y is not magnified here
-                break
-            y -= change
-        reply.stored = stiffness * after ** (n + 1.0) / (n + 1.0)
-        lost = max(0.0, spring * gain * (rate + slope * y) * (y if averaged else after - before))
-        if after > 0.0:
-            # Faces that part need no trial force: their gap dates it. A negative one dates a force lost before that.
-            reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * (rate + slope * y))
-            reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
+        lost, after = over_step(port, reply, gain)
     # Opened before it is relaxed: the damping takes the energy that the spring gives as it follows the face.
     reply.dissipated = lost if reply.force > 0.0 else max(0.0, held - reply.stored)
     reply.memory[0] = reply.stored

@@ -14,7 +14,9 @@ from impactlab.types import Branches, Level, SideFacts, Start, option
 @final
 @dataclass(frozen=True)
 class Slack(AbstractContactLaw):
-    """Joint or splice with play: F = k d in compression, k (d + slack) once the faces are farther apart than the slack.
+    """Joint or splice with play: k d in compression, k (d + slack) in tension.
+
+    In tension the faces are farther apart than the slack; within it no force acts.
 
     References
     ----------

@@ -63,7 +63,7 @@ class WaveIdentification(AbstractContactLaw):
                     f"{facts.end}",
                     remedy="Use addition_deletion or penalty, or the continuous model.",
                 )
-            if abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
+            if facts.in_waves and abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
                 # A stepped delay line: its own free velocity is that of the waves that arrive.
                 parameters += [0.0, 0.0, 0.0]
                 continue

@@ -19,7 +19,9 @@ class Drill(NamedTuple):
 
 
 def drill_of(scene: Scene) -> Drill:
-    """Return the drill of a scene: the hammer moves at t = 0, the rock is the wall that the last of the others meets.
+    """Return the drill of a scene.
+
+    The hammer moves at t = 0, the rock is the wall that the last of the others meets.
 
     Raises
     ------

@@ -116,7 +116,10 @@ def change(m: MarchArrays) -> None:
 
 
 def changes(m: MarchArrays, j: int, n: int) -> None:
-    """Find the first end of a branch in n coefficients of junction j; with n < 0, change the branch that was found."""
+    """Find the first end of a branch in n coefficients of junction j.
+
+    With n < 0, change the branch that was found.
+    """
     if n < 0:
         change(m)
     else:

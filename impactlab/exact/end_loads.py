@@ -81,7 +81,10 @@ def loaded(log: Log, nodes: dict[int, AbstractLoad], duration: float) -> Log:
 
 
 def work_of_loads(log: Log, signals: Signals, t: Array) -> Array:
-    """Return the work of loads over time [J] from t[0] to rising times t, (n,): F u less the integral of F' u."""
+    """Return the work of loads over time from t[0] to rising times t, (n,) [J].
+
+    It is F u less the integral of F' u.
+    """
     total = np.zeros_like(t)
     if t.size < 2:
         return total

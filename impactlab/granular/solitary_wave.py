@@ -28,7 +28,10 @@ TOLERANCE = 1e-15  # of the largest value, between two turns
 
 @dataclass(frozen=True, repr=False)
 class SolitaryWave:
-    """The shape of the wave: s is time over that per bead, and r the overlap over A, with A^(n-1) = m/(k T^2)."""
+    """The shape of the wave.
+
+    s is time over that per bead, and r the overlap over A, with A^(n-1) = m/(k T^2).
+    """
 
     exponent: float  # n
     s: Array  # (points,)

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping
 
 ADVICE: Mapping[str, str] = {
     "constraint_energy": "Watch the energy gain, or take the integrator contact_stabilised_newmark or moreau_jean.",
+    "coordinates_change": "Take basis eigenvectors or craig_bampton, or a law that keeps the contact closed, such as "
+    "velocity_complementarity.",
     "energy_gain": "Take a smaller step, or another pair of law and integrator.",
     "energy_loss": "Take a smaller step, or a scheme without numerical damping.",
     "near_grazing": "Compare two methods before you quote the number of contacts.",

@@ -81,7 +81,8 @@ class Warned(NamedTuple):
     text: str
 
 
-SERIOUS = ("tolerance_not_met", "energy_gain", "energy_loss")  # codes of warnings about a doubtful result: shown first
+# Codes of warnings about a doubtful result: shown first.
+SERIOUS = ("tolerance_not_met", "energy_gain", "energy_loss", "coordinates_change")
 
 
 @dataclass

@@ -29,7 +29,10 @@ def corrected(u: Any, v: Any, a: Any, w: Any, y: Any, k: Any) -> Any:
 
 @HELPER
 def predict(k: tuple[float, ...], u: Array, v: Array, a: Array, w: Array, y: Array) -> None:
-    """Rewrite u, v, a and y; the factors are those of w and a in the kept acceleration, the step, and so on."""
+    """Rewrite u, v, a and y by their predictor.
+
+    The factors are those of w and a in the kept acceleration, the step, and so on.
+    """
     wide = (
         all_lanes(k[0]),
         all_lanes(k[1]),

@@ -98,7 +98,10 @@ def pass_each(count: int, gain: Array, chain: Array, dt: float, before: float, u
 
 @UNPACK
 def step_chain(runs: Array, gain: Array, chain: Array, dt: float, u: Array, v: Array) -> None:
-    """Step a chain of two nodes or more, tied to the ground at both ends: v += dt M^-1 (-K u), then u += dt v."""
+    """Step a chain of two nodes or more, tied to the ground at both ends.
+
+    v += dt M^-1 (-K u), then u += dt v.
+    """
     last, done = u.size - 1, 1
     before = u[0]
     v[0] += gain[0] * (chain[1] * (u[1] - before) - chain[0] * before)

@@ -253,7 +253,10 @@ def shift(
 
 
 def padded(count: int, dt: float, distance: float, bar: Bar) -> int:
-    """Return the samples of a record with zeros behind, so that waves of up to a third of c0 do not enter it again."""
+    """Return the samples of a record with zeros behind.
+
+    Waves of up to a third of c0 then do not enter it again.
+    """
     delay = abs(distance) / bar.wave_speed / dt
     return int(fft.next_fast_len(2 * count + math.ceil(3.0 * delay), real=True))
 

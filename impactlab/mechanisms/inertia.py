@@ -128,7 +128,9 @@ def add_own_mass(mass: Array, n: int, first: int, k: Constants, w: Work, end: Sp
 
 @MERGED
 def add_outer(mass: Array, w: Work, turn: Array, led: int, reach: int) -> None:
-    """Add a b^T + b a^T to the mass matrix: of a link's origin along e and across it, and of its angle.
+    """Add a b^T + b a^T to the mass matrix.
+
+    It is that of a link's origin along e and across it, and of its angle.
 
     The a lie in the first ``led`` coordinates, the b in the first ``reach``.
     """

@@ -63,7 +63,10 @@ from impactlab.types import Array
 
 @MERGED
 def turn_link(P: Array, link: int, before: int, room: int, old: int, n: int, p: Array, v: Array) -> None:
-    """Give a link the angle that is a coordinate, or that of the end before it; one on a slide gets it later."""
+    """Give a link the angle of its coordinate, or of the end before it.
+
+    One on a slide gets it later.
+    """
     turn = P[room + ROWS + 2 * n : room + ROWS + 3 * n]
     if P[link + ANGLE] == OWN:
         at = int(P[link + ANGLE_AT])

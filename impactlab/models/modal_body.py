@@ -167,7 +167,9 @@ def projections(given: ReducedMesh, wanted: ReducedMesh) -> Array:
 
 
 def proportional_damping(rod: ElasticBody) -> tuple[float, float]:
-    """Return a [1/s] and b [s] of a damping C = a M + b K; K is that of the rotating frame of a body that turns.
+    """Return a [1/s] and b [s] of C = a M + b K.
+
+    K is that of the rotating frame of a body that turns.
 
     Raise `PairingError` where the damping of the rod is another.
 

@@ -123,7 +123,10 @@ def roots_of_lanes(lanes: Array) -> Array:
 
 
 def lanes_above(one: Array, other: Array) -> int:
-    """Return which lanes of the first are above those of the other, as bits: 1 for the first lane, then 2, then 4."""
+    """Return which lanes of the first are above those of the other, as bits.
+
+    The bit of the first lane is 1, then 2, then 4.
+    """
     return int(np.dot(one > other, 1 << np.arange(LANES)))
 
 

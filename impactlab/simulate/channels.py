@@ -60,6 +60,7 @@ class AbstractRecordedHistory(AbstractHistory):
     """A history of recorded channels. To write one, supply ``recorded``, `snapshots`, `motion` and `memories`."""
 
     recorded: dict[str, Channel]
+    dropped: tuple[float, int] = (0.0, 0)  # J, by changes of coordinates with a contact, and their number
 
     def __init__(
         self,

@@ -18,6 +18,7 @@ from impactlab.lazy import lazy
 from impactlab.mechanisms.model import MechanismModel, kernels_of
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
+from impactlab.models.continuous.model import Continuous
 from impactlab.numerics.ahead import Kernel, ahead
 from impactlab.plugins import kind_of
 from impactlab.scene.method import Method, is_exact, laws_of, modelled
@@ -214,7 +215,8 @@ def _prepared(scene: Scene, method: Method) -> Plan:
         with in_precision("the contacts of the scene", "contacts"):
             check_exact(scene, method)
         unused = () if method.integrator is None else (UNUSED,)
-        return Plan(scene, method, method, None, 0, {}, {}, (), (), None, (*unused, *_exactly_hard(method)))
+        noted = (*unused, *_exactly_hard(method), *_not_counted(method))
+        return Plan(scene, method, method, None, 0, {}, {}, (), (), None, noted)
     check_bodies(scene, method)
     checked = 0
     if method.step.dt is not None and not isinstance(method.integrator, AbstractAdaptive):
@@ -294,6 +296,14 @@ def _exactly_hard(method: Method) -> Iterator[Warned]:
         if law.hard and not law.is_the_contact:
             text = f"{name}: the exact solver solves the hard contact itself, and does not use law '{kind_of(law)}'"
             yield Warned("law_unused", text)
+
+
+def _not_counted(method: Method) -> Iterator[Warned]:
+    """Give a warning for each body whose model counts modes or elements in a run that takes no steps."""
+    for name, model in method.models.items():
+        if isinstance(model, Continuous) and (model.modes is not None or model.elements is not None):
+            text = f"'{name}': the exact solver takes no steps, and ignores modes and elements"
+            yield Warned("modes_unused", text)
 
 
 def prepare_adaptive(

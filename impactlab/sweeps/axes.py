@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile import Case
-from impactlab.casefile.case import given_by
 from impactlab.casefile.document import parse_value
 from impactlab.casefile.edit import check_name, numbered, plain
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError, ImpactlabError
+from impactlab.sweeps.given_twice import refuse_removed, refuse_twice
 from impactlab.types import Array
 
 METHOD = "method"  # path of an axis whose values are names of methods of the case
@@ -140,6 +140,9 @@ def _refuse_many(values: Iterable[Sequence[Any]]) -> None:
 
 def _checked(case: Case, given: Mapping[str, tuple[Any, ...]], known: Known | None) -> tuple[Axis, ...]:
     refuse_twice(case, list(given))
+    for path, values in given.items():
+        if path != METHOD:
+            refuse_removed(case, path, values)
     return tuple(read_axis(case, path, values, (known or {}).get(path)) for path, values in given.items())
 
 
@@ -247,23 +250,6 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
             f"equal ratios from {first:g} to {last:g} pass through zero", path=path, remedy="Leave out log."
         )
     return path, (np.geomspace if asked["log"] else np.linspace)(first, last, count).tolist()
-
-
-def refuse_twice(case: Case, paths: Sequence[str]) -> None:
-    """Raise `CaseError` where a path is given twice, alone or within a block, or is set or chosen by an option.
-
-    A contact by its number and the same one by its name are one.
-    """
-    by_number = [numbered(case.document.data, path) for path in paths]
-    for number, path in enumerate(paths):
-        own, before = f"{by_number[number]}.", list(zip(paths, by_number, strict=True))[:number]
-        other = next((each for each, found in before if own.startswith(f"{found}.")), None)
-        other = other or next((each for each, found in before if f"{found}.".startswith(own)), None)
-        if other is not None:
-            text = "an axis that is given twice" if other == path else f"an axis whose values {other} gives, too"
-            raise CaseError(text, path=path, remedy="Give all of its values at once.")
-        if given_by(case.document, by_number[number]) == "--set":
-            raise CaseError("an axis that --set gives, too", path=path, remedy="Leave out one of the two.")
 
 
 def _parsed(text: str, path: str) -> Any:

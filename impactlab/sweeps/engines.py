@@ -20,7 +20,10 @@ POINT_LIMIT_S = 60.0  # s, after which a run in a worker counts as hung
 
 
 def size_of_chunk(made: Sweep, workers: int) -> int:
-    """Return how many points make a chunk, from the time of the first one; 1 where a worker hangs or dies on it."""
+    """Return how many points make a chunk, from the time of the first one.
+
+    It is 1 where a worker hangs or dies on it.
+    """
     if made.batch is not None:
         spent = made.batch.seconds
     elif workers == 0:

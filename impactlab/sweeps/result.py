@@ -128,7 +128,10 @@ class Result:
 
 
 def rows(found: xarray.Dataset, first: int = 0, last: int | None = None) -> pandas.DataFrame:
-    """Return points of a sweep as rows of a table, with a column for each value; points are numbered as in a file."""
+    """Return points of a sweep as rows of a table, a column for each value.
+
+    Points are numbered as in a file.
+    """
     import pandas
 
     dims, last = found["status"].dims, found["status"].size if last is None else last

@@ -106,11 +106,12 @@ class PlainLoop:
             taken[push.body] += 1
         self.start_of_step()
         for link in self.contacts:
-            if link.law.two_sided:
+            overlaps = link.law.answers_force and not link.law.hard and link.port.gap < 0.0
+            if link.law.two_sided or overlaps:
                 self.join(link)
 
     def join(self, contact: PlainContact) -> None:
-        """Let a link yield at t = 0 where it starts loaded beyond its limit: before any step, the faces held."""
+        """Let a contact that is closed at t = 0 yield and store energy: before any step, the faces held."""
         port = contact.port
         port.dt, port.free_gap, port.free_gap_rate = 1.0, port.gap, port.gap_rate
         plain(fill_acting)(port, 0.0)
@@ -138,7 +139,10 @@ class PlainLoop:
         self.time += self.dt
 
     def push_ends(self) -> None:
-        """Add the response to each force over time on an end: its value at one end of the step, or its mean over it."""
+        """Add the response to each force over time on an end.
+
+        The force is its value at one end of the step, or its mean over it.
+        """
         memory, names = self.assembly.memory, list(self.plan.built)
         for load in self.assembly.loads:
             name = names[load.body]

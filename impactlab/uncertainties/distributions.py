@@ -15,7 +15,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
-from impactlab.sweeps import axes
+from impactlab.sweeps import axes, given_twice
 from impactlab.types import Array
 
 NAMES = {
@@ -106,7 +106,7 @@ def read_uncertain(case: Case, vary: Mapping[str, Any]) -> tuple[Uncertain, ...]
     """
     if not vary:
         raise CaseError("no number is uncertain", remedy="Give a distribution, as normal(2 kg, 1 %), of a path.")
-    axes.refuse_twice(case, list(vary))
+    given_twice.refuse_twice(case, list(vary))
     return tuple(_Reader(case, path).read(given) for path, given in vary.items())
 
 

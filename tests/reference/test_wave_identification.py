@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.errors import PairingError
 from impactlab.history import AbstractHistory
+from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
+from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import Rod
 from impactlab.scene.method import Simulation, StepRule
-from impactlab.simulate import run
+from impactlab.simulate import prepare, run
 from impactlab.testing.scenes import mass_on_rod
 from tests.reference.test_hard_contact_methods import errors
 
@@ -128,3 +131,13 @@ def test_the_same_balance_as_equation_15_of_the_paper() -> None:
             1.0 + squared * dt**2 / 4
         )
         v = 2.0 * (u - old_u) / dt - old_v
+
+
+@pytest.mark.parametrize("courant", [0.41, 0.499, 0.5])
+def test_a_mesh_whose_end_moves_as_fast_as_a_wave_is_not_taken_for_a_delay_line(courant: float) -> None:
+    """Half an element moves by dt/(rho A h/2) = 2 courant/Z per force and step: at 1/2 by 1/Z, as a delay line does."""
+    asked = mass_on_rod(
+        FiniteElement(10, "lumped"), WaveIdentification(), CentralDifference(), StepRule(courant=courant)
+    )
+    with pytest.raises(PairingError, match=rf"moves {2.0 * courant:.3g} times as fast in this step as a wave allows"):
+        prepare(*asked)

@@ -148,6 +148,34 @@ def test_settings_and_variants_change_the_block_as_written() -> None:
     assert case.with_("bodies.bead.mass", 2e-3).scene().bodies["bead_3"].rigid_mass == 2e-3
 
 
+@pytest.mark.parametrize(
+    ("path", "asked"),
+    [
+        ("bodies.bead_2.mass", "bodies.bead.mass={each: [...]}"),
+        ("bodies.bead.2.mass", "bodies.bead.mass={each: [...]}"),
+        ("bodies.bead.2", "bodies.bead.KEY={each: [...]}"),
+        ("contacts.2.gap", "KEY={each: [...]} in it"),
+    ],
+)
+def test_one_of_many_has_no_path_and_the_message_tells_the_key(path: str, asked: str) -> None:
+    case = made()
+    with pytest.raises(CaseError) as refused:
+        case.with_(path, 2e-3)
+    assert refused.value.path == path
+    assert asked in refused.value.remedy
+    if path.startswith("bodies"):
+        assert "one of the 4 bodies made from the block bodies.bead has no path of its own" in refused.value.text
+
+
+def test_values_of_each_are_set_and_a_new_body_may_still_be_added() -> None:
+    case = made()
+    masses = case.with_("bodies.bead.mass", {"each": [1e-3, 2e-3, 3e-3, 4e-3]}).scene().bodies
+    assert masses["bead_2"].rigid_mass == 2e-3
+    gaps = case.with_("contacts.0.gap", {"each": [0.0, 1e-6, 2e-6, 3e-6, 4e-6]}).scene().contacts
+    assert [each.gap for each in gaps] == [0.0, 1e-6, 2e-6, 3e-6, 4e-6]
+    assert "post" in case.with_("bodies.post", {"kind": "wall"}).scene().bodies
+
+
 def test_probes_are_repeated() -> None:
     probes = [{"repeat": 4, "body": "bead_{i}", "quantity": "velocity"}]
     assert "velocity:bead_3@0" in il.run(made(probes=probes)).channels()

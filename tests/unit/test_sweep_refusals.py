@@ -26,6 +26,8 @@ from tests.cases.support import CASES
 PAPER = CASES / "axial_impact.yaml"
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
 OVER = ["--over", f"{MASS}=1,2"]
+LAW = "contacts.0.law"
+DAMPED = ["--set", f"{LAW}={{kind: penalty, damping: 5.0}}"]
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +64,17 @@ def no_run(monkeypatch):
         ([*OVER, "--over", f"{MASS}=3"], MASS, "an axis that is given twice"),
         ([*OVER, "--over", "bodies.hammer={velocity: 1.0}"], "bodies.hammer", f"whose values {MASS} gives, too"),
         ([*OVER, "--set", f"{MASS}=3"], MASS, "an axis that --set gives, too"),
+        (["--over", f"{LAW}={{damping: 1.0}},{{damping: 2.0}}", *DAMPED], LAW, "an axis that --set gives, too"),
+        (
+            ["--over", "bodies.rod={length: 0.3},{length: 0.4}", "--set", "bodies.rod.material.young=2e11"],
+            "bodies.rod",
+            "an axis of blocks, and --set gives bodies.rod.material.young inside them",
+        ),
+        (
+            ["--over", "bodies.rod.kind=rod,beam", "--set", "bodies.rod.length=0.4"],
+            "bodies.rod.kind",
+            "'beam' removes bodies.rod.length, which --set gives",
+        ),
         (["--over", "method=penalty,continuous"], "method", "whose method is chosen: continuous"),
         ([*OVER, "--quantities", "restituton"], "", "Did you mean 'restitution'?"),
         ([*OVER, "--quantities", ""], "", "a sweep without a quantity"),

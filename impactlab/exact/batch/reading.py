@@ -120,7 +120,10 @@ def momentum(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
 
 @EXACT_PART
 def energy(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
-    """Return the energy of a body with its end masses and end springs at time t [J]; 0 of one that never moves."""
+    """Return the energy of a body with its ends at time t [J].
+
+    End masses and end springs are counted; the energy of a body that never moves is 0.
+    """
     total, body, gravity = 0.0, q.bodies[b], m.state[0].gravity
     for k in range(body.first_link, body.last_link):
         lag, inside = m.ends[q.links[k].left_end].transit, 0.0

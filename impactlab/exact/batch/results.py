@@ -113,7 +113,10 @@ def end_force(m: MarchArrays, q: Pattern, b: int) -> float:
 
 @EXACT_PART
 def mean_velocity(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, count: int) -> float:
-    """Return the momentum of a body over its mass at time t [m/s]; of a free one by the impulses that it was given."""
+    """Return the momentum of a body over its mass at time t [m/s].
+
+    That of a free one follows from the impulses that it was given.
+    """
     body = q.bodies[b]
     if body.place < 0:
         return 0.0
@@ -179,7 +182,10 @@ def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, c
 
 @EXACT_PART
 def rank(q: Pattern, p: Array, b: int) -> int:
-    """Return the rank of a body as the striker of a pair: a mass, else a body that moved, else one that can move."""
+    """Return the rank of a body as the striker of a pair.
+
+    First a mass, then a body that moved, then one that can move.
+    """
     body = q.bodies[b]
     moves = 1 if body.place >= 0 else 0
     return 4 * moves + 2 * moves * body.rigid + (1 if velocity_of(q, p, b) != 0.0 else 0)

@@ -96,7 +96,10 @@ def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, u
 
 @EXACT_PART
 def touch_later(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
-    """Move the start of a junction's march to where faces meet that touch at t = 0 and whose gap a parameter opens."""
+    """Move the start of a junction's march to where its faces meet.
+
+    These touch at t = 0, and a parameter opens their gap.
+    """
     state, junction = m.state[0], m.junctions[j]
     base, nodes, ends = junction.first_node, junction.nodes, junction.ends
     contact = m.contacts[state.contact]

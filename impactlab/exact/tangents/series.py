@@ -33,7 +33,9 @@ def lever(slopes: Array, n: int, out: Array) -> None:
 
 @EXACT_PART
 def eliminate(rate: float, order: int, pivots: Array) -> None:
-    """Write the coefficients of `relaxed` for y' = -rate y + b on [-1, 1] with any load: y_k = p_k y_{k-1} + r_k.
+    """Write the coefficients of `relaxed` for any load.
+
+    The solution of y' = -rate y + b on [-1, 1] is y_k = p_k y_{k-1} + r_k.
 
     Rows: p_k; the factor of the load in r_k; that of r_{k+1}; products of the p up to k. The method is that of
     `kernel.relax`.
@@ -57,7 +59,10 @@ def eliminate(rate: float, order: int, pivots: Array) -> None:
 
 @EXACT_PART
 def relaxed(pivots: Array, b: Array, n: int, first: float, order: int, y: Array, work: Array) -> None:
-    """Solve y' = -rate y + b on [-1, 1], y(-1) = first, with the pivots of the rate and a load of n coefficients."""
+    """Solve y' = -rate y + b on [-1, 1], y(-1) = first.
+
+    Given are the pivots of the rate and a load of n coefficients.
+    """
     r = 0.0
     for k in range(n + 1, order):
         work[k] = 0.0

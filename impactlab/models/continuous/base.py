@@ -57,7 +57,9 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         return 0.0
 
     def broken(self, dt: float) -> float:
-        """Return the share of a step [s] by which its waves arrive between two steps, 0 to 1/2; 0, as here, if none do.
+        """Return the share of a step by which waves arrive between two, 0 to 1/2.
+
+        It is 0, as here, if none do; ``dt`` is in s.
 
         It decides between steps that fit other bodies equally well.
         """

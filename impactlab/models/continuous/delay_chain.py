@@ -49,16 +49,16 @@ class DelayChain(AbstractSelfStepping):
 
     The step must fit: a step up to a fifth shorter than the given one is taken, the one that fits best. Then nodes
     move to the grid, by half a cell at most, counted from the middle of the rod; impedances and weights stay. Gravity
-    accelerates both waves on their way, each by half of it. ``points_per_period`` counts the period of mode 100, or ten
-    times the shortest delay where that is shorter.
+    accelerates both waves on their way, each by half of it. ``points_per_period`` counts the period of mode ``modes``,
+    or ten times the shortest delay where that is shorter.
     """
 
     books_momentum = True
 
-    def __init__(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...]) -> None:
+    def __init__(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...], modes: int = MODES) -> None:
         if rod.is_damped:
             raise CaseError(dispersed(rod), remedy="Use finite_element or modal.", path="solve.model")
-        self._rod, self._gravity = rod, gravity
+        self._rod, self._gravity, self._modes = rod, gravity, modes
         bounds = [0.0, *itertools.accumulate(each.length for each in rod.segments[:-1]), rod.length]
         transits = [0.0, *itertools.accumulate(each.length / each.wave_speed for each in rod.segments)]
         places, slack = bounds.copy(), SAME_PLACE * rod.length
@@ -108,8 +108,8 @@ class DelayChain(AbstractSelfStepping):
         for node, end in ((0, rod.left), (self.places.size - 1, rod.right)):
             dashpots[3 * node + MOVED] = end.value if end.kind == "dashpot" else 0.0
             load[3 * node + MOVED] = self._load_on(end)
-        modes = (2 * MODES + 1) * math.pi / (2.0 * self.transit)
-        rule = max(modes, 2.0 * math.pi / (POINTS * self.longest_step))
+        highest = (2 * self._modes + 1) * math.pi / (2.0 * self.transit)
+        rule = max(highest, 2.0 * math.pi / (POINTS * self.longest_step))
         return without_mass(start, velocity, load, dashpots, rule)
 
     def node_at(self, x: float) -> int | None:
@@ -163,7 +163,9 @@ class DelayChain(AbstractSelfStepping):
         return tuple(found)
 
     def before(self, piece: Piece, dt: float) -> tuple[Array, Array]:
-        """Return the waves on their way at t = 0 to the right and to the left, as cell means: (cells,) each [m/s].
+        """Return the waves to either side at t = 0, (cells,) each [m/s].
+
+        Those to the right come first; all are means over cells.
 
         The first is nearest to the node that sends it, as if it had done so in the step before; they are less by the
         velocity that gravity would have given them on the way.

@@ -79,7 +79,7 @@ class DelayLine(AbstractSelfStepping):
     n_dof = 2
     books_momentum = True
 
-    def __init__(self, rod: WaveBody, gravity: float) -> None:
+    def __init__(self, rod: WaveBody, gravity: float, modes: int = MODES) -> None:
         if len(rod.segments) != 1:
             raise CaseError(
                 f"the stepped delay line supports only uniform rods, and '{rod.name}' has {len(rod.segments)} segments",
@@ -94,7 +94,7 @@ class DelayLine(AbstractSelfStepping):
             )
         if rod.is_damped:
             raise CaseError(dispersed(rod), remedy="Use finite_element or modal.", path="solve.model")
-        self._rod = rod
+        self._rod, self._modes = rod, modes
         self._segment = rod.segments[0]
         self.transit = 0.5 * rod.round_trip
 
@@ -118,7 +118,7 @@ class DelayLine(AbstractSelfStepping):
         start = np.zeros(2) if profile is None else profile(np.array([0.0, rod.length]))
         dashpots = np.array([end.value if end.kind == "dashpot" else 0.0 for end in (rod.left, rod.right)])
         load = np.array([rod.left.force, rod.right.force])
-        rule = (2 * MODES + 1) * math.pi / (2.0 * self.transit)
+        rule = (2 * self._modes + 1) * math.pi / (2.0 * self.transit)
         return without_mass(start, np.full(2, rod.velocity), load, dashpots, rule)
 
     def row(self, x: float, quantity: Quantity) -> Array:

@@ -50,8 +50,8 @@ class TimoshenkoWaves(AbstractSelfStepping):
     the first. So a step up to a fifth shorter than the given one is taken, the one that fits best; the rest gives
     way: contacts move to the nearest node (less than half a cell), the rotary inertia changes (by less than 1e-4 as a
     rule) so that the bending grid closes. Ends that are infinite are as long as needed for nothing to come back within
-    the run. ``points_per_period`` counts the period of mode 100 of shear waves over the length, as on the delay line;
-    the radius of gyration should hold a cell or more.
+    the run. ``points_per_period`` counts the period of mode ``modes`` of shear waves over the length, as on the delay
+    line; the radius of gyration should hold a cell or more.
 
     References
     ----------
@@ -66,11 +66,13 @@ class TimoshenkoWaves(AbstractSelfStepping):
         probes: tuple[Probe, ...] = (),
         duration: float = 0.0,
         fields: bool = False,
+        modes: int = MODES,
     ) -> None:
         preloaded = beam.displacement is not None and "infinite" in (beam.left.kind, beam.right.kind)
         more = {"displacement at t = 0 together with infinite ends": preloaded}
         check_served(beam, gravity, "Timoshenko", "Use finite_element or modal for this body.", more)
         self._beam, self._gravity, self._all_faces, self._duration = beam, gravity, faces, duration
+        self._modes = modes
         segment = beam.segments[0]
         self._speeds = segment.shear_speed, segment.wave_speed
         self._faces = tuple(sorted({face.x for face in faces}))
@@ -87,7 +89,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         self._closed = all(end.kind != "infinite" for _, end in self._beam.ends)
 
     def recorded(self, probes: tuple[Probe, ...], duration: float, fields: bool) -> TimoshenkoWaves:
-        return TimoshenkoWaves(self._beam, self._gravity, self._all_faces, probes, duration, fields)
+        return TimoshenkoWaves(self._beam, self._gravity, self._all_faces, probes, duration, fields, self._modes)
 
     @property
     def longest_step(self) -> float:
@@ -117,7 +119,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         for number, (x, quantity) in enumerate(self.coordinates):
             velocity[number] = beam.velocity if quantity == "displacement" else 0.0
             start[number] = self._initial(x, quantity)
-        rule = (2 * MODES + 1) * math.pi * self._speeds[0] / (2.0 * beam.length)
+        rule = (2 * self._modes + 1) * math.pi * self._speeds[0] / (2.0 * beam.length)
         return without_mass(start, velocity, np.zeros(n), damping, rule)
 
     def row(self, x: float, quantity: Quantity) -> Array:

@@ -63,7 +63,9 @@ class AbstractMesh(AbstractDiscreteModel):
 
     @abstractmethod
     def quotients(self, shapes: Array) -> Array:
-        """Return u K u (n,) of shapes (n_dof, n), as a sum of squares, less the centrifugal part of a body that turns.
+        """Return u K u (n,) of shapes (n_dof, n), as a sum of squares.
+
+        Of a body that turns the centrifugal part is subtracted.
 
         That keeps low frequencies, where the eigenvalues are lost in the rounding of the highest.
         """

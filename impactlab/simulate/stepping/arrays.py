@@ -72,7 +72,7 @@ class ContactRecord(ctypes.Structure):
 
     law: int  # address
     dates: int  # 1 if closings and openings are interpolated: the law replies by a force
-    smooth: int  # 1 if the force is a function of gap and rate alone
+    compliant: int  # 1 if faces that overlap may store energy
     projects_first: int  # 1 where a projection moves the scheme's predictor, 0 the end of the step
     load_point: float  # where in the step the force acts: 0 start, 1/2 mean over the step, 1 end
     trial_point: float  # where in the step the trial force belongs
@@ -218,6 +218,8 @@ class ClockRecord(ctypes.Structure):
     lost_ends: float  # J
     lost_inside: float  # J, by damping inside bodies
     lost_unresolved: float  # J, to modes that are left out
+    lost_in_maps: float  # J, the part of it that changes of coordinates drop
+    n_maps: int  # changes of coordinates so far, of bodies whose coordinates follow a contact
     timed: float  # s, the step length that the steppers are prepared for
     recorded: float  # s, time of the last record
     changes: int  # 1 where the columns of a body change with its state

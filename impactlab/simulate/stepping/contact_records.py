@@ -50,7 +50,8 @@ def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: S
         port.jump_in_force = float(integrator.jump_in_force or own)
         static = [_static_compliance(layout, point) for point in points]
         record.law = addresses[place].value
-        record.dates, record.smooth = int(law.answers_force and not law.two_sided), int(law.smooth)
+        record.dates = int(law.answers_force and not law.two_sided)
+        record.compliant = int(law.answers_force and not law.hard)
         record.joined = int(law.two_sided)
         record.projects_first, record.load_point = int(integrator.projects_first), integrator.load_point
         record.trial_point = 1.0 if law.trial_at_end else integrator.load_point

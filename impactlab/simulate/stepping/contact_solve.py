@@ -35,7 +35,9 @@ AGREEMENT_TOL = 1e-9  # of the largest impulse: a larger change in the last swee
 
 @MERGED
 def effect_of(m: StepArrays, pair: int, place: int, layer: int, contact: ContactRecord) -> float:
-    """Return the effect of the contact of a pair on a row of the one it acts on, at the end of the step.
+    """Return the effect of one contact of a pair on a row of the other.
+
+    It is that at the end of the step.
 
     Place 0 is the left face, 1 the right one, 2 the row that it pushes; layer 0 is displacement (or value), 1 velocity.
     """

@@ -20,7 +20,9 @@ def force_at(times: Floats, forces: Floats, piece: int, t: float) -> float:
 
 @PART
 def force_over(times: Floats, forces: Floats, piece: int, start: float, dt: float, point: float) -> float:
-    """Return the force [N] of a step: at its start (point 0) or its end (1), else its mean over the step, exactly.
+    """Return the force of a load in a step [N].
+
+    It is that at its start (point 0) or its end (1), else its exact mean over the step.
 
     ``piece`` is that of the start; straight lines stand between samples.
     """

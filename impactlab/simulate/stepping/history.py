@@ -77,6 +77,7 @@ class RecordedHistory(AbstractRecordedHistory):
         clock = self.assembly.clock
         if clock.step < self.assembly.steps:
             self.duration = min(self.duration, clock.time)
+        self.dropped = clock.lost_in_maps, clock.n_maps
         self.load_impulses = readout.load_impulses(self.assembly, self.assembly.clock.time - self.duration)
 
     @cached_property

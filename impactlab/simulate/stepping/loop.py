@@ -135,7 +135,7 @@ def add_responses(m: StepArrays, state_start: int, start: int, factor: float, lo
 
 @PART
 def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
-    """Add the response to a force (kind 0), an impulse (1) or a projection (2) at a face to the state of its body."""
+    """Add the response to a force (kind 0), impulse (1) or projection (2) at a face."""
     face = m.faces[number]
     body = m.bodies[face.body]
     start = body.response_start + (kind * body.n_ports + face.place) * (body.state_end - body.state_start)
@@ -164,7 +164,7 @@ def correct_coupled(m: StepArrays, number: int) -> None:
 
 @INLINE
 def push_face(m: StepArrays, number: int, force: float) -> None:
-    """Add the response to a force at a face to the state of its body: two entries of a node or of a rigid body."""
+    """Add the response to a force at a face to the state of its body."""
     face = m.faces[number]
     push = face.sign * force
     if face.few == TWO:
@@ -314,15 +314,14 @@ def start(m: StepArrays, dt: float) -> None:
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
         gap = contact.initial_gap + m.faces[2 * number + 1].u - m.faces[2 * number].u  # with displacements at t = 0
-        if (contact.smooth != 0 and gap < 0.0) or contact.joined != 0:
+        if (contact.compliant != 0 and gap < 0.0) or contact.joined != 0:
             # Overlapping faces and links may store energy at the start: the law is evaluated while all compliances are
             # still zero.
             load_point, contact.load_point = contact.load_point, 0.0
             evaluate(m, number, 0.0, 1.0)
             contact.load_point = load_point
-            if contact.joined != 0:  # a contact that yields at t = 0 has yielded before
-                for k in range(MEMORY):
-                    m.ports[number].memory[k] = m.replies[number].memory[k]
+            for k in range(MEMORY):  # a contact that yields at t = 0 has yielded before; what it stores may be lost
+                m.ports[number].memory[k] = m.replies[number].memory[k]
     fill_influence(m)
     if len(m.phases) > 0:
         call(m.pieces[CHANGE_PHASES], m)

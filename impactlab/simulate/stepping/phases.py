@@ -61,7 +61,10 @@ def change_coordinates(m: StepArrays, number: int) -> None:
         parameters = m.parameters[body.parameter_start : body.parameter_end]
         call(body.derive, parameters, m.state[body.state_start : body.state_end])
     phase.closed = 1 - phase.closed
-    m.clock[0].lost_unresolved += max(0.0, before - energy_of(m, phase.body))
+    dropped = max(0.0, before - energy_of(m, phase.body))
+    m.clock[0].lost_unresolved += dropped
+    m.clock[0].lost_in_maps += dropped
+    m.clock[0].n_maps += 1
 
 
 @PART

@@ -205,7 +205,8 @@ def facts_of(
             left_out = body.model.left_out(point.x, "displacement", point.x)
             massless = body.system.massless
             flexibility = dict(massless).get(point.x, 0.0) if massless else 0.0
-            found.append(side_facts(scene, method, point, moved, flexibility=flexibility, left_out=left_out))
+            facts = side_facts(scene, method, point, moved, flexibility=flexibility, left_out=left_out)
+            found.append(facts._replace(in_waves=isinstance(body.model, AbstractSelfStepping)))
     return found[0], found[1]
 
 

@@ -46,7 +46,10 @@ def write_ranges(
 
 @PART
 def nonzero_range(responses: Floats, start: int, begin: int, end: int, whole: bool) -> tuple[int, int]:
-    """Return the range of the entries of a part of a response that are not zero, up to rounding; (0, 0) of none."""
+    """Return the range of the nonzero entries of a part of a response.
+
+    Entries within rounding are zero; the range of none is (0, 0).
+    """
     if whole:
         return begin, end
     largest, first, last = 0.0, 0, 0

@@ -1,0 +1,76 @@
+"""Compliant contacts that overlap at t = 0: what they store then is in the energy, and lost only by a formula."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.history.base import AbstractHistory
+
+DEPTH = 1e-4  # m, of the overlap at t = 0
+DAMPED: dict[str, dict[str, Any]] = {
+    "penalty": {"kind": "penalty", "stiffness": 1e6, "damping": 1e4},
+    "khulief_shabana": {"kind": "khulief_shabana", "stiffness": 1e6, "restitution": 0.1},
+    "lankarani_nikravesh": {"kind": "lankarani_nikravesh", "stiffness": 1e9, "restitution": 0.3},
+    "hunt_crossley": {"kind": "hunt_crossley", "stiffness": 1e9, "restitution": 0.3},
+    "bilinear": {"kind": "bilinear", "stiffness": 1e8, "unloading_stiffness": 2e8},
+}
+
+
+def parting(law: dict[str, Any], integrator: str, velocity: float, dt: float = 1e-6, duration: float = 2e-4) -> Any:
+    """Return the history of a mass of 2 kg that starts DEPTH inside a wall on its right."""
+    return il.run(
+        il.Case(
+            bodies={"ball": il.Mass(2.0, velocity=velocity), "wall": il.Wall()},
+            contacts=[il.Contact("ball", "wall", law, gap=-DEPTH, overlap="allowed")],
+            solve={"duration": duration, "integrator": {"kind": integrator}, "step": {"dt": dt}},
+        )
+    )
+
+
+def lost(history: AbstractHistory) -> float:
+    return float(history.energy.booked["contact"][-1])
+
+
+@pytest.mark.parametrize("integrator", ["newmark", "midpoint", "exact_modal", "central_difference"])
+@pytest.mark.parametrize("law", ["penalty", "lankarani_nikravesh", "hunt_crossley"])
+def test_a_face_that_leaves_faster_than_the_contact_relaxes_gets_nothing_of_what_it_stored(
+    law: str, integrator: str
+) -> None:
+    """At 2 m/s no force acts, and the damping takes the energy of the spring: 0.5 k d^2, or 0.4 K d^2.5.
+
+    The dashpot would pull by 2e4 N, and the spring pushes by 100 N.
+    """
+    history = parting(DAMPED[law], integrator, -2.0)
+    stored = 0.5 * 1e6 * DEPTH**2 if law == "penalty" else 0.4 * 1e9 * DEPTH**2.5
+    assert history.energy.stored[0] == pytest.approx(stored, rel=1e-12)
+    assert lost(history) == pytest.approx(stored, rel=1e-12)
+    assert np.abs(history.energy.balance).max() < 1e-12 * history.energy.total[0]
+    assert history.evaluate(2e-4, "velocity:ball") == pytest.approx(-2.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("integrator", ["newmark", "midpoint", "exact_modal"])
+@pytest.mark.parametrize("velocity", [-2.0, -0.02, -1e-3, 0.0, 0.5])
+@pytest.mark.parametrize("law", sorted(DAMPED))
+def test_the_energy_of_an_overlap_is_balanced(law: str, velocity: float, integrator: str) -> None:
+    history = parting(DAMPED[law], integrator, velocity, dt=1e-5, duration=4e-3)
+    assert np.abs(history.energy.balance).max() < 1e-9 * history.energy.total[0]
+
+
+def test_bodies_that_part_in_free_fall_are_not_failed_by_the_rounding_of_their_fall() -> None:
+    """Only 1.3e-11 J can be exchanged, of 50 J: the rounding of these is more than that."""
+    law = {"kind": "lankarani_nikravesh", "stiffness": 1e12, "restitution": 0.28}
+    history = il.run(
+        il.Case(
+            bodies={"left": il.Mass(1.0, velocity=-10.0), "right": il.Mass(2.0)},
+            contacts=[il.Contact("left", "right", law, gap=-1e-9, overlap="allowed")],
+            gravity=-9.81,
+            solve={"duration": 2e-3, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
+        )
+    )
+    assert [each.code for each in history.warnings] == ["slow_touch", "no_contact"]
+    assert history.energy.at_stake < 1e-10 < history.energy.total[0]
+    assert history.evaluate(2e-3, "velocity:left") == pytest.approx(-10.0 - 9.81 * 2e-3, rel=1e-12)
