@@ -32,6 +32,7 @@ from impactlab.refine import cost
 from impactlab.refine.contact_times import shortest_rise
 from impactlab.refine.cost import Cost
 from impactlab.refine.description import Description
+from impactlab.refine.rows_of_beads import row_of_beads, serves
 from impactlab.scene.facts import (
     delay_unit,
     is_a_delay_line,
@@ -96,6 +97,8 @@ def stepped(asked: Simulation) -> Iterator[Description]:
     """Give the descriptions with steps for rods and rigid bodies."""
     asked = Simulation(split_at_contacts(asked.scene), asked.method)
     if not rods_of(asked.scene):
+        if serves(asked):
+            yield row_of_beads(asked)
         yield _rigid(asked)
         yield _adaptive(asked)
         return
@@ -145,7 +148,9 @@ def _smooth_error(asked: Simulation, factor: float, time: float) -> Callable[[in
 
 
 def _rigid(asked: Simulation) -> Description:
-    duration = asked.scene.duration
+    duration, bodies = asked.scene.duration, asked.scene.bodies
+    shared = [faces for name, faces in asked.scene.touching.items() if len(faces) > 1 and bodies[name].moves]
+    coupled = len({number for faces in shared for number, _ in faces})
 
     def simulation(steps: int) -> Simulation:
         method = Method(asked.method.laws, {}, ExactModal(), StepRule(dt=duration / steps))
@@ -156,7 +161,7 @@ def _rigid(asked: Simulation) -> Description:
         "steps",
         simulation,
         cost.RIGID,
-        lambda n: (n, 0.0),
+        lambda n: (n, coupled),
         reference_order=2.0,
         per_level=20,
         error=_smooth_error(asked, 1.0, duration),

@@ -1,0 +1,56 @@
+"""The automatic choice on rows of beads: leapfrog, whose stated error holds, at a small part of the other cost."""
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.metrics.peaks import peak_force
+from impactlab.refine.distances import difference
+
+
+def chain(beads, duration, **solve):
+    """Return a bead of 4 g at 1 m/s that strikes equal ones."""
+    return il.Case(
+        bodies={"striker": il.Mass(4e-3, velocity=1.0), "bead": il.Mass(4e-3, repeat=beads)},
+        contacts=[il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 7.7e9})],
+        solve={"duration": duration, **solve},
+    )
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_a_chain_is_stepped_by_leapfrog_within_the_error_stated(tolerance):
+    history = il.run(chain(12, 3e-4, tolerance=tolerance))
+    assert history.choice.met
+    assert history.choice.chosen.startswith("rigid bodies, leapfrog")
+    fine = il.run(chain(12, 3e-4, integrator={"kind": "midpoint"}, step={"dt": 1e-8}, records=30001))
+    laws = fine.method.laws
+    error = difference(history, fine, history.scene, laws, ("displacements", "impulses", "peak_forces"))
+    assert error <= history.choice.expected_error <= tolerance
+
+
+def test_no_description_takes_a_chain_of_one_contact_off_the_scheme_that_conserves_energy():
+    history = il.run(
+        il.Case(
+            bodies={"a": il.Mass(4e-3, velocity=1.0), "b": il.Mass(4e-3)},
+            contacts=[il.Contact("a", "b", {"kind": "hertz", "stiffness": 7.7e9})],
+            solve={"duration": 1e-4, "tolerance": 1e-3},
+        )
+    )
+    assert "leapfrog" not in history.choice.chosen
+
+
+def test_contacts_ahead_of_a_wave_do_not_count():
+    """The front of a wave in a chain falls doubly exponentially: forces of 1e-9 of the largest are not compared.
+
+    The wave is stopped on its way. The last contacts that it has closed have forces that no two runs share.
+    """
+    coarse, fine = (
+        il.run(chain(30, 2.98e-4, integrator={"kind": "central_difference"}, step={"dt": dt}, records=30001))
+        for dt in (2e-8, 1e-8)
+    )
+    peaks = np.array([each.peak_force for each in fine.contacts])
+    assert 0.0 < peaks.min() < 1e-9 * peaks.max()  # there are such contacts
+    last = min(each.peak_force for each in coarse.contacts)
+    assert abs(last / peaks.min() - 1.0) > 5e-3  # whose forces differ
+    assert peak_force(coarse, fine, fine.scene) < 1e-3
+    assert difference(coarse, fine, fine.scene, fine.method.laws, ("peak_forces",)) < 1e-3
