@@ -53,6 +53,7 @@ SMOOTH_FRONT_ELEMENTS = 10  # a rod: damped fronts wider than one of these count
 TOLERANCE_POWER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
 MIN_FINENESS = 50  # of the first level of a reference: elements, or steps in the shortest transit
 STABLE_TURN = 8.0  # rad of the highest frequency in an adaptive step of the first level; measured: 5 to 10
+STEPS_A_CONTACT = 3.0  # of adaptive steps, which begin again where a contact closes or opens; beside the first
 MAX_STEPS_RATIO = 20.0  # over the expected number of adaptive steps: a stiffer damping is not for such steps
 
 
@@ -172,9 +173,10 @@ def _rigid(asked: Simulation) -> Description:
 
 def _adaptive(asked: Simulation, frequency: float = 0.0, size: int = 0, prices: Cost = cost.ADAPTIVE) -> Description:
     rises, turns = asked.scene.duration / shortest_rise(*asked), asked.scene.duration * frequency
+    others = max(0, len(asked.scene.contacts) - 1)
 
     def steps(n: int) -> float:
-        return max(10.0, rises, turns / STABLE_TURN) * math.sqrt(n / MIN_FINENESS)
+        return max(10.0, rises, turns / STABLE_TURN) * math.sqrt(n / MIN_FINENESS) + STEPS_A_CONTACT * others
 
     def simulation(n: int) -> Simulation:
         tolerance = max(1e-4 * (MIN_FINENESS / n) ** TOLERANCE_POWER, 1e-12)
@@ -187,7 +189,7 @@ def _adaptive(asked: Simulation, frequency: float = 0.0, size: int = 0, prices: 
         "grades of tolerance",
         simulation,
         prices,
-        lambda n: (steps(n), size),
+        lambda n: (steps(n), size or others),
         reference_order=TOLERANCE_POWER,
         for_choice=False,
     )

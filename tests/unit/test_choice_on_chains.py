@@ -5,7 +5,10 @@ import pytest
 
 import impactlab as il
 from impactlab.metrics.peaks import peak_force
+from impactlab.refine.descriptions import MIN_FINENESS
 from impactlab.refine.distances import difference
+from impactlab.refine.reference import descriptions_of
+from impactlab.scene.method import Simulation
 
 
 def chain(beads, duration, **solve):
@@ -54,3 +57,17 @@ def test_contacts_ahead_of_a_wave_do_not_count():
     assert abs(last / peaks.min() - 1.0) > 5e-3  # whose forces differ
     assert peak_force(coarse, fine, fine.scene) < 1e-3
     assert difference(coarse, fine, fine.scene, fine.method.laws, ("peak_forces",)) < 1e-3
+
+
+@pytest.mark.parametrize("beads", [2, 30])
+def test_adaptive_steps_of_a_chain_cost_more_with_each_contact(beads):
+    """Steps begin again where a contact closes or opens, and every step evaluates all laws: both are predicted."""
+    scene, method = chain(beads, 5e-4, integrator={"kind": "central_difference"}, step={"dt": 5e-7}).simulation()
+    adaptive = next(each for each in descriptions_of(Simulation(scene, method)) if each.name.startswith("adaptive"))
+    steps, size = adaptive.work(MIN_FINENESS)
+    done = il.run(chain(beads, 5e-4, integrator={"kind": "adaptive", "relative_tolerance": 1e-4})).cost
+    # An evaluation takes some 20 us for each contact, and as long as ten contacts beside: by work, not by a clock.
+    work = 2e-5 * done.rhs_evaluations * (beads + 10)
+    assert size == beads - 1
+    assert steps > 3 * size
+    assert 1.0 / 3.0 < adaptive.seconds(MIN_FINENESS) / work < 3.0
