@@ -51,7 +51,8 @@ def forces_at_start(
     known: dict[tuple[int, int, float, float], float] = {}  # contacts of a chain are mostly alike
     for number, contact in enumerate(scene.contacts):
         law, start = laws[number], starts[number]
-        if not law.smooth:
+        elastic = any(scene.bodies[point.body].elastic is not None for point in (contact.left, contact.right))
+        if not law.smooth or (contact.gap >= 0.0 and not elastic):  # rigid bodies begin without displacements
             continue
         (left_u, left_v), (right_u, right_v) = _motion(built, contact.left), _motion(built, contact.right)
         gap, rate = contact.gap + right_u - left_u, right_v - left_v
