@@ -5,6 +5,7 @@ import pytest
 
 import impactlab as il
 from impactlab.metrics.peaks import peak_force
+from impactlab.refine import choice
 from impactlab.refine.descriptions import MIN_FINENESS
 from impactlab.refine.distances import difference
 from impactlab.refine.reference import descriptions_of
@@ -71,3 +72,12 @@ def test_adaptive_steps_of_a_chain_cost_more_with_each_contact(beads):
     assert size == beads - 1
     assert steps > 3 * size
     assert 1.0 / 3.0 < adaptive.seconds(MIN_FINENESS) / work < 3.0
+
+
+def test_a_trial_that_is_too_long_is_compared_with_the_seconds_that_are_left():
+    """The text read "would take 2.3 s of solving, beyond the 3 s", without those that other trials had taken."""
+    scene, method = chain(2, 1e-4, tolerance=1e-3).simulation()
+    study = choice.studies_of(Simulation(scene, method))[0][0]
+    study.next = 10**7
+    assert "and 0.5 s are left of the 3 s" in choice._beyond_budget(study, 0.5)
+    assert "beyond the 3 s" in choice._beyond_budget(study, choice.BUDGET_S)
