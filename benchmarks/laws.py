@@ -19,7 +19,7 @@ from typing import Any
 
 import numba
 from step_loop import scene_of, time_by_hand, time_loop
-from tables import table
+from tables import figure, table
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, PairingError
@@ -129,7 +129,7 @@ def shown(rows: list[dict[str, Any]]) -> str:
     """Return the rows as a Markdown table."""
     cells = []
     for row in rows:
-        costs = (f"{row[name]:.2f}" for name in ("us", "ratio", "plain_python_more_us"))
+        costs = (figure(row[name]) for name in ("us", "ratio", "plain_python_more_us"))
         cells.append((f"`{row['law']}` {row['options']}".strip(), row["integrator"], *costs))
     heads = ("law", "integrator", "us per step", "ratio", "plain Python, us more")
     return table(heads, cells, text=heads[:2])

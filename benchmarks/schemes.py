@@ -14,7 +14,7 @@ import math
 from typing import Any
 
 from step_loop import scene_of, time_loop
-from tables import table
+from tables import figure, table
 
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.integrators.base import AbstractIntegrator
@@ -55,7 +55,7 @@ def measure(repeats: int) -> list[dict[str, Any]]:
 def shown(rows: list[dict[str, Any]]) -> str:
     """Return the rows as a Markdown table."""
     names = [*(f"us_{elements}" for elements in ELEMENTS), "ns_per_dof"]
-    cells = [(f"`{row['integrator']}`", *(f"{row[name]:.2f}" for name in names)) for row in rows]
+    cells = [(f"`{row['integrator']}`", *(figure(row[name]) for name in names)) for row in rows]
     heads = ("integrator", *(f"{elements} elements" for elements in ELEMENTS), "ns per dof and step")
     return table(heads, cells, text=heads[:1])
 

@@ -84,7 +84,7 @@ The same case with {elements} elements and half the stable step (`benchmarks/law
 hand-written loop, so it compares like with like only for `central_difference`; `newmark` solves a tridiagonal
 system in every step, and `exact_modal` has {modes} modes. "plain Python" is the extra cost of the same law with
 `compiled = False`, its arithmetic included. An empty law costs {call:.1f} us; one that iterates costs as much as
-its iterations.
+its iterations. "-" is a run that did not come to its end: its contact opened and closed too often.
 
 {laws}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -13,6 +14,11 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]], text: Collecti
     rule = "|".join("---" if head in text else "---:" for head in heads)
     first, *others = ["|".join(f" {cell} " if cell != "" else " " for cell in line) for line in (heads, *rows)]
     return "\n".join(f"|{line}|" for line in (first, rule, *others))
+
+
+def figure(value: float, digits: int = 2) -> str:
+    """Return a number of a table; "-" where a run did not come to its end."""
+    return f"{value:.{digits}f}" if math.isfinite(value) else "-"
 
 
 def page(head: str, parts: Mapping[str, str]) -> str:

@@ -140,7 +140,10 @@ def _read_duration(value: Any) -> Any:
     if isinstance(value, (dict, list)):
         if isinstance(value, dict) and set(value) == {"round_trips"}:
             return RoundTrips(round_trips=Allowed(limits=(("gt", 0.0),), number=True).read(value["round_trips"]))
-        raise refuse(f"{shown(value)} is not a duration. Allowed: a number in s, or {{round_trips: number}}")
+        text = f"{shown(value)} is not a duration. Allowed: a number in s, or {{round_trips: number}}"
+        if isinstance(value, dict) and "round_trips_of" in value:
+            text += "; round_trips_of stands beside duration, in solve"
+        raise refuse(text)
     return _SECONDS.read(value)
 
 

@@ -11,6 +11,8 @@ from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load
 from impactlab.cli.reporting import Left, reporting
 
+MAX_COLUMNS = 24  # of a table on the screen: more are left out in its middle
+
 Quantities = Annotated[
     str | None,
     typer.Option(
@@ -110,7 +112,10 @@ def sweep(
         if as_json:
             console.print_json({"schema_version": 1, "points": int(found.status.size), "status": counts})
         elif out is None:
-            print(sweeps.rows(found).to_string(max_rows=60))
+            table = sweeps.rows(found)
+            print(table.to_string(max_rows=60, max_cols=MAX_COLUMNS))
+            if table.shape[1] > MAX_COLUMNS:  # as of a chain, whose contacts have columns each
+                console.say(f"{table.shape[1]} columns; --quantities names fewer, --out DIR writes all to table.csv")
         else:
             print(f"{found.status.size} points: " + ", ".join(f"{count} {name}" for name, count in counts.items()))
         if set(counts) - {"missing", "completed"} and not counts.get("completed"):

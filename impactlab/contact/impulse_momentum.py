@@ -24,9 +24,10 @@ class ImpulseMomentum(AbstractContactLaw):
     """
 
     needs = frozenset({Level.IMPULSE})
-    citations = ("KhuliefShabana1987", "Palas1992")
+    citations = ("KhuliefShabana1987", "Palas1992", "Moreau1988")
     hard = True
     answers_force = False
+    shares_losses = True
     examples = ({"restitution": 0.5}, {})
 
     restitution: float = option(1.0, at_least=0.0, at_most=1.0, description="coefficient of restitution")
@@ -36,11 +37,11 @@ class ImpulseMomentum(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        # Restitution refers to the approach before any impulse of the step, also where other contacts kick too; faces
-        # that did not approach are kept from being driven into each other.
-        target = max(0.0, -port.parameters[0] * port.gap_rate)
+        # Restitution refers to the rate before any impulse of the step, also where other contacts kick too. Faces that
+        # parted then, and that others drive back, may approach by the same share: with one e for all contacts that are
+        # solved together, no impact gains energy (Moreau1988).
+        target = -port.parameters[0] * port.gap_rate
         rate = port.rate_before_impulse
-        needed = (target - rate) / port.rate_per_impulse
-        if port.gap <= 0.0 and needed > 0.0 and rate < 0.0 and port.gap_rate + port.others_rate < 0.0:
-            reply.impulse = needed
+        if port.gap <= 0.0 and rate < target and port.gap_rate + port.others_rate < target:
+            reply.impulse = (target - rate) / port.rate_per_impulse
             reply.dissipated = -0.5 * reply.impulse * (port.gap_rate + target)

@@ -29,6 +29,7 @@ class VelocityComplementarity(AbstractContactLaw):
     needs = frozenset({Level.POSITION, Level.VELOCITY, Level.IMPULSE})
     citations = ("Moreau1988", "Jean1999", "Acary2013")
     hard = True
+    shares_losses = True
     trial_at_end = True
     # Measured: projected positions change the strain energy (docs/bounds.md).
     gains_energy = 0.3
@@ -45,14 +46,17 @@ class VelocityComplementarity(AbstractContactLaw):
         # The gap of resting faces is zero to rounding: they touch as long as they would overlap.
         if port.gap > 0.0 and (port.in_contact == 0.0 or port.free_gap > 0.0):
             return
-        target = max(0.0, -port.parameters[0] * port.gap_rate)
+        # Faces that part, and that others drive back, may approach by the share e of that rate. Summed over contacts
+        # that are solved together, P (rate before) <= 0 follows, and one e for all of them gains no energy.
+        target = -port.parameters[0] * port.gap_rate
         reply.trial = (target - port.free_gap_rate) / port.rate_per_force
         if reply.trial <= 0.0:
             return
         reply.force = reply.trial
         reply.in_contact = 1.0
-        # The faces move apart by the mean of their rates: the work of the force, negative where energy is lost.
-        reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + target))
+        # The faces move apart by the mean of their rates: the work of the force, negative where energy is lost. Of
+        # contacts that collide together each has its own share, which has either sign.
+        reply.dissipated = -0.5 * reply.force * port.dt * (port.gap_rate + target)
         end = port.free_gap + port.gap_per_force * reply.force
         if port.parameters[1] > 0.0 and end < 0.0:
             reply.projection = -end / port.gap_per_projection

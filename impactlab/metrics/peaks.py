@@ -17,6 +17,7 @@ from impactlab.types import Array
 GRID = 2000  # equal cells of the run on which a peak is searched, besides the instants below
 MAX_SPANS = 20  # periods of contact, those of the largest impulse, that are searched in a grid of their own
 PER_SPAN = 200  # cells of that grid
+MIN_PEAK = 1e-9  # of the largest peak: smaller ones, as ahead of a wave in a chain, are rounding
 MAX_ECHOES = 1000  # round trips after a touch whose fronts are left out
 
 Laws = Mapping[str, AbstractContactLaw]  # by name of the contact
@@ -26,9 +27,10 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
     """Return the relative error of the peak force of a contact, the largest over contacts.
 
     As in `force_away_from_jumps`, 0.05 T on either side of each jump of the reference's force is left out; 0.05 of the
-    longest period of contact in a scene without a rod or beam, which has no T. None where a law gives impulses alone.
+    longest period of contact in a scene without a rod or beam, which has no T. Peaks below `MIN_PEAK` of the largest
+    are left out. None where a law gives impulses alone.
     """
-    errors = []
+    peaks = []
     laws = history.method.laws
     for contact in scene.contacts:
         if not laws[contact.name].answers_force:
@@ -36,8 +38,9 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
         away = near_jumps(reference, scene, laws, contact)
         hard = laws[contact.name].hard
         peak, wanted = (find_peak(each, contact, away, hard).force for each in (history, reference))
-        errors.append(None if not wanted else abs(peak - wanted) / wanted)
-    return largest(errors)
+        peaks.append((peak, wanted))
+    least = MIN_PEAK * max((wanted for _, wanted in peaks), default=0.0)
+    return largest([abs(peak - wanted) / wanted if wanted > least else None for peak, wanted in peaks])
 
 
 class Peak(NamedTuple):

@@ -228,7 +228,7 @@ def _searched(
                 study.closed = reach.reason(study, left)
                 continue
         if _cost_of_trial(study) > left:
-            study.closed = _beyond_budget(study)
+            study.closed = _beyond_budget(study, left)
             continue
         left -= _cost_of_trial(study)
         if not _succeeds(study, asked, failed, progress):
@@ -298,8 +298,11 @@ def _affordable(study: Study, seconds: float) -> int | None:
     return None
 
 
-def _beyond_budget(study: Study) -> str:
-    return f"would take {_cost_of_trial(study):.2g} s of solving, beyond the {BUDGET_S:g} s that a choice may take"
+def _beyond_budget(study: Study, left: float) -> str:
+    needed = f"would take {_cost_of_trial(study):.2g} s of solving"
+    if left < BUDGET_S:
+        return f"{needed}, and {max(left, 0.0):.2g} s are left of the {BUDGET_S:g} s that a choice may take"
+    return f"{needed}, beyond the {BUDGET_S:g} s that a choice may take"
 
 
 def _worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study]) -> bool:

@@ -22,7 +22,7 @@ class Times(NamedTuple):
 
 
 def _all_times(scene: Scene, method: Method) -> dict[str, Times]:
-    speed = _meeting_speed(scene) if scene.contacts else 0.0  # once: it looks at all bodies
+    speed = meeting_speed(scene) if scene.contacts else 0.0  # once: it looks at all bodies
     return {
         contact.name: Times(rise_time(scene, method, contact, speed), tangent_of(scene, method, contact, speed))
         for contact in scene.contacts
@@ -69,7 +69,7 @@ def tangent_of(scene: Scene, method: Method, contact: Contact, speed: float | No
         known = stiffness_of(scene, method, contact)
         return math.nan if known is None else known
     if isinstance(law, Hertz | AbstractHystereticLaw):
-        met = _meeting_speed(scene) if speed is None else speed
+        met = meeting_speed(scene) if speed is None else speed
         return _tangent(law.stiffness, law.exponent, met, *_inertia(scene, contact))
     return math.nan
 
@@ -81,7 +81,7 @@ def _inertia(scene: Scene, contact: Contact) -> tuple[float, float]:
     return mass, 1.0 / impedance_of(scene, contact)
 
 
-def _meeting_speed(scene: Scene) -> float:
+def meeting_speed(scene: Scene) -> float:
     """Return the speed at which the bodies of a scene meet [m/s].
 
     It is that at the start, or one that loads may cause.

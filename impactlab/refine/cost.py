@@ -29,8 +29,9 @@ class Cost(NamedTuple):
 
 
 EXACT = Cost(1.0, setup_s=1.0e-3, fixed_s=0.0)  # steps: the seconds that `impactlab.exact.cost` predicts
-RIGID = Cost(1.2e-7, setup_s=8e-4)
-ADAPTIVE = Cost(6e-4)
+RIGID = Cost(1.2e-7, 9e-7, setup_s=8e-4)  # size: contacts that share a body that moves, which are solved together
+BEADS = Cost(5e-8, 4e-9, setup_s=8e-4)  # size: contacts
+ADAPTIVE = Cost(6e-4, 3.4e-4)  # size: contacts beside the first
 MECHANISM = Cost(1e-3, 1e-5)  # of adaptive steps; size: coordinates of all bodies
 DELAY_LINE = Cost(1.5e-7, 2.5e-7, setup_s=1.0e-3)  # size: rods
 LUMPED_MESH = Cost(1.7e-7, 0.65e-9, setup_s=1.2e-3, margin=1.2)  # size: elements of all rods

@@ -32,6 +32,7 @@ from impactlab.refine import cost
 from impactlab.refine.contact_times import shortest_rise
 from impactlab.refine.cost import Cost
 from impactlab.refine.description import Description
+from impactlab.refine.rows_of_beads import row_of_beads, serves
 from impactlab.scene.facts import (
     delay_unit,
     is_a_delay_line,
@@ -52,6 +53,7 @@ SMOOTH_FRONT_ELEMENTS = 10  # a rod: damped fronts wider than one of these count
 TOLERANCE_POWER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
 MIN_FINENESS = 50  # of the first level of a reference: elements, or steps in the shortest transit
 STABLE_TURN = 8.0  # rad of the highest frequency in an adaptive step of the first level; measured: 5 to 10
+STEPS_A_CONTACT = 3.0  # of adaptive steps, which begin again where a contact closes or opens; beside the first
 MAX_STEPS_RATIO = 20.0  # over the expected number of adaptive steps: a stiffer damping is not for such steps
 
 
@@ -96,6 +98,8 @@ def stepped(asked: Simulation) -> Iterator[Description]:
     """Give the descriptions with steps for rods and rigid bodies."""
     asked = Simulation(split_at_contacts(asked.scene), asked.method)
     if not rods_of(asked.scene):
+        if serves(asked):
+            yield row_of_beads(asked)
         yield _rigid(asked)
         yield _adaptive(asked)
         return
@@ -145,7 +149,9 @@ def _smooth_error(asked: Simulation, factor: float, time: float) -> Callable[[in
 
 
 def _rigid(asked: Simulation) -> Description:
-    duration = asked.scene.duration
+    duration, bodies = asked.scene.duration, asked.scene.bodies
+    shared = [faces for name, faces in asked.scene.touching.items() if len(faces) > 1 and bodies[name].moves]
+    coupled = len({number for faces in shared for number, _ in faces})
 
     def simulation(steps: int) -> Simulation:
         method = Method(asked.method.laws, {}, ExactModal(), StepRule(dt=duration / steps))
@@ -156,7 +162,7 @@ def _rigid(asked: Simulation) -> Description:
         "steps",
         simulation,
         cost.RIGID,
-        lambda n: (n, 0.0),
+        lambda n: (n, coupled),
         reference_order=2.0,
         per_level=20,
         error=_smooth_error(asked, 1.0, duration),
@@ -167,9 +173,10 @@ def _rigid(asked: Simulation) -> Description:
 
 def _adaptive(asked: Simulation, frequency: float = 0.0, size: int = 0, prices: Cost = cost.ADAPTIVE) -> Description:
     rises, turns = asked.scene.duration / shortest_rise(*asked), asked.scene.duration * frequency
+    others = max(0, len(asked.scene.contacts) - 1)
 
     def steps(n: int) -> float:
-        return max(10.0, rises, turns / STABLE_TURN) * math.sqrt(n / MIN_FINENESS)
+        return max(10.0, rises, turns / STABLE_TURN) * math.sqrt(n / MIN_FINENESS) + STEPS_A_CONTACT * others
 
     def simulation(n: int) -> Simulation:
         tolerance = max(1e-4 * (MIN_FINENESS / n) ** TOLERANCE_POWER, 1e-12)
@@ -182,7 +189,7 @@ def _adaptive(asked: Simulation, frequency: float = 0.0, size: int = 0, prices: 
         "grades of tolerance",
         simulation,
         prices,
-        lambda n: (steps(n), size),
+        lambda n: (steps(n), size or others),
         reference_order=TOLERANCE_POWER,
         for_choice=False,
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, face_channels, mass_channels, midpoints
-from impactlab.metrics.peaks import Laws, find_peak, near_jumps, smooth_force
+from impactlab.metrics.peaks import MIN_PEAK, Laws, find_peak, near_jumps, smooth_force
 from impactlab.refine.convergence import Pairs
 from impactlab.refine.raw_records import Records, Sizes, records_of
 from impactlab.scene.frame import common_drift, touched_in
@@ -115,9 +115,10 @@ def _peaks(
 ) -> Iterator[Pairs]:
     """Give the distances of the peak forces of contacts: of two runs, at the instants of both peaks.
 
-    The larger of these two differences bounds that of the peaks. Two peaks may agree by luck while the forces around
-    them ring; the forces at the instants of both do not.
+    Peaks below `MIN_PEAK` of the largest are left out. The larger of these two differences bounds that of the peaks.
+    Two peaks may agree by luck while the forces around them ring; the forces at the instants of both do not.
     """
+    every: list[list[list[float]]] = []
     for number, contact in enumerate(scene.contacts):
         law = laws[contact.name]
         if not law.answers_force:
@@ -131,7 +132,10 @@ def _peaks(
             peaks = [find_peak(history, contact, left_out, law.hard, CELLS, PER_SPAN) for history in histories]
             t = np.array([peak.time for peak in peaks])
             found = [smooth_force(history, t, contact, law.hard).tolist() for history in histories]
-        if found[-1][-1] > 0.0:
+        every.append(found)
+    least = MIN_PEAK * max((found[-1][-1] for found in every), default=0.0)
+    for found in every:
+        if found[-1][-1] > least:
             yield _finite({
                 (i, j): max(abs(found[i][i] - found[j][i]), abs(found[i][j] - found[j][j])) / (found[-1][-1] / margin)
                 for i, j in _all_pairs(found)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact.contact_kinds import balanced, first_gap, massless
-from impactlab.refine import beam_descriptions, beam_families, descriptions
+from impactlab.refine import beam_descriptions, beam_families, descriptions, resting_touches
 from impactlab.refine.description import Description
 from impactlab.scene.facts import bare_beam, beams_of, changes, rods_of
 from impactlab.scene.method import Simulation, laws_of
@@ -54,8 +54,10 @@ def in_turn(
 ) -> tuple[Iterator[Description], str]:
     """Return the descriptions that are compared, each made when it is asked for, and why a preferred one is not.
 
-    The one that the physics prefers is the first. ``served`` is the exact solver as `exact_for` has found it.
+    The one that the physics prefers is the first. ``served`` is the exact solver as `exact_for` has found it. Raise
+    `CaseError` where a force has no limit as descriptions are refined.
     """
+    resting_touches.check(asked)
     if beams_of(asked.scene) and not changes(asked.scene):
         if not has_unique_solution(asked):
             return iter(()), ""

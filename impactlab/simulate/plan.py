@@ -42,6 +42,7 @@ from impactlab.simulate.stepping.preparation import (
     self_stepping,
     start_law,
 )
+from impactlab.simulate.stepping.pressed import forces_at_start
 from impactlab.types import Level, Start
 
 if TYPE_CHECKING:
@@ -253,8 +254,9 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     warnings += check_messengers(scene, built, starts)
     pushes = pushes_of(scene, built, starts)
     check_closed(scene, laws_of(scene, acting), built, starts, pushes, integrator, dt)
-    if pushes:
-        steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses)
+    pressed = {} if integrator.load_point == 0.5 else forces_at_start(scene, laws_of(scene, acting), starts, built, dt)
+    if pushes or pressed:
+        steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses, pressed)
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
     return Plan(scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings))
 

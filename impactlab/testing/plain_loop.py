@@ -221,7 +221,8 @@ class PlainLoop:
 
     def book(self, change: Array) -> None:
         """Book the energy lost in contacts and dashpots [J] by the change of the state in the step."""
-        self.lost["contact"] += sum(contact.reply.dissipated for contact in self.contacts)
+        lost = sum(contact.reply.dissipated for contact in self.contacts)
+        self.lost["contact"] += 0.0 if lost < 0.0 else lost  # NaN stays
         self.lost["unresolved"] += sum(contact.reply.unresolved for contact in self.contacts)
         for number, (row, damping, account) in enumerate(self.dashpots):
             stretched = float(row @ change)

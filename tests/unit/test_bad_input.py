@@ -77,6 +77,12 @@ EDITS = [
     ("    area: 9.0e-4\n", "", 5, "bodies.rod.area: this key is missing"),
     ("  duration: {round_trips: 1}\n", "", 15, "solve.duration: this key is missing"),
     (
+        "{round_trips: 1}",
+        "{round_trips: 1, round_trips_of: rod}",
+        16,
+        "round_trips_of stands beside duration, in solve",
+    ),
+    (
         "length: 0.3",
         "length: '0,3 m'",
         7,

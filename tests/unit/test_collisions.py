@@ -177,9 +177,9 @@ def test_channels_are_listed_once_however_many_bodies_collide(monkeypatch: pytes
 def test_the_speed_at_which_bodies_meet_is_found_once_for_all_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
     case = il.load_case(Path(__file__).parents[2] / "cases" / "granular" / "solitary_wave.yaml").simulation()
     found: list[float] = []
-    speed = contact_times._meeting_speed(case.scene)
+    speed = contact_times.meeting_speed(case.scene)
     assert speed == 1.0
-    monkeypatch.setattr(contact_times, "_meeting_speed", lambda _: found.append(speed) or speed)
+    monkeypatch.setattr(contact_times, "meeting_speed", lambda _: found.append(speed) or speed)
     alone = min(contact_times.rise_time(*case, contact) for contact in case.scene.contacts)
     assert len(found) == 100
     assert contact_times.shortest_rise(*case) == alone

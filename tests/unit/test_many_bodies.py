@@ -146,3 +146,23 @@ def test_the_collector_goes_on_afterwards() -> None:
 
 def test_one_method_is_not_counted_as_methods() -> None:
     assert (counted(1), counted(9)) == ("1 method", "9 methods")
+
+
+def test_the_table_of_a_sweep_of_a_chain_is_cut_on_the_screen(tmp_path):
+    """Every contact and body has columns of its own: of 30 beads the table was 93 columns wide."""
+    path = tmp_path / "chain.yaml"
+    case = il.Case(
+        bodies={"striker": il.Mass(4e-3, velocity=1.0), "bead": il.Mass(4e-3, repeat=30)},
+        contacts=[il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 7.7e9})],
+        solve={"duration": 1e-4, "integrator": {"kind": "central_difference"}, "step": {"dt": 1e-6}},
+    )
+    path.write_text(case.to_yaml(), encoding="utf-8")
+    arguments = ["sweep", str(path), "--over", "contacts.0.law.stiffness=5e9,7e9"]
+    whole = CliRunner().invoke(app, [*arguments, "--quantities", "peak_force,final_velocity"])
+    assert whole.exit_code == 0
+    assert " ... " in whole.stdout
+    assert "status" in whole.stdout
+    assert "64 columns; --quantities names fewer" in whole.stderr  # the axis, 30 forces, 31 velocities, status, reason
+    few = CliRunner().invoke(app, [*arguments, "--quantities", "energy_gain"])
+    assert " ... " not in few.stdout
+    assert "columns" not in few.stderr

@@ -24,8 +24,8 @@ from impactlab.simulate.stepping.beads import HERTZ, BeadArrays
 
 
 @PART
-def stored_in(row: BeadRowRecord, u: Floats, v: Floats, gap: Floats, stiffness: Floats, drift: float) -> float:
-    """Return the energy stored in the contacts of a row [J]; ``drift`` is dt, 0 before the first step.
+def stored_in(row: BeadRowRecord, u: Floats, v: Floats, gap: Floats, stiffness: Floats, dt: float) -> float:
+    """Return the energy stored in the contacts of a row [J].
 
     Leapfrog conserves the energy of a spring, n = 1, with the product of the overlaps at both ends of a step as square.
     """
@@ -33,7 +33,7 @@ def stored_in(row: BeadRowRecord, u: Floats, v: Floats, gap: Floats, stiffness: 
     is_hertz = row.exponent == HERTZ
     for i in range(gap.size):
         overlap = u[i] - u[i + 1] - gap[i]
-        before = overlap - drift * (v[i] - v[i + 1])
+        before = overlap - dt * (v[i] - v[i + 1])
         if overlap > 0.0 and before > 0.0:
             square = overlap * before
             stored += stiffness[i] * (square * math.sqrt(math.sqrt(square)) if is_hertz else square**power)
@@ -44,7 +44,6 @@ def stored_in(row: BeadRowRecord, u: Floats, v: Floats, gap: Floats, stiffness: 
 def sample_beads(m: BeadArrays, dt: float) -> tuple[float, bool]:
     """Sample energies and momenta of beads; return the energy stored in their contacts [J], and if all is finite."""
     sample, stored, total = m.sample[m.clock[0].n_samples], 0.0, 0.0
-    drift = dt if m.clock[0].step > 0 else 0.0
     for number in range(len(m.bead_rows)):
         row = m.bead_rows[number]
         own, n, first = sample[SAMPLED + 3 * row.body :], row.count, row.first + 1
@@ -62,7 +61,7 @@ def sample_beads(m: BeadArrays, dt: float) -> tuple[float, bool]:
             window(m.beads[V], first, n + 1),
             window(m.bead_contacts[GAP], first, n),
             window(m.bead_contacts[STIFFNESS], first, n),
-            drift,
+            dt,
         )
     return stored, total - total == 0.0
 

@@ -58,6 +58,7 @@ def write_events(m: StepArrays, time: float, dt: float) -> None:
 
     Roots are linear between the instants of a value; where events are located, steps begin at them.
     """
+    lost = 0.0
     for number in range(len(m.contacts)):
         contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
         was_closed, is_closed = port.in_contact > 0.0, reply.in_contact > 0.0
@@ -79,12 +80,14 @@ def write_events(m: StepArrays, time: float, dt: float) -> None:
         contact.total += contact.force * dt + contact.impulse
         port.in_contact, port.offset = reply.in_contact, reply.offset
         put_lanes(port.memory, 0, lanes_at(reply.memory, 0))
-        m.clock[0].lost_contact += reply.dissipated
+        lost += reply.dissipated
         m.clock[0].lost_unresolved += reply.unresolved
         if contact.joined != 0:
             contact.largest = max(contact.largest, contact.force)
             contact.smallest = min(contact.smallest, contact.force)
             contact.lost += reply.dissipated
         contact.negative += min(reply.dissipated, 0.0) + min(reply.unresolved, 0.0)
+    if not lost < 0.0:  # a gain of all together is no loss: it shows in the balance, as does a loss that is NaN
+        m.clock[0].lost_contact += lost
     if len(m.phases) > 0:
         call(m.pieces[CHANGE_PHASES], m)

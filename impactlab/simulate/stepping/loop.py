@@ -318,6 +318,9 @@ def start(m: StepArrays, dt: float) -> None:
             # Overlapping faces and links may store energy at the start: the law is evaluated while all compliances are
             # still zero.
             load_point, contact.load_point = contact.load_point, 0.0
+            if load_point == 0.0:  # leapfrog keeps the energy of both ends of a step: here of the one before the first
+                for face in (m.faces[2 * number], m.faces[2 * number + 1]):
+                    face.free_u = face.u - dt * face.v
             evaluate(m, number, 0.0, 1.0)
             contact.load_point = load_point
             for k in range(MEMORY):  # a contact that yields at t = 0 has yielded before; what it stores may be lost

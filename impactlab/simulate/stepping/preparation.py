@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import NamedTuple
 
 import numpy as np
@@ -100,23 +100,27 @@ def prepare_steppers(
     dt: float,
     pushes: Sequence[Push] = (),
     impulses: bool = True,
+    pressed: Mapping[int, float] = MappingProxyType({}),
 ) -> dict[str, Stepper]:
     """Return the steppers of bodies; ports are their faces in the order of the contacts, pushed rows, loads over time.
 
-    Without ``impulses`` their columns in a mechanism stay those at t = 0.
+    Without ``impulses`` their columns in a mechanism stay those at t = 0. ``pressed`` are the contact forces at t = 0
+    [N], by the number of the contact.
     """
     points = [(contact.left, contact.right) for contact in scene.contacts]
     pushed: dict[str, list[Push]] = {}
     for push in pushes:
         pushed.setdefault(push.body, []).append(push)
     steppers: dict[str, Stepper] = {}
-    rigid: dict[tuple[int, int], Stepper] = {}  # by description and number of faces, which are all alike
+    rigid: dict[tuple[int, int, float], Stepper] = {}  # by description, number of faces, which are all alike, and force
     for name, (body, model, system) in built.items():
-        alike = (id(system), len(scene.touching.get(name, ()))) if _is_plain(body) else None
+        touching = scene.touching.get(name, ())
+        held = [pressed.get(number, 0.0) * (1.0 if side else -1.0) for number, side in touching] if pressed else []
+        alike = (id(system), len(touching), sum(held)) if _is_plain(body) else None
         if alike in rigid and name not in pushed:
             steppers[name] = rigid[alike]
             continue
-        rows = [model.row(points[number][side].x, "displacement") for number, side in scene.touching.get(name, ())]
+        rows = [model.row(points[number][side].x, "displacement") for number, side in touching]
         rows += [model.row(push.x, push.quantity) for push in pushed.get(name, ())]
         loads = [(model.row(x, "displacement"), load) for x, load in body.loads]
         rows += [row for row, _ in loads]
@@ -128,8 +132,9 @@ def prepare_steppers(
             elif isinstance(model, AbstractSelfStepping):
                 stepper = model.stepper(ports, dt)
             else:
-                forces = (float(load.at(np.zeros(1))[0]) * row for row, load in loads)
-                at_start = sum(forces, np.zeros(system.load.size)) if loads else None
+                forces = [float(load.at(np.zeros(1))[0]) * row for row, load in loads]
+                forces += [force * row for force, row in zip(held, rows, strict=False) if force != 0.0]
+                at_start = sum(forces, np.zeros(system.load.size)) if forces else None
                 if system.momentum is None:
                     system = system._replace(momentum=model.momentum_row())
                 stepper = integrator.prepare(system, ports, dt, at_start)

@@ -196,14 +196,16 @@ class ContactLawContract(LawContract):
     def test_it_never_pulls_and_never_books_a_negative_loss(self) -> None:
         random = np.random.default_rng(2)
         for _ in range(PORTS):
-            reply = self.reply_to(self.port(random))
+            port = self.port(random)
+            reply = self.reply_to(port)
             assert reply.failed == 0.0
             assert reply.force >= 0.0
             assert reply.impulse >= 0.0
             # A law that pushes along a reading holds part of that body's own strain energy, of either sign.
             assert reply.stored >= 0.0 or reply.push != 0.0
             assert reply.unresolved >= 0.0
-            assert reply.dissipated >= 0.0
+            # Of contacts that collide together, one that was parting may have a negative share of a loss of all.
+            assert reply.dissipated >= 0.0 or (self.part.shares_losses and port.gap_rate > 0.0)
             assert reply.in_contact in (0.0, 1.0)
             assert math.isfinite(reply.force + reply.impulse + reply.trial)
 

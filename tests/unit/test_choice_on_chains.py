@@ -1,0 +1,83 @@
+"""The automatic choice on rows of beads: leapfrog, whose stated error holds, at a small part of the other cost."""
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.metrics.peaks import peak_force
+from impactlab.refine import choice
+from impactlab.refine.descriptions import MIN_FINENESS
+from impactlab.refine.distances import difference
+from impactlab.refine.reference import descriptions_of
+from impactlab.scene.method import Simulation
+
+
+def chain(beads, duration, **solve):
+    """Return a bead of 4 g at 1 m/s that strikes equal ones."""
+    return il.Case(
+        bodies={"striker": il.Mass(4e-3, velocity=1.0), "bead": il.Mass(4e-3, repeat=beads)},
+        contacts=[il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 7.7e9})],
+        solve={"duration": duration, **solve},
+    )
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_a_chain_is_stepped_by_leapfrog_within_the_error_stated(tolerance):
+    history = il.run(chain(12, 3e-4, tolerance=tolerance))
+    assert history.choice.met
+    assert history.choice.chosen.startswith("rigid bodies, leapfrog")
+    fine = il.run(chain(12, 3e-4, integrator={"kind": "midpoint"}, step={"dt": 1e-8}, records=30001))
+    laws = fine.method.laws
+    error = difference(history, fine, history.scene, laws, ("displacements", "impulses", "peak_forces"))
+    assert error <= history.choice.expected_error <= tolerance
+
+
+def test_no_description_takes_a_chain_of_one_contact_off_the_scheme_that_conserves_energy():
+    history = il.run(
+        il.Case(
+            bodies={"a": il.Mass(4e-3, velocity=1.0), "b": il.Mass(4e-3)},
+            contacts=[il.Contact("a", "b", {"kind": "hertz", "stiffness": 7.7e9})],
+            solve={"duration": 1e-4, "tolerance": 1e-3},
+        )
+    )
+    assert "leapfrog" not in history.choice.chosen
+
+
+def test_contacts_ahead_of_a_wave_do_not_count():
+    """The front of a wave in a chain falls doubly exponentially: forces of 1e-9 of the largest are not compared.
+
+    The wave is stopped on its way. The last contacts that it has closed have forces that no two runs share.
+    """
+    coarse, fine = (
+        il.run(chain(30, 2.98e-4, integrator={"kind": "central_difference"}, step={"dt": dt}, records=30001))
+        for dt in (2e-8, 1e-8)
+    )
+    peaks = np.array([each.peak_force for each in fine.contacts])
+    assert 0.0 < peaks.min() < 1e-9 * peaks.max()  # there are such contacts
+    last = min(each.peak_force for each in coarse.contacts)
+    assert abs(last / peaks.min() - 1.0) > 5e-3  # whose forces differ
+    assert peak_force(coarse, fine, fine.scene) < 1e-3
+    assert difference(coarse, fine, fine.scene, fine.method.laws, ("peak_forces",)) < 1e-3
+
+
+@pytest.mark.parametrize("beads", [2, 30])
+def test_adaptive_steps_of_a_chain_cost_more_with_each_contact(beads):
+    """Steps begin again where a contact closes or opens, and every step evaluates all laws: both are predicted."""
+    scene, method = chain(beads, 5e-4, integrator={"kind": "central_difference"}, step={"dt": 5e-7}).simulation()
+    adaptive = next(each for each in descriptions_of(Simulation(scene, method)) if each.name.startswith("adaptive"))
+    steps, size = adaptive.work(MIN_FINENESS)
+    done = il.run(chain(beads, 5e-4, integrator={"kind": "adaptive", "relative_tolerance": 1e-4})).cost
+    # An evaluation takes some 20 us for each contact, and as long as ten contacts beside: by work, not by a clock.
+    work = 2e-5 * done.rhs_evaluations * (beads + 10)
+    assert size == beads - 1
+    assert steps > 3 * size
+    assert 1.0 / 3.0 < adaptive.seconds(MIN_FINENESS) / work < 3.0
+
+
+def test_a_trial_that_is_too_long_is_compared_with_the_seconds_that_are_left():
+    """The text read "would take 2.3 s of solving, beyond the 3 s", without those that other trials had taken."""
+    scene, method = chain(2, 1e-4, tolerance=1e-3).simulation()
+    study = choice.studies_of(Simulation(scene, method))[0][0]
+    study.next = 10**7
+    assert "and 0.5 s are left of the 3 s" in choice._beyond_budget(study, 0.5)
+    assert "beyond the 3 s" in choice._beyond_budget(study, choice.BUDGET_S)
