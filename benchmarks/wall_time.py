@@ -43,7 +43,7 @@ OF_STAGES = {"reading": "case", "checking": "case", "choosing": "solving"} | {na
 WRAPPED = """
 import json, sys, time
 from impactlab import api
-from impactlab.cli import run_compare as running
+from impactlab.cli import running
 from impactlab.cli import main
 spent = {}
 def wrap(module, name, stage):
