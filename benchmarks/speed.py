@@ -44,9 +44,9 @@ not eight rows at a time as the package does.
 
 {loop}
 
-The ratios depend on the width of the vector registers and on how busy the machine is. On an AMD EPYC with registers of
-256 bits an earlier state of this program gave 0.144, 0.184 and 0.471 us with 100, 400 and 1600 elements in its quick
-moments, 3.9, 1.7 and 1.1 times the best loop by hand. With 100 elements three parts have no counterpart in that loop:
+The ratios depend on the width of the vector registers and on how busy the machine is. With 100, 400 and 1600 elements
+they were 3.2, 1.3 and 0.7 to the best loop by hand on an Intel Xeon with registers of 512 bits, and 3.3, 1.6 and 1.1 on
+an AMD EPYC with registers of 256 bits. With 100 elements three parts have no counterpart in that loop:
 energies and momenta at some 200 instants (25 ns of each step), a law that is called by its address and passed every
 field that any law may read, with its records and events (60 ns), and the call of the loop from Python (9 ns).
 
