@@ -58,7 +58,7 @@ def at_start(port: Port, reply: Reply, gain: float) -> float:
         reply.trial = spring * (1.0 - gain * rate) / (1.0 + spring * gain * rate_compliance)
         reply.force = max(0.0, reply.trial)
         after = max(0.0, -(port.free_gap + compliance * reply.force))
-        # The energy that leapfrog keeps with n = 1 is k/2 times both indentations.
+        # For n = 1 the energy kept under such a force is k/2 times the indentations at both ends of the step.
         reply.stored = stiffness * (before * after) ** (0.5 * (n + 1.0)) / (n + 1.0)
         lost = spring * gain * (rate + rate_compliance * reply.force) ** 2 * port.dt
         reply.in_contact = 1.0 if reply.trial > 0.0 or gap == 0.0 else 0.0

@@ -190,14 +190,14 @@ class ContinuousHistory(AbstractHistory):
         totals = self.impulses_and_peaks([(n, start, self.duration if end is None else end) for n, start, end in found])
         return tuple(ContactSpan(*period, *total) for period, total in zip(found, totals, strict=True))
 
-    def impulses_and_peaks(self, times: Sequence[tuple[str, float, float]]) -> list[tuple[float, float]]:
+    def impulses_and_peaks(self, spans: Sequence[tuple[str, float, float]]) -> list[tuple[float, float]]:
         """Return impulse [N s] and peak force [N] of a contact in each period (contact, start [s], stop [s]).
 
         All pieces of the force that reach into a period count as a whole; events begin and end pieces.
         """
-        if not times:
+        if not spans:
             return []
-        return periods.finished(self.log.memory, [(self._contact[name], start, stop) for name, start, stop in times])
+        return periods.finished(self.log.memory, [(self._contact[name], start, stop) for name, start, stop in spans])
 
     def channels(self) -> tuple[str, ...]:
         names = [probe.channel for probe in self.scene.recorded_probes]

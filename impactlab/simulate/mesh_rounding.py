@@ -11,7 +11,7 @@ from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.method import modelled
 from impactlab.simulate.channels import AbstractRecordedHistory
 
-MAX_ROUNDED = 1e-3  # of the momentum or energy of its motion: a mesh that rounds away more has no digits of use
+MAX_ROUNDED = 1e-5  # of the momentum or energy of its motion: more would show beside the smallest errors that count
 
 
 class Rounded(NamedTuple):

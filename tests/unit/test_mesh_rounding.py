@@ -70,7 +70,7 @@ def test_momentum_and_energy_beyond_the_rounding_of_a_mesh_still_end_a_run() -> 
 
 
 def test_rounding_of_a_mesh_is_a_small_part_of_the_motion() -> None:
-    """A beam of 2.47 kg at 1 m/s may lose a thousandth of its momentum at most, however long it flies."""
+    """A beam of 2.47 kg at 1 m/s may lose 1e-5 of its momentum at most, however long it flies."""
     history = free_beam(1e-3, 200, velocity=1.0)
     assert rounded(history, 1e6)["beam"].momentum <= MAX_ROUNDED * 2.48
     assert rounded(history, 1e-3)["beam"].momentum < 1e-9 * 2.48
