@@ -111,7 +111,8 @@ def over_step(port: Port, reply: Reply, gain: float) -> tuple[float, float]:
         tangent = tangent * rise + (spring * gain * slope if rise > 0.0 else 0.0)
         change = (y - free + compliance * reply.force) / (1.0 + compliance * tangent)
         size, last = abs(change), size
-        if size <= 1e-15 * abs(free) or last <= size <= 1e-11 * abs(free):
+        scale = max(abs(free), abs(y))  # faces may move less than a rounding: free is zero then, and y is not
+        if size <= 1e-15 * scale or 0.5 * last <= size <= max(1e-11 * scale, 1e-15 * before):
             if compliance * tangent > 1.0:
                 reply.force = max(0.0, (free - y) / compliance)  # rounding of y is not magnified here
             break

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
-from impactlab.contact.power_law import Flores, Hertz, respond
+from impactlab.contact import power_law
+from impactlab.contact.power_law import Flores, Hertz, respond, spring_of
 from impactlab.numerics.compiling import plain
 from impactlab.simulate.stepping.ports import fill_acting
 from impactlab.types import Port, Reply
@@ -192,3 +194,20 @@ def test_a_mean_force_is_continuous_where_the_free_step_leaves_the_gap_as_it_is(
     assert rest.force == pytest.approx(moved.force, rel=1e-9)
     assert rest.stored == pytest.approx(moved.stored, rel=1e-9)
     assert rest.dissipated == moved.dissipated == 0.0
+
+
+def test_newton_ends_where_faces_move_by_roundings_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    counted = []
+
+    def counting(*given: Any) -> tuple[float, float]:
+        counted.append(given)
+        return plain(spring_of)(*given)
+
+    monkeypatch.setattr(power_law, "spring_of", counting)
+    random = np.random.default_rng(0)
+    for _ in range(2000):
+        overlap, compliance = 10.0 ** random.uniform(-22.0, -5.0), 10.0 ** random.uniform(-12.0, -6.0)
+        free_gap = -overlap * (1.0 + random.integers(-2, 3) * 2.2e-16)
+        counted.clear()
+        told(port(-overlap, free_gap, compliance=compliance), Hertz(5.0 * K))
+        assert 0 < len(counted) <= 20
