@@ -107,8 +107,7 @@ def near_jumps(history: AbstractHistory, scene: Scene, laws: Laws, contact: Cont
 
 def _fronts(history: AbstractHistory, scene: Scene, laws: Laws, contact: Contact) -> Array:
     """Return the instants at which the force of a contact may jump, shape (k,), rising [s]."""
-    jumping = {each.name for each in scene.contacts if laws[each.name].force_jumps}
-    touches = [event for event in history.events if event.kind == "close" and event.contact in jumping]
+    touches = [event for event in history.events if event.kind == "close" and laws[event.contact].force_jumps]
     waves = (scene.bodies[point.body].waves for point in (contact.left, contact.right))
     trips = [body.round_trip for body in waves if body is not None]
     here = {event.time for event in touches if event.contact == contact.name}

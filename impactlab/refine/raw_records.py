@@ -70,12 +70,12 @@ class Records(NamedTuple):
 
 
 def records_of(history: AbstractHistory) -> Records | None:
-    """Return the records of a stepped run without rows of beads, and of its whole duration; else None."""
+    """Return the records of a stepped run over the whole duration of its scene; else None."""
     if not isinstance(history, RecordedHistory) or "assembly" not in vars(history):
         return None
     assembly = history.assembly
     layout, count = assembly.layout, assembly.clock.n_records
-    if layout.n_beads or count <= MIN_MEANS + 1 or history.duration < history.scene.duration:
+    if count <= MIN_MEANS + 1 or history.duration < history.scene.duration:
         return None
     columns: dict[str, int] = {}
     for number, contact in enumerate(history.scene.contacts):
