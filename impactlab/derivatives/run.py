@@ -33,7 +33,7 @@ NO_VALUE = {
 }
 """Why a quantity has no value, where the words are its own."""
 MIN_DISTANCE = 1.0e-9  # of the parameter: nearer to an edge there is no derivative
-MAX_ERROR = 1.0e-3  # of a derivative of a signal, or of its value over the parameter: larger ones are not known
+MAX_ERROR = 1.0e-3  # of a derivative by differences, or of its value over the parameter: larger ones are not known
 
 
 def sensitivities(
@@ -118,7 +118,12 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
 def _smooth(slopes: tuple[float, float, float, float], kinked: bool, size: float) -> float:
     """Return a derivative; NaN where the signal has a kink, or a front passes so close that no difference is sure."""
     middle, error = slopes[:2]
-    return math.nan if kinked or error > MAX_ERROR * max(abs(middle), size) else middle
+    return math.nan if kinked or _is_vague(middle, error, size) else middle
+
+
+def _is_vague(middle: float, error: float, size: float) -> bool:
+    """Return whether a derivative is not known; ``size`` is that of the value over the parameter."""
+    return error > MAX_ERROR * max(abs(middle), size)
 
 
 class Flat:
@@ -175,7 +180,12 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
     elif kink:
         by, reason = WITHHELD, f"not differentiable here: {below:.6g} from below, {above:.6g} from above"
     elif math.isnan(middle):
-        by, reason = WITHHELD, _absent(each, value) or "the sequence of contacts changes on both sides"
+        by, reason = WITHHELD, _absent(each, value)
+        if not reason:
+            reason, lower, upper = "the sequence of contacts changes on both sides", parameter.value, parameter.value
+    elif by == DIFFERENCES and _is_vague(middle, error, abs(value) / parameter.scale):
+        by, reason = WITHHELD, f"its error, {error:.2g}, is above a thousandth of it: it may jump at this value"
+        below = above = math.nan
     elif math.isnan(below) or math.isnan(above):
         reason = f"one-sided derivative (from {'above' if math.isnan(below) else 'below'} only)"
     if by == WITHHELD:

@@ -150,6 +150,43 @@ def test_faces_that_touch_have_a_derivative_by_the_gap_from_above():
     assert "from above" in row.reason
 
 
+def resting_rods(hammer: dict[str, Any]) -> il.Case:
+    """Return a hammer that strikes a rod, on whose other end another rod rests: c = Z = 1."""
+    rod = {"kind": "rod", "area": 1.0, "material": {"young": 1.0, "density": 1.0}}
+    if hammer["kind"] == "rod":
+        hammer = {**rod, **hammer}
+    bodies = {"hammer": hammer, "middle": {**rod, "length": 1.0}, "last": {**rod, "length": 2.0}}
+    struck_by = "hammer.right" if hammer["kind"] == "rod" else "hammer"
+    contacts = [{"between": [struck_by, "middle.left"], "law": HARD},
+                {"between": ["middle.right", "last.left"], "gap": 0.0, "law": HARD}]  # fmt: skip
+    solve = {"duration": 2.5, "model": {"kind": "continuous"}}
+    return il.Case.from_dict({"schema_version": 1, "bodies": bodies, "contacts": contacts, "solve": solve})
+
+
+def test_a_gap_between_faces_at_rest_parts_their_closing_from_the_front():
+    """Until a gap g is crossed at the velocity 1, the end is free: the contact lacks the time g and a force of 1/2."""
+    case = resting_rods({"kind": "rod", "length": 0.5, "velocity": 1.0})
+    found = il.sensitivities(case, ["contacts.1.gap"], ["impulse", "time_in_contact", "final_velocity"])
+    for quantity, label, slope in (
+        ("impulse", case.scene().contacts[1].name, -0.5),
+        ("time_in_contact", case.scene().contacts[1].name, -1.0),
+        ("final_velocity", "last", -0.25),
+        ("impulse", case.scene().contacts[0].name, 0.0),
+    ):
+        row = found.find(quantity, "contacts.1.gap", label)
+        assert row.derivative == pytest.approx(slope, rel=1e-6, abs=1e-6), row
+        assert math.isnan(row.below)
+
+
+def test_a_gap_that_adds_an_opening_leaves_no_derivative():
+    """A gap leaves a short tension in the middle rod, which opens the contact with a mass for as long."""
+    case = resting_rods({"kind": "mass", "mass": 1.0, "velocity": 1.0})
+    row = il.sensitivities(case, ["contacts.1.gap"], ["impulse"]).rows[0]
+    assert row.found == "withheld"
+    assert "sequence of contacts" in row.reason
+    assert row.lower == row.upper == 0.0
+
+
 @pytest.mark.parametrize(("alpha", "distance", "within"), [(1.0, 0.010701206637, 0.1), (1.0105, 0.000201206637, 0.02)])
 def test_the_distance_to_the_vanishing_second_contact(alpha, distance, within):
     row = il.sensitivities(il.Case.from_dict(struck(0.5 / alpha)), [MASS], ["final_velocity"]).rows[0]
