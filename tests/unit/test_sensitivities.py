@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import impactlab as il
 from impactlab import api
+from impactlab.derivatives.stencil import slopes
 from impactlab.errors import CaseError
 from tests.reference.waves_mp import Struck, log_derivatives
 
@@ -185,6 +186,14 @@ def test_a_gap_that_adds_an_opening_leaves_no_derivative():
     assert row.found == "withheld"
     assert "sequence of contacts" in row.reason
     assert row.lower == row.upper == 0.0
+
+
+@pytest.mark.parametrize("power", [4 / 3, 3 / 2, 2, 3])
+def test_the_stated_error_of_a_one_sided_derivative_holds_for_broken_powers(power):
+    """Faces pressed together from rest meet later by a broken power of the gap, so values have such a term, too."""
+    found = slopes(lambda x: None if x < 0.0 else np.array([1.0 + 2.0 * x + 3.0 * x**power]), np.ones(1), 1e-3)
+    assert abs(found.middle[0] - 2.0) <= 3.0 * found.error[0]
+    assert found.error[0] < 3.0 * power * 1e-3 ** (power - 1.0)  # the slope of the last term where the stencil begins
 
 
 @pytest.mark.parametrize(("alpha", "distance", "within"), [(1.0, 0.010701206637, 0.1), (1.0105, 0.000201206637, 0.02)])
