@@ -188,6 +188,26 @@ def test_a_gap_that_adds_an_opening_leaves_no_derivative():
     assert row.lower == row.upper == 0.0
 
 
+def test_faces_that_touch_without_a_force_are_at_an_edge():
+    """A hammer of the impedance Z = 1 rests on the rod after its pulse: I = Z/(1 + Z) below, and a second pulse above.
+
+    A rod that moves away at u is met later by u, at 1 - u: I = (1 - u)^2/2; one that moves up is pressed at once.
+    """
+    case = resting_rods({"kind": "rod", "length": 0.5, "velocity": 1.0})
+    paths = ["bodies.hammer.area", "bodies.last.velocity"]
+    found, (first, second) = il.sensitivities(case, paths, ["impulse"]), case.scene().contacts
+    row = found.find("impulse", "bodies.hammer.area", first.name)
+    assert row.derivative == row.below == pytest.approx(0.25, rel=1e-6)
+    assert math.isnan(row.above)
+    assert row.lower < row.upper == 1.0
+    row = found.find("impulse", "bodies.last.velocity", second.name)
+    assert row.derivative == row.above == pytest.approx(-1.0, rel=1e-6)
+    assert math.isnan(row.below)
+    assert row.lower == 0.0 < row.upper
+    column = il.run(case).jacobian(f"force:{first.name}", [0.5, 1.5], ["bodies.hammer.area"])
+    assert np.isnan(column).all()
+
+
 @pytest.mark.parametrize("power", [4 / 3, 3 / 2, 2, 3])
 def test_the_stated_error_of_a_one_sided_derivative_holds_for_broken_powers(power):
     """Faces pressed together from rest meet later by a broken power of the gap, so values have such a term, too."""
