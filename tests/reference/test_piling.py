@@ -220,8 +220,11 @@ def test_a_bearing_graph_needs_a_toe_and_capacities() -> None:
         bearing_graph(driven(toe=None), [1e6])
     with pytest.raises(il.CaseError, match="above 0"):
         bearing_graph(driven(), [0.0])
-    with pytest.raises(il.CaseError, match="0 blows"):
-        drive(driven(), 0)
+    with pytest.raises(ImpactlabError, match="another dimension"):
+        bearing_graph(driven(), ["1 MJ"])
+    for blows in (0, 2.5):
+        with pytest.raises(il.CaseError, match="Allowed: a whole number, 1 or more"):
+            drive(driven(), blows)  # type: ignore[arg-type]
 
 
 SOIL = {
