@@ -160,7 +160,7 @@ TOLERANCE = Allowed(limits=(("ge", 1e-8), ("le", 0.5)), number=True, nothing=Tru
 class SolveBlock(Block):
     """How the scene is solved. All keys but the duration have defaults."""
 
-    duration: Annotated[Any, DURATION] = Field(description="length of the run: seconds, or {round_trips: number}")
+    duration: Annotated[Any, DURATION] = Field(description="length of the run [s], or {round_trips: number}")
     round_trips_of: str | None = Field(default=None, description="whose 2L/c is the round trip; the first rod or beam")
     tolerance: Annotated[float | None, TOLERANCE] = Field(
         default=None,

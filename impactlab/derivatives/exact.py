@@ -31,6 +31,7 @@ WIDTH = 5.0e-4  # of a parameter: distance of two histories that are moved along
 ROUNDING = 1.0e-11  # of a derivative by a formula, or of the value over the parameter
 RUN_WIDTH = 2.0e-3  # the same of two runs
 RUN_ROUNDING = 1.0e-13  # of the values of a run
+MIN_DISTANCE = 1.0e-9  # of the parameter: nearer to an edge tangents do not hold, and runs on either side are compared
 MAX_APART = 1.0e-10  # of the way at the largest velocity: fronts that arrive together and part more slowly are one
 DOUBT = 1.0e-6  # of a derivative: where its error is larger, runs closer by are compared
 NARROWER, NARROWING = 4, 0.1  # how often, and by how much
@@ -106,9 +107,11 @@ def derivatives(
     found = []
     for number, parameter in enumerate(parameters):
         near = edges(solved, number)
-        distance = abs(near[0].distance) if near else np.inf
+        least = MIN_DISTANCE * parameter.scale
+        distance = min((abs(edge.distance) for edge in near if abs(edge.distance) >= least), default=np.inf)
         way = float(solved.log.state["fastest"]) * float(solved.log.state["duration"])
-        if solved.tangents.apart[number] * parameter.scale > MAX_APART * way:
+        at_edge = bool(near) and abs(near[0].distance) < least
+        if at_edge or solved.tangents.apart[number] * parameter.scale > MAX_APART * way:
             found.append(Found(_of_runs(case, parameter, values, base, history, distance), DIFFERENCES, near))
             continue
         by_tangents = _of_tangents(case, parameter, number, values, solved)

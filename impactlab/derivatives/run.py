@@ -13,7 +13,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.derivatives.differences import Difference, differences
 from impactlab.derivatives.direct import Direct
-from impactlab.derivatives.exact import Found, derivatives
+from impactlab.derivatives.exact import MIN_DISTANCE, Found, derivatives
 from impactlab.derivatives.parameters import Parameter, read_parameters, refuse_held
 from impactlab.derivatives.table import DIFFERENCES, WITHHELD, Sensitivities, Sensitivity
 from impactlab.errors import CaseError
@@ -32,8 +32,7 @@ NO_VALUE = {
     "restitution": "no meeting of these two bodies alone is seen in this run",
 }
 """Why a quantity has no value, where the words are its own."""
-MIN_DISTANCE = 1.0e-9  # of the parameter: nearer to an edge there is no derivative
-MAX_ERROR = 1.0e-3  # of a derivative of a signal, or of its value over the parameter: larger ones are not known
+MAX_ERROR = 1.0e-3  # of a derivative by differences, or of its value over the parameter: larger ones are not known
 
 
 def sensitivities(
@@ -89,7 +88,8 @@ def sensitivities(
 def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[str]) -> Array:
     """Return the derivatives of a channel at times [s] by parameters in SI, shape (times, parameters).
 
-    NaN where a wave front passes: a signal that jumps there has no derivative.
+    NaN where a wave front passes: a signal that jumps there has no derivative. NaN by a parameter at whose value the
+    sequence of contacts changes.
 
     Raises
     ------
@@ -111,14 +111,27 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
     columns = []
     for each, parameter in zip(found, read, strict=True):
         sizes = np.abs(signal).ravel() / parameter.scale
-        columns.append([_smooth(*each.at(number)[:2], size) for number, size in enumerate(sizes)])
+        column = np.array([_smooth(*each.at(number)[:2], size) for number, size in enumerate(sizes)])
+        if _is_at_edge(each, parameter):
+            column[np.isnan(each.slopes.below) | np.isnan(each.slopes.above)] = math.nan
+        columns.append(column)
     return np.stack(columns, axis=-1).reshape(*at.shape, len(read))
 
 
 def _smooth(slopes: tuple[float, float, float, float], kinked: bool, size: float) -> float:
     """Return a derivative; NaN where the signal has a kink, or a front passes so close that no difference is sure."""
     middle, error = slopes[:2]
-    return math.nan if kinked or error > MAX_ERROR * max(abs(middle), size) else middle
+    return math.nan if kinked or _is_vague(middle, error, size) else middle
+
+
+def _is_at_edge(found: Found, parameter: Parameter) -> bool:
+    """Return whether the sequence of contacts changes at the value of a parameter."""
+    return any(abs(edge.distance) < MIN_DISTANCE * parameter.scale for edge in found.edges)
+
+
+def _is_vague(middle: float, error: float, size: float) -> bool:
+    """Return whether a derivative is not known; ``size`` is that of the value over the parameter."""
+    return error > MAX_ERROR * max(abs(middle), size)
 
 
 class Flat:
@@ -164,18 +177,27 @@ class Sample:
 def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: float) -> Sensitivity:
     each, label = flat.names[number]
     (middle, error, below, above), kink, by = found.at(number)
-    near = [edge.distance for edge in found.edges]
-    lower = parameter.value + max((step for step in near if step <= 0.0), default=-math.inf)
-    upper = parameter.value + min((step for step in near if step >= 0.0), default=math.inf)
+    near, least = [edge.distance for edge in found.edges], MIN_DISTANCE * parameter.scale
+    lower = parameter.value + max(
+        (step for step in near if step <= (0.0 if math.isnan(below) else -least)), default=-math.inf
+    )
+    upper = parameter.value + min(
+        (step for step in near if step >= (0.0 if math.isnan(above) else least)), default=math.inf
+    )
     reason = ""
     if each.name in COUNTED:
         by, reason, below, above = WITHHELD, "it changes in steps, or is rounding", math.nan, math.nan
-    elif min((abs(step) for step in near), default=math.inf) < MIN_DISTANCE * parameter.scale:
+    elif math.isnan(middle) and _is_at_edge(found, parameter):
         by, reason = WITHHELD, "the sequence of contacts changes at this value"
     elif kink:
         by, reason = WITHHELD, f"not differentiable here: {below:.6g} from below, {above:.6g} from above"
     elif math.isnan(middle):
-        by, reason = WITHHELD, _absent(each, value) or "the sequence of contacts changes on both sides"
+        by, reason = WITHHELD, _absent(each, value)
+        if not reason:
+            reason, lower, upper = "the sequence of contacts changes on both sides", parameter.value, parameter.value
+    elif by == DIFFERENCES and _is_vague(middle, error, abs(value) / parameter.scale):
+        by, reason = WITHHELD, f"its error, {error:.2g}, is above a thousandth of it: it may jump at this value"
+        below = above = math.nan
     elif math.isnan(below) or math.isnan(above):
         reason = f"one-sided derivative (from {'above' if math.isnan(below) else 'below'} only)"
     if by == WITHHELD:

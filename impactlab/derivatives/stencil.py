@@ -13,6 +13,7 @@ SIXTH = np.array([-1 / 60, 3 / 20, -3 / 4, 0.0, 3 / 4, -3 / 20, 1 / 60])  # at -
 FOURTH = np.array([0.0, 1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12, 0.0])
 ONE_SIDED = np.array([-49 / 20, 6.0, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6])  # at 0 to 6
 ONE_SIDED_LOWER = np.array([-137 / 60, 5.0, -5.0, 10 / 3, -5 / 4, 1 / 5, 0.0])
+ONE_SIDED_WIDER = np.array([-11 / 12, 0.0, 3 / 2, 0.0, -3 / 4, 0.0, 1 / 6])  # a power of 3/2 shows here, not above
 ROUNDING = 1.0e-14  # of a value of a run with tangents
 
 
@@ -74,7 +75,8 @@ def slopes(values: Callable[[float], Array | None], base: Array, width: float, r
             if len(whole) == len(side):
                 table = np.stack(whole)
                 middle = sign * ONE_SIDED @ table / width
-                error = np.abs(middle - sign * ONE_SIDED_LOWER @ table / width) + 8.0 * noise
+                others = sign * np.stack([ONE_SIDED_LOWER, ONE_SIDED_WIDER]) @ table / width
+                error = np.max(np.abs(middle - others), axis=0) + 8.0 * noise
                 other = {-1: (middle, nothing), 1: (nothing, middle)}[sign]
                 return Slopes(middle, error, *other)
     return Slopes(nothing, nothing, sides[-1], sides[1])

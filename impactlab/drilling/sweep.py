@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from impactlab.casefile import Case
+from impactlab.casefile.case import expect_case
 from impactlab.contact.bilinear import Bilinear
 from impactlab.drilling.blow import blow
 from impactlab.drilling.drill import drill_of
 from impactlab.errors import CaseError
+from impactlab.measurement.inputs import in_si, listed
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
@@ -39,7 +41,7 @@ class Efficiencies:
         )
 
 
-def sweep(case: Case | Simulation, stiffnesses: Iterable[float]) -> Efficiencies:
+def sweep(case: Case | Simulation, stiffnesses: Iterable[float | str]) -> Efficiencies:
     """Return the efficiency of a drill over the loading stiffness of the rock.
 
     The ratio gamma of the stiffnesses of loading and unloading is kept.
@@ -48,16 +50,21 @@ def sweep(case: Case | Simulation, stiffnesses: Iterable[float]) -> Efficiencies
     ----------
     case : Case or Simulation
         One blow on rock with the law `bilinear`.
-    stiffnesses : iterable of float
-        Of loading [N/m].
+    stiffnesses : iterable of float or str
+        Of loading [N/m], or strings with a unit such as ``"50 MN/m"``.
 
     Raises
     ------
     CaseError
         If the rock has another law, or a stiffness is not above 0; otherwise as `blow`.
+    ImpactlabError
+        If a stiffness is no number, or has another unit.
     """
+    if not isinstance(case, Simulation):
+        expect_case(case, "sweep")
     run = case.simulation() if isinstance(case, Case) else case
-    rock, wanted = drill_of(run.scene).rock, np.array([*stiffnesses], float)
+    rock = drill_of(run.scene).rock
+    wanted = np.array([in_si("a stiffness", each, "N/m") for each in listed(stiffnesses)])
     law = run.method.laws[rock.name]
     if not isinstance(law, Bilinear):
         text = f"the rock {rock.name!r} has the law {type(law).__name__}, and the sweep varies that of bilinear"

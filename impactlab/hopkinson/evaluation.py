@@ -230,6 +230,7 @@ def measured(
     Kolsky1949; Gray2000.
     """
     front, back = same_length(incident_gauge=incident_gauge, transmission_gauge=transmission_gauge)
+    dt = above_zero("dt", dt, "s")
     ways = [above_zero("a distance to the specimen", each, "m") for each in distances]
     far = [ways[0]] * 2 if far_ends is None else [above_zero("a distance to a far end", each, "m") for each in far_ends]
     if zero is not None:

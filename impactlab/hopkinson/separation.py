@@ -90,7 +90,7 @@ def one_gauge(
     ----------
     Kolsky1949; Gray2000.
     """
-    values = checked_signal("the strain", strain)
+    values, dt = checked_signal("the strain", strain), above_zero("dt", dt, "s")
     warn_samples(dt, values)
     way = above_zero("the distance", distance, "m")
     waves = parted(values, dt, bar, way, threshold, end)
@@ -175,6 +175,7 @@ def two_gauges(
     LundbergHenchoz1977; Bacon1998.
     """
     one, two = same_length(first_gauge=first, second_gauge=second)
+    dt = above_zero("dt", dt, "s")
     near, far = (in_si("a place of the gauges", place, "m") for place in places)
     x = in_si("the place", at, "m")
     if far == near or not math.isfinite(far - near):

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.measurement.dispersion import checked_signal
+from impactlab.measurement.inputs import above_zero
 from impactlab.prefixes import prefixed_range
 
 Array = NDArray[float64]
@@ -50,7 +51,7 @@ def pulses(signal: ArrayLike, dt: float, threshold: float = THRESHOLD, quiet: fl
     ImpactlabError
         If the signal is zero, or the threshold outside its range.
     """
-    values = checked_signal("the signal", signal)
+    values, dt = checked_signal("the signal", signal), above_zero("dt", dt, "s")
     level = threshold * largest(values, threshold)
     sign = np.where(np.abs(values) > level, np.sign(values), 0.0)
     edges: list[int] = np.flatnonzero(np.diff(np.concatenate([[0.0], sign, [0.0]]))).tolist()
@@ -66,7 +67,7 @@ def pulses(signal: ArrayLike, dt: float, threshold: float = THRESHOLD, quiet: fl
 
 def cut(signal: ArrayLike, dt: float, start: float, end: float) -> Array:
     """Return a signal from ``start`` to before ``end`` [s], zero elsewhere, same shape."""
-    values = checked_signal("the signal", signal)
+    values, dt = checked_signal("the signal", signal), above_zero("dt", dt, "s")
     index = np.arange(len(values))
     return np.where((index >= round(start / dt)) & (index < round(end / dt)), values, 0.0)
 

@@ -6,6 +6,7 @@ import math
 import numbers
 import sys
 import warnings
+from collections.abc import Iterable
 
 import numpy as np
 from numpy import float64
@@ -51,6 +52,11 @@ def above_zero(name: str, value: float | str, unit: str) -> float:
             remedy="Give it in SI units, or as a string with its unit.",
         )
     return found
+
+
+def listed(values: float | str | Iterable[float | str]) -> list[float | str]:
+    """Return one value, or several, as a list."""
+    return [values] if isinstance(values, (str, numbers.Real)) else [*values]  # type: ignore[misc]
 
 
 def warn_size(name: str, value: float) -> None:

@@ -8,12 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.scene.facts import field_acceleration
 
 MAX_NEAR_GAP = 0.10  # of the largest gap of the flight so far: a smaller minimum is nearly a touch
 MIN_CONTACT = 0.07  # round trips: a shorter contact nearly did not happen
 MIN_MEETING_RATE = 0.1  # of the fastest rate of a flight; its square is the share of the way that is left
 MIN_TOUCH = 1e-4  # of the largest impulse of a contact: a smaller one is a ripple
 MIN_FLIGHT = 1e-3  # of the widest gap: smaller openings are ripples
+MIN_GAP = 1e-12  # of the way at the fastest speed over the run: a smaller gap is the rounding of faces at rest
 OPENING_SAMPLES = 32  # of the gap of an opening
 SAMPLES = 512  # of the gap per round trip
 MAX_SAMPLES = 50_000  # of a flight
@@ -136,7 +138,8 @@ def _slow_meeting(
     history: AbstractHistory, contact_name: str, touches: Sequence[tuple[float, float]], round_trip: float, dt: float
 ) -> str | None:
     """Return the text for the first touch (start, end) whose faces come to rest against each other, or None."""
-    before = 0.0
+    before, scene = 0.0, history.scene
+    least = MIN_GAP * history.duration * (scene.fastest + field_acceleration(scene) * history.duration)
     most = min(MAX_SAMPLES, MAX_RUN_SAMPLES // max(1, len(touches)))
     for start, end in touches:
         begin, before = before, end
@@ -145,7 +148,7 @@ def _slow_meeting(
         count = int(min(16 + most, 16 + SAMPLES * (start - begin) / round_trip))
         gap = history.evaluate(np.linspace(begin, start, count), f"gap:{contact_name}")
         rates = np.diff(gap)
-        if np.max(gap) > 0.0 and 0.0 < -rates[-1] < MIN_MEETING_RATE * np.max(np.abs(rates)):
+        if np.max(gap) > least and 0.0 < -rates[-1] < MIN_MEETING_RATE * np.max(np.abs(rates)):
             share = -100.0 * rates[-1] / np.max(np.abs(rates))
             return (
                 f"{contact_name}: at {start:.6g} s the faces meet at {share:.2g} % of the speed of their flight; "

@@ -13,6 +13,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
+from impactlab.measurement.inputs import in_si, listed
 from impactlab.piling.blow import set_in
 from impactlab.piling.ended import warn_if_moving
 from impactlab.piling.pile import Pile, pile_of
@@ -44,7 +45,7 @@ def static_capacity(run: Simulation, pile: Pile) -> float:
     return sum(law.capacity for contact in pile.soil if isinstance(law := run.method.laws[contact.name], Smith))
 
 
-def bearing_graph(case: Case | Simulation, capacities: Iterable[float]) -> BearingGraph:
+def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) -> BearingGraph:
     """Return the blow count for several static capacities of the soil.
 
     The capacities of all links with the law `smith` are scaled alike; quakes and damping factors are kept.
@@ -53,13 +54,15 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float]) -> Beari
     ----------
     case : Case or Simulation
         One blow on a pile with a toe link.
-    capacities : iterable of float
-        Static capacities of shaft and toe together [N].
+    capacities : iterable of float or str
+        Static capacities of shaft and toe together [N], or strings with a unit such as ``"1.5 MN"``.
 
     Raises
     ------
     CaseError
         If the pile has no toe link, or a capacity is not above 0; otherwise as `blow`.
+    ImpactlabError
+        If a capacity is no number, or has another unit.
 
     Warns
     -----
@@ -69,15 +72,16 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float]) -> Beari
     if not isinstance(case, Simulation):
         expect_case(case, "bearing_graph")
     run = case.simulation() if isinstance(case, Case) else case
-    pile, wanted = pile_of(run), np.array([*capacities], float)
+    pile, wanted = pile_of(run), np.array([in_si("a capacity", each, "N") for each in listed(capacities)])
     if pile.toe is None:
         raise CaseError(
             f"the pile {pile.body.name!r} has no soil under its toe, so no set that a blow count could follow from",
             remedy="Add a contact with the law smith at its toe, or take `drive`.",
             path="contacts",
         )
-    if not (np.isfinite(wanted) & (wanted > 0.0)).all():
-        raise CaseError(f"a capacity of {wanted[~(wanted > 0.0)][:1]} N. Allowed: above 0", remedy="Give it in N.")
+    wrong = wanted[~(np.isfinite(wanted) & (wanted > 0.0))]
+    if wrong.size:
+        raise CaseError(f"a capacity of {wrong[0]:g} N. Allowed: above 0", remedy="Give it in N.")
     given = static_capacity(run, pile)
     sets = []
     for capacity in wanted:

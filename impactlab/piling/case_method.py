@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.integrate import cumulative_trapezoid
 
 from impactlab.errors import ImpactlabError
+from impactlab.piling.signs import check_pressed, check_work
 from impactlab.types import Array
 
 PEAK_SHARE = 0.5  # of the largest value: the first peak of the wave down is at least as high
@@ -61,8 +62,8 @@ def case_method(
     Raises
     ------
     ImpactlabError
-        If the signals differ in length, times do not rise, a value is not finite or not positive, or the signals end
-        within 2 L/c of their first peak.
+        If the signals differ in length, times do not rise, a value is not finite or not positive, force or velocity has
+        the other sign, or the signals end within 2 L/c of their first peak.
 
     References
     ----------
@@ -70,6 +71,8 @@ def case_method(
     """
     t, f, v = (np.asarray(each, float) for each in (time, force, velocity))
     _check(t, f, v, impedance, length, wave_speed, damping)
+    check_work(t, f, v)
+    check_pressed(f)
     down, up = 0.5 * (f + impedance * v), 0.5 * (f - impedance * v)
     first, trip = _first_peak(down), 2.0 * length / wave_speed
     last = int(np.searchsorted(t, t[-1] - trip, side="right"))  # start times whose echo was measured

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
+from numbers import Integral
 from typing import NamedTuple
 
 import numpy as np
@@ -109,8 +110,8 @@ def drive(case: Case | Simulation, blows: int) -> Driving:
     ----------
     DaCostaDanzigerLopes2001.
     """
-    if blows < 1:
-        raise CaseError(f"{blows} blows. Allowed: 1 or more", remedy="Give the number of blows.")
+    if not isinstance(blows, Integral) or blows < 1:
+        raise CaseError(f"{blows} blows. Allowed: a whole number, 1 or more", remedy="Give the number of blows.")
     if not isinstance(case, Simulation):
         expect_case(case, "drive")
     run = case.simulation() if isinstance(case, Case) else case

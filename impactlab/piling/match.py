@@ -25,6 +25,7 @@ from impactlab.fits.signals import Signal
 from impactlab.fits.trials import Trials, Values
 from impactlab.history.base import AbstractHistory
 from impactlab.piling.measured import checked, driven_by, soil_path
+from impactlab.piling.signs import check_work
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
@@ -106,8 +107,10 @@ def match(
     Raises
     ------
     CaseError
-        If signals differ in length, are not finite or not in order of time, a name is not that of a number of the soil,
-        or the head cannot be identified.
+        If signals differ in length, are not finite or not in order of time, a name is not that of a number of the soil
+        or is given twice, or the head cannot be identified.
+    ImpactlabError
+        If the force does no work on the pile: a signal is zero, or has the other sign.
 
     References
     ----------
@@ -118,6 +121,7 @@ def match(
     t, measured_force, measured = checked(time, force, velocity)
     driven = driven_by(case, t, measured_force)
     numbers = list(_numbers(case, driven.blocks, free))
+    check_work(t, measured_force, measured)
     signal = Signal(driven.velocity, t, driven.direction * measured)
     problem = MatchProblem(driven.case, signal, numbers)
     chosen = Options("linear", noise)
@@ -139,9 +143,14 @@ def _numbers(case: Case, blocks: Mapping[int, int], free: Free) -> Iterable[Numb
     names = [free] if isinstance(free, str) else list(free)
     if not names:
         raise CaseError("no number to fit", remedy="Name some, as free=['toe.capacity', 'shaft.capacity'].")
+    before: dict[str, str] = {}
     for name in names:
         block, of = soil_path(case, name)
         given = f"contacts.{block}.law.{of}"
+        if given in before:
+            words = "" if before[given] == name else f": {before[given]} is the same number"
+            raise CaseError(f"a number that is given twice{words}", remedy="Name it once.", path=name)
+        before[given] = name
         law = _law(case.simulation(), case, block)
         start = getattr(law, of)
         if start <= 0.0:

@@ -15,6 +15,7 @@ import numpy as np
 from impactlab.casefile import Case
 from impactlab.casefile.document import parse_value
 from impactlab.casefile.edit import check_name, numbered, plain
+from impactlab.casefile.units import to_si
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.sweeps.given_twice import refuse_removed, refuse_twice
@@ -218,8 +219,18 @@ def _in_si(case: Case, path: str, value: Any) -> Any:
         elif isinstance(resolved, dict) and key in resolved:
             resolved = resolved[key]
         else:  # a key that the case turns into others, as a diameter into an area
-            return value
+            return _with_unit(value, case.unit_of(path))
     return value if isinstance(resolved, (dict, list)) else resolved
+
+
+def _with_unit(value: Any, unit: str) -> Any:
+    """Return a text with a unit in SI; any other value as it is."""
+    if not isinstance(value, str) or not unit:
+        return value
+    try:
+        return to_si(value, unit)
+    except ValueError:
+        return value
 
 
 def read_over(case: Case, text: str) -> tuple[str, list[Any]]:

@@ -142,6 +142,15 @@ def test_drills_that_cannot_be_evaluated_are_refused(path: str, value: Any, said
 def test_a_sweep_refuses_a_stiffness_that_is_none() -> None:
     with pytest.raises(il.CaseError, match="above 0"):
         sweep(drill(2.5e8, 0.1), [1e8, -1.0])
+    with pytest.raises(il.ImpactlabError, match="another dimension"):
+        sweep(drill(2.5e8, 0.1), ["100 MN"])
+    with pytest.raises(il.ImpactlabError, match="takes a Case"):
+        sweep("drill_rod", [1e8])  # type: ignore[arg-type]
+
+
+def test_stiffnesses_may_have_units() -> None:
+    one, two = (sweep(drill(2.5e8, 0.1), given) for given in (1e8, ["100 MN/m"]))
+    assert one.efficiency == pytest.approx(two.efficiency, rel=0.0, abs=0.0)
 
 
 def test_rock_with_another_law_has_the_work_of_its_force() -> None:

@@ -187,6 +187,10 @@ def signals(count: int = 50) -> dict[str, Any]:
         ({"impedance": 0.0}, "impedance is 0"),
         ({"length": 80.0}, "before its echo"),
         ({"damping": -0.1}, "damping is -0.1"),
+        ({"velocity": -signals()["velocity"]}, "no energy to give"),
+        ({"force": -signals()["force"]}, "no energy to give"),
+        ({"force": -signals()["force"], "velocity": -signals()["velocity"]}, "begins with compression"),
+        ({"velocity": np.zeros(50)}, "does no work"),
     ],
 )
 def test_the_case_method_refuses_signals_by_name(change: dict[str, Any], said: str) -> None:
@@ -216,8 +220,11 @@ def test_a_bearing_graph_needs_a_toe_and_capacities() -> None:
         bearing_graph(driven(toe=None), [1e6])
     with pytest.raises(il.CaseError, match="above 0"):
         bearing_graph(driven(), [0.0])
-    with pytest.raises(il.CaseError, match="0 blows"):
-        drive(driven(), 0)
+    with pytest.raises(ImpactlabError, match="another dimension"):
+        bearing_graph(driven(), ["1 MJ"])
+    for blows in (0, 2.5):
+        with pytest.raises(il.CaseError, match="Allowed: a whole number, 1 or more"):
+            drive(driven(), blows)  # type: ignore[arg-type]
 
 
 SOIL = {
@@ -349,11 +356,18 @@ def test_signals_that_cannot_be_matched(on_160: il.Case, time: Any, text: str, r
         (["contacts.0.law.stiffness"], "does not name a number of a soil link"),
         (["toe.tension"], "'tension' is not fitted to signals. Allowed: capacity, quake, damping"),
         ([], "no number to fit"),
+        (["toe.capacity", "contacts.3.law.capacity"], "given twice: toe.capacity is the same number"),
     ],
 )
 def test_numbers_that_cannot_be_matched(on_160: il.Case, free: list[str], text: str) -> None:
     with pytest.raises(CaseError, match=text):
         match(on_160, RAMP, np.zeros(N), np.zeros(N), free)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 0.0])
+def test_a_velocity_that_gives_the_pile_no_energy_is_not_matched(on_160: il.Case, at_head: Head, sign: float) -> None:
+    with pytest.raises(ImpactlabError, match="into the soil as positive"):
+        match(on_160, at_head.time, at_head.force, sign * at_head.velocity, ["toe.capacity"])
 
 
 def test_a_head_that_cannot_be_told(on_160: il.Case) -> None:

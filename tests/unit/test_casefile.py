@@ -366,6 +366,7 @@ def test_a_rod_of_one_segment_keeps_the_keys_that_it_was_given():
     })  # fmt: skip
     assert made.resolved()["bodies"]["rod"]["segments"][0]["length"] == 0.3
     assert made.unit_of("bodies.rod.segments.0.length") == "m"
+    assert made.unit_of("solve.duration") == "s"
 
 
 def test_a_contact_may_be_named_in_a_path():

@@ -255,6 +255,16 @@ def test_bad_input_is_refused_in_words():
         Specimen(0.0, 0.01)
     with pytest.raises(ImpactlabError, match=r"Poisson's ratio 0\.6 lies outside 0 to 0\.5"):
         Bar(D, C, RHO, 0.6)
+    for dt in (0.0, -DT):
+        for refused in (
+            lambda dt=dt: hopkinson.measured(long, long, dt, PLAIN, (0.75, 0.75)),
+            lambda dt=dt: hopkinson.one_gauge(long, dt, PLAIN, 0.75),
+            lambda dt=dt: hopkinson.two_gauges(long, long, dt, PLAIN, (0.25, 0.5), 1.0),
+            lambda dt=dt: hopkinson.pulses(long, dt),
+            lambda dt=dt: hopkinson.cut(long, dt, 0.0, 1.0),
+        ):
+            with pytest.raises(ImpactlabError, match="it must be positive"):
+                refused()
     history = il.run(il.Case(
         bodies={"ball": il.Mass(0.1, velocity=1.0), "rod": il.Rod(length=1.0, diameter=D, material=STEEL)},
         contacts=[il.Contact("ball", "rod.left", {"kind": "penalty", "stiffness": 1e8})],

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import impactlab as il
 from impactlab import api
+from impactlab.derivatives.stencil import slopes
 from impactlab.errors import CaseError
 from tests.reference.waves_mp import Struck, log_derivatives
 
@@ -148,6 +149,71 @@ def test_faces_that_touch_have_a_derivative_by_the_gap_from_above():
     assert row.derivative == pytest.approx(1.0, rel=1e-8)  # 1/v0: everything comes later
     assert math.isnan(row.below)
     assert "from above" in row.reason
+
+
+def resting_rods(hammer: dict[str, Any]) -> il.Case:
+    """Return a hammer that strikes a rod, on whose other end another rod rests: c = Z = 1."""
+    rod = {"kind": "rod", "area": 1.0, "material": {"young": 1.0, "density": 1.0}}
+    if hammer["kind"] == "rod":
+        hammer = {**rod, **hammer}
+    bodies = {"hammer": hammer, "middle": {**rod, "length": 1.0}, "last": {**rod, "length": 2.0}}
+    struck_by = "hammer.right" if hammer["kind"] == "rod" else "hammer"
+    contacts = [{"between": [struck_by, "middle.left"], "law": HARD},
+                {"between": ["middle.right", "last.left"], "gap": 0.0, "law": HARD}]  # fmt: skip
+    solve = {"duration": 2.5, "model": {"kind": "continuous"}}
+    return il.Case.from_dict({"schema_version": 1, "bodies": bodies, "contacts": contacts, "solve": solve})
+
+
+def test_a_gap_between_faces_at_rest_parts_their_closing_from_the_front():
+    """Until a gap g is crossed at the velocity 1, the end is free: the contact lacks the time g and a force of 1/2."""
+    case = resting_rods({"kind": "rod", "length": 0.5, "velocity": 1.0})
+    found = il.sensitivities(case, ["contacts.1.gap"], ["impulse", "time_in_contact", "final_velocity"])
+    for quantity, label, slope in (
+        ("impulse", case.scene().contacts[1].name, -0.5),
+        ("time_in_contact", case.scene().contacts[1].name, -1.0),
+        ("final_velocity", "last", -0.25),
+        ("impulse", case.scene().contacts[0].name, 0.0),
+    ):
+        row = found.find(quantity, "contacts.1.gap", label)
+        assert row.derivative == pytest.approx(slope, rel=1e-6, abs=1e-6), row
+        assert math.isnan(row.below)
+
+
+def test_a_gap_that_adds_an_opening_leaves_no_derivative():
+    """A gap leaves a short tension in the middle rod, which opens the contact with a mass for as long."""
+    case = resting_rods({"kind": "mass", "mass": 1.0, "velocity": 1.0})
+    row = il.sensitivities(case, ["contacts.1.gap"], ["impulse"]).rows[0]
+    assert row.found == "withheld"
+    assert "sequence of contacts" in row.reason
+    assert row.lower == row.upper == 0.0
+
+
+def test_faces_that_touch_without_a_force_are_at_an_edge():
+    """A hammer of the impedance Z = 1 rests on the rod after its pulse: I = Z/(1 + Z) below, and a second pulse above.
+
+    A rod that moves away at u is met later by u, at 1 - u: I = (1 - u)^2/2; one that moves up is pressed at once.
+    """
+    case = resting_rods({"kind": "rod", "length": 0.5, "velocity": 1.0})
+    paths = ["bodies.hammer.area", "bodies.last.velocity"]
+    found, (first, second) = il.sensitivities(case, paths, ["impulse"]), case.scene().contacts
+    row = found.find("impulse", "bodies.hammer.area", first.name)
+    assert row.derivative == row.below == pytest.approx(0.25, rel=1e-6)
+    assert math.isnan(row.above)
+    assert row.lower < row.upper == 1.0
+    row = found.find("impulse", "bodies.last.velocity", second.name)
+    assert row.derivative == row.above == pytest.approx(-1.0, rel=1e-6)
+    assert math.isnan(row.below)
+    assert row.lower == 0.0 < row.upper
+    column = il.run(case).jacobian(f"force:{first.name}", [0.5, 1.5], ["bodies.hammer.area"])
+    assert np.isnan(column).all()
+
+
+@pytest.mark.parametrize("power", [4 / 3, 3 / 2, 2, 3])
+def test_the_stated_error_of_a_one_sided_derivative_holds_for_broken_powers(power):
+    """Faces pressed together from rest meet later by a broken power of the gap, so values have such a term, too."""
+    found = slopes(lambda x: None if x < 0.0 else np.array([1.0 + 2.0 * x + 3.0 * x**power]), np.ones(1), 1e-3)
+    assert abs(found.middle[0] - 2.0) <= 3.0 * found.error[0]
+    assert found.error[0] < 3.0 * power * 1e-3 ** (power - 1.0)  # the slope of the last term where the stencil begins
 
 
 @pytest.mark.parametrize(("alpha", "distance", "within"), [(1.0, 0.010701206637, 0.1), (1.0105, 0.000201206637, 0.02)])

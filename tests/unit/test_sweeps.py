@@ -100,6 +100,23 @@ def test_axes_of_the_command_line(case, text, values):
     assert found == pytest.approx(values) if values and "kg" not in str(values) else len(found) == 2
 
 
+def test_an_axis_of_a_key_that_the_case_turns_into_others_is_in_si():
+    """The force of a hard contact begins with Z v, which goes with the square of the diameter of the rod."""
+    rod = {"kind": "rod", "length": "0.3 m", "diameter": "20 mm", "material": "steel"}
+    case = il.Case.from_dict(
+        {"schema_version": 1, "bodies": {"hammer": {"kind": "mass", "mass": 0.7, "velocity": 1.0}, "rod": rod},
+         "contacts": [{"between": ["hammer", "rod.left"], "law": {"kind": "addition_deletion"}}],
+         "solve": {"duration": "0.1 ms", "model": {"kind": "continuous"}}}
+    )  # fmt: skip
+    path, given = axes.read_over(case, "bodies.rod.diameter=10 mm:30 mm:3")
+    assert given == pytest.approx([0.01, 0.02, 0.03])
+    found = il.sweep(case, {path: ["10 mm", "20 mm", 0.03]}, quantities=["peak_force"])
+    assert found[path].values == pytest.approx([0.01, 0.02, 0.03])
+    assert found[path].attrs["units"] == "m"
+    peaks = found["peak_force"].values.ravel()
+    assert peaks / peaks[0] == pytest.approx([1.0, 4.0, 9.0])
+
+
 @pytest.mark.parametrize(
     ("over", "words"),
     [
@@ -328,7 +345,7 @@ def test_a_case_without_a_contact_has_no_value_of_contacts(tmp_path):
     assert np.all(np.isfinite(found["final_velocity"].values))
     assert il.open_sweep(tmp_path / "s").identical(found)
     header = (tmp_path / "s" / "table.csv").read_text().splitlines()[0]
-    assert header == "solve.duration,final_velocity of rod [m/s],energy_gain,near_grazing,status,reason"
+    assert header == "solve.duration [s],final_velocity of rod [m/s],energy_gain,near_grazing,status,reason"
     with pytest.raises(il.CaseError, match="peak_force has no values: the case has no contact"):
         il.plot_sweep(found, "peak_force")
 

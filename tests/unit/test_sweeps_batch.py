@@ -338,6 +338,21 @@ def test_a_grid_with_a_refused_corner_is_no_batch(small):
     assert counts(found).get("refused") == 1
 
 
+def test_faces_that_fall_together_are_not_near_grazing(small):
+    """A helmet falls with the rod it rests on until a hammer meets it: their gap is 0, and no slow meeting ends it."""
+    rod = {"kind": "rod", "length": 0.1, "area": 5e-4, "material": {"young": 2e11, "density": 8000.0}}
+    bodies = {"hammer": {"kind": "mass", "mass": 1.0, "velocity": 2.0}, "helmet": {"kind": "mass", "mass": 0.5}}
+    contacts = [{"between": ["hammer", "helmet"], "gap": 3e-4, "law": {"kind": "penalty", "stiffness": 2e8}},
+                {"between": ["helmet", "rod.left"], "law": {"kind": "addition_deletion"}}]  # fmt: skip
+    case = il.Case.from_dict(
+        {"schema_version": 1, "bodies": {**bodies, "rod": rod}, "contacts": contacts, "gravity": 3.7,
+         "solve": {"duration": 4e-4, "model": {"kind": "continuous"}}}
+    )  # fmt: skip
+    found = il.sweep(case, {GAP: np.linspace(3e-4, 6e-4, 300)}, quantities=["near_grazing"])
+    assert engines(found) == {"batch"}
+    assert not found["near_grazing"].values.any()
+
+
 def test_bits_do_not_depend_on_chunks_workers_or_interruptions(small, tmp_path, monkeypatch):
     case, over = PAPER.method("continuous"), {MASS: np.geomspace(0.2, 20.0, 150), GAP: [0.0, 1e-4]}
     whole = il.sweep(case, over, quantities=QUANTITIES)

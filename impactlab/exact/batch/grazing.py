@@ -11,6 +11,7 @@ from impactlab.metrics.grazing import (
     MAX_SAMPLES,
     MIN_CONTACT,
     MIN_FLIGHT,
+    MIN_GAP,
     MIN_MEETING_RATE,
     SAMPLES,
 )
@@ -73,13 +74,13 @@ def samples_of(length: float, trip: float, most: float) -> int:
 
 
 @EXACT_PART
-def meets_slowly(gap: Array, count: int) -> bool:
-    """Return whether faces come to rest against each other at the end of a flight."""
+def meets_slowly(gap: Array, count: int, least: float) -> bool:
+    """Return whether faces come to rest against each other at the end of a flight wider than ``least`` [m]."""
     fastest, widest = 0.0, gap[0]
     for i in range(1, count):
         fastest, widest = max(fastest, abs(gap[i] - gap[i - 1])), max(widest, gap[i])
     last = gap[count - 2] - gap[count - 1]
-    return bool(widest > 0.0 and 0.0 < last < MIN_MEETING_RATE * fastest)
+    return bool(widest > least and 0.0 < last < MIN_MEETING_RATE * fastest)
 
 
 @EXACT_PART
@@ -127,7 +128,7 @@ def grazes(m: MarchArrays, c: int, spans: Array, count: int, trip: float, touche
         if start - begin > MIN_CONTACT * trip:
             samples = samples_of(start - begin, trip, MIN_SAMPLES + most)
             sample_gap(m, c, begin, start, samples, gap)
-            if meets_slowly(gap, samples):
+            if meets_slowly(gap, samples, MIN_GAP * m.state[0].fastest * duration):
                 return True
         begin = min(touches[k, STOP], duration)
     for k in range(found):

@@ -3,7 +3,8 @@
 A contact that nearly opens or closes has a least force or gap f > 0, which reaches zero after a change -f/(df/dp). One
 that closes at the rate g' < 0 with g'' > 0 would have had the least gap -g'^2/(2 g''), whose derivative is
 -(g'/g'') dg'/dp, with the rate at the event: it stays open from the change -g'/(2 dg'/dp) on. A parameter that only
-delays the event leaves its rate, and no edge comes.
+delays the event leaves its rate, and no edge comes. Faces that touch without a force are at an edge of each parameter
+that moves them against each other: a change to one side presses them together, one to the other side parts them.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from impactlab.types import Array
 SAME_RATE = 1.0e-9  # of g'' dt/dp: a smaller derivative of the rate is rounding
 FAR = 1.0e8  # of the size of a parameter: an edge beyond is one of rounding
 NOTHING = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
+NO_GAP = 1.0e-12  # of the way at the largest velocity: faces with a smaller gap touch
+NO_MOTION = 1.0e-10  # the same, of a change of the gap over that of the parameter: a smaller one is rounding
 
 
 class Edge(NamedTuple):
@@ -47,7 +50,7 @@ def edges(solved: Solved, parameter: int) -> list[Edge]:
     """Return the changes of the sequence of contacts that the run itself shows, the nearest first."""
     found = [*_events(solved, parameter)]
     for contact in range(len(solved.log.contacts)):
-        found += _misses(solved, parameter, contact)
+        found += [*_misses(solved, parameter, contact), *_rests(solved, parameter, contact)]
     reach = FAR * float(solved.tangents.scale[parameter])
     return sorted((edge for edge in found if abs(edge.distance) < reach), key=lambda edge: abs(edge.distance))
 
@@ -103,6 +106,19 @@ def _pieces(solved: Solved, parameter: int, contact: int) -> list[Piece]:
             tangent[0] += tangents.of_contacts[parameter, contact, GAP]
         found.append(Piece(start, stop, closed, f, tangent))
     return found
+
+
+def _rests(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
+    state, tangents = solved.log.state, solved.tangents
+    way, scale = float(state["fastest"] * state["duration"]), float(tangents.scale[parameter])
+    for piece in _pieces(solved, parameter, contact):
+        if piece.closed or np.sum(np.abs(piece.f)) > NO_GAP * way:
+            continue
+        moved = piece.tangent.copy()
+        moved[0] -= tangents.of_contacts[parameter, contact, GAP]  # a gap that is opened alone has one side
+        if np.sum(np.abs(moved)) * scale > NO_MOTION * way:
+            yield Edge(0.0, contact, piece.start, "faces that touch are pressed or part")
+            return
 
 
 def _misses(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:

@@ -98,7 +98,8 @@ def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, u
 def touch_later(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
     """Move the start of a junction's march to where its faces meet.
 
-    These touch at t = 0, and a parameter opens their gap.
+    These touch at t = 0, and a parameter opens their gap. Where a front or another contact brings them together, the
+    gap parts their closing from that, as it parts two fronts: this is noted instead.
     """
     state, junction = m.state[0], m.junctions[j]
     base, nodes, ends = junction.first_node, junction.nodes, junction.ends
@@ -107,10 +108,12 @@ def touch_later(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
     number = len(m.pieces) // len(m.junctions) * j + junction.records - 1
     piece = m.pieces[number]
     approach = at_start(m.rows[contact.left - base]) - at_start(m.rows[contact.right - base])
-    if approach <= 0.0:
-        return
+    at_once = junction.clock == 0.0 and junction.bursts == 0 and approach > 0.0
     for q in range(len(d.apart)):
         opening = d.of_contacts[q, state.contact, GAP] + d.u[q, contact.right] - d.u[q, contact.left]
+        if not at_once:
+            d.apart[q] = max(d.apart[q], abs(opening))
+            continue
         later = opening / approach
         if later != 0.0:
             d.clock[j, q] += later
@@ -146,7 +149,7 @@ def cut(m: MarchArrays, j: int, n: int, place: float) -> None:
 def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> None:
     """Keep the derivative of the time of the event, and of the force after a front that parts faces."""
     state, junction = m.state[0], m.junctions[j]
-    if junction.clock == 0.0 and not found and state.kind == CLOSE:
+    if not found and state.kind == CLOSE:
         touch_later(m, d, j, half)
     elif not found and state.kind == OPEN:
         make_tangents(m, d, j, junction.clock, junction.clock + 2.0 * half)  # as if the contact held
