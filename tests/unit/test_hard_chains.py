@@ -1,5 +1,7 @@
 """Rows of hard masses with a restitution: several that collide in one step gain no energy, pairs collide exactly."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,30 @@ def test_collisions_one_by_one_are_those_of_pairs(kind, restitution):
         errors.append(np.abs(found - exact).max() / np.abs(exact).max())
     assert errors[0] < 0.05
     assert errors[1] < 0.2 * errors[0]
+
+
+@pytest.mark.parametrize(
+    ("masses", "velocities"),
+    [
+        ((22.5, 0.0856, 22.2, 0.273), (0.4, -0.5, 0.6, 0.4)),
+        ((8.86, 0.341, 0.0431, 1.64, 0.0868), (0.5, 0.8, -1.4, 1.0, -0.6)),
+        ((30.0, 0.123, 1.04, 0.126), (1.1, 1.4, 0.2, 1.2)),
+    ],
+)
+def test_a_row_that_comes_to_rest_on_a_wall_stays_there(masses, velocities):
+    """Once all faces rest, the rates that are left are rounding, and so are the impulses that would stop them.
+
+    In every step, or in every second one, the wall gives the impulse of the weight.
+    """
+    names = [f"m{i}" for i in range(len(masses))]
+    bodies = {name: il.Mass(m, velocity=v) for name, m, v in zip(names, masses, velocities, strict=True)}
+    faces = [*names, "wall"]
+    law = {"kind": "impulse_momentum", "restitution": 0.0}
+    contacts = [il.Contact(left, right, law, gap=1e-3) for left, right in itertools.pairwise(faces)]
+    solve = {"duration": 0.3, "integrator": {"kind": "central_difference"}, "step": {"dt": 1e-3}}
+    history = il.run(il.Case(bodies=bodies | {"wall": il.Wall()}, contacts=contacts, gravity=9.81, solve=solve))
+    given = sum(span.impulse for span in history.contacts if span.contact == f"{names[-1]}|wall")
+    momentum = sum(m * v for m, v in zip(masses, velocities, strict=True)) + sum(masses) * 9.81 * 0.3
+    assert given == pytest.approx(momentum, abs=sum(masses) * 9.81 * 1e-3)
+    for name in names:
+        assert abs(history.recorded[f"velocity:{name}"].values[-1]) < 1e-9
