@@ -165,7 +165,24 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     cut = assembly.method.events == "dated" and assembly.integrator.any_dt
     remedies = dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy)
     remedy = " ".join(remedies) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
+    remedy = pushed_out(history) or remedy
     check_gain(history, bound, remedy, failure)
+
+
+def pushed_out(history: AbstractRecordedHistory) -> str | None:
+    """Return the remedy for the first contact that overlaps at the start under a law that holds positions, or None.
+
+    Such a law closes the gap within a step: the speed that it gives is the overlap over the step.
+    """
+    for contact in history.scene.contacts:
+        gap = history.recorded[f"gap:{contact.name}"].values[0] if contact.overlap_allowed else 0.0
+        if gap < 0.0 and history.method.laws[contact.name].holds_position:
+            return (
+                f"{contact.name} overlaps by {-gap:.3g} m at t = 0, and its law pushes the faces apart within a step, "
+                "the faster the shorter it is. Give a gap of 0 or more, a spring (penalty), or "
+                "velocity_complementarity, which leaves the overlap."
+            )
+    return None
 
 
 def fastest(history: AbstractRecordedHistory, model: MechanismModel) -> Turned:

@@ -120,3 +120,29 @@ def test_a_row_that_comes_to_rest_on_a_wall_stays_there(masses, velocities):
     assert given == pytest.approx(momentum, abs=sum(masses) * 9.81 * 1e-3)
     for name in names:
         assert abs(history.recorded[f"velocity:{name}"].values[-1]) < 1e-9
+
+
+@pytest.mark.parametrize("integrator", ["midpoint", "newmark", "exact_modal"])
+def test_masses_that_a_hard_constraint_joins_lose_the_energy_of_a_plastic_impact(integrator):
+    """Of three masses of 1 kg that touch, the right one drives the middle one back into the left one.
+
+    All end at (1 - 5)/3 = -4/3 m/s with 8/3 J of 13 J. Between the left two, which parted before, the impulse does
+    work of its own sign: the loss is that of both contacts.
+    """
+    history = row((1.0, 1.0, 1.0), (0.0, 1.0, -5.0), (0.0, 0.0), {"kind": "addition_deletion"}, 1e-6, integrator)
+    for name in ("m0", "m1", "m2"):
+        assert history.recorded[f"velocity:{name}"].values[-1] == pytest.approx(-4.0 / 3.0, rel=1e-12)
+    assert history.energy.booked["contact"][-1] == pytest.approx(13.0 - 8.0 / 3.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("integrator", ["moreau_jean", "midpoint", "central_difference"])
+@pytest.mark.parametrize("kind", ["addition_deletion", "paoli_schatzman"])
+def test_a_constraint_that_pushes_an_overlap_out_says_that_the_overlap_is_the_reason(kind, integrator):
+    """It closes the gap in a step, with the speed overlap/dt = 10 m/s: a smaller step makes it worse."""
+    overlapping = il.Contact("ball", "wall", {"kind": kind}, gap=-1e-5, overlap="allowed")
+    solve = {"duration": 2e-5, "integrator": {"kind": integrator}, "step": {"dt": 1e-6}}
+    bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
+    with pytest.raises(il.StepError, match="energy grew") as failed:
+        il.run(il.Case(bodies=bodies, contacts=[overlapping], solve=solve))
+    assert "overlaps by 1e-05 m at t = 0" in failed.value.remedy
+    assert "smaller step" not in failed.value.remedy
