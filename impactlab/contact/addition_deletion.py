@@ -31,6 +31,7 @@ class AdditionDeletion(AbstractContactLaw):
     hard = True
     is_the_contact = True
     holds_position = True
+    shares_losses = True
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:
         flexibility = left.flexibility + right.flexibility

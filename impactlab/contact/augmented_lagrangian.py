@@ -28,6 +28,7 @@ class AugmentedLagrangian(AbstractContactLaw):
     citations = ("AlartCurnier1991", "SimoLaursen1992")
     hard = True
     holds_position = True
+    shares_losses = True
     trial_at_end = True
     # Measured on the periodic and the bouncing bar (docs/methods.md): one augmentation 0.55, ten 4e-4.
     gains_energy = 0.6

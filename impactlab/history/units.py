@@ -19,6 +19,7 @@ UNITS = {
     "energy": "J",
     "angle": "rad",
     "rate": "rad/s",
+    "shortening": "m",
     "drive": "N m",
     "gap": "m",
     "contact_force": "N",
@@ -33,5 +34,6 @@ LONG_NAMES = {name: name.replace("_", " ") for name in UNITS} | {
     "position": "displacement of a mass, or position of a face of a mechanism",
     "angle": "angle of a link or of a mechanism, from +x",
     "rate": "angular rate of a link or of a mechanism",
+    "shortening": "length of a bent link less that of its projection on its frame",
     "drive": "moment of the drive of a link",
 }

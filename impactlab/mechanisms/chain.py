@@ -19,7 +19,9 @@ from impactlab.scene.bodies import Link, Mechanism
 
 @final
 class Chain(AbstractMechanism):
-    """A chain with its links in shapes. Its readings are the marks in their order, then the angle of each link.
+    """A chain with its links in shapes.
+
+    Its readings are the marks in their order, then the angle of each link, then the shortening of each flexible one.
 
     Parameters
     ----------
@@ -42,7 +44,9 @@ class Chain(AbstractMechanism):
     @property
     def readings(self) -> tuple[Reading, ...]:
         marks = tuple(Reading(mark.label) for mark in self.mechanism.marks)
-        return (*marks, *(Reading(link.name, is_angle=True) for link in self.mechanism.links))
+        links = self.mechanism.links
+        bent = (Reading(f"shortening:{links[at].name}") for at in self.mechanism.bent)
+        return (*marks, *(Reading(link.name, is_angle=True) for link in links), *bent)
 
     @property
     def mass(self) -> float:

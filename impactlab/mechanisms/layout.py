@@ -12,6 +12,7 @@ LINKS, COORDINATES, READINGS, GRAVITY_X, GRAVITY_Y, LINKS_AT, READINGS_AT, ROOM_
 NEXT, AXIAL, BENDING, FIRST, ANGLE, ANGLE_AT, LENGTH, END_MASS, TORQUE, SLIDE, SIDE, TURN = range(12)
 MASS, MOMENT, INERTIA, LINK = range(12, 16)
 KIND, OF_LINK, TO_X, TO_Y, PLACE, READING = range(6)
+FACE, TURNED, SHORTENED = range(3)  # kinds of readings: the place of a face, the angle of a link, its shortening
 OWN, FIXED, SLIDING = range(3)  # the angle of a link: a coordinate; that of the end before it; given by the slide
 X, Y, X2, Y2, TH, TH1, TH2, COS, SIN, ROWS = range(10)  # of a link in the room: its origin, its angle; then its rows
 XI, ACROSS, XI1, ACROSS1, ALONG2, ACROSS2, SPOT = range(7)  # of a place in the frame of its link

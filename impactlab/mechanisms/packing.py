@@ -73,15 +73,16 @@ def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> Pac
         stiffness[first + na : first + m, first + na : first + m] = np.diag(own.kb)
         room = max(room, at.room_of(na, nb, n))
     head[at.READINGS_AT], head[at.LINKS_AT], head[at.LINKS] = place, at.CHAIN, len(links)
-    head[at.COORDINATES], head[at.READINGS] = n, len(mechanism.marks) + len(links)
+    head[at.COORDINATES], head[at.READINGS] = n, len(mechanism.marks) + len(links) + len(mechanism.bent)
     head[at.GRAVITY_X], head[at.GRAVITY_Y] = mechanism.gravity
     for mark in mechanism.marks:
         shapes = flexible[mark.link]
         out += [
-            np.array([0.0, mark.link, *mark.along, mark.x]),
+            np.array([at.FACE, mark.link, *mark.along, mark.x]),
             np.zeros(0) if shapes is None else shapes.place(mark.x),
         ]
-    out += [np.array([1.0, number, 0.0, 0.0, 0.0]) for number in range(len(links))]
+    out += [np.array([at.TURNED, number, 0.0, 0.0, 0.0]) for number in range(len(links))]
+    out += [np.array([at.SHORTENED, number, 0.0, 0.0, 0.0]) for number in mechanism.bent]
     head[at.ROOM_AT] = at.CHAIN + sum(array.size for array in out)
     parameters = np.concatenate([head, *out, np.zeros(len(links) * at.size_of(n) + room)])
     return Packed(parameters, stiffness, position, velocity, tuple(angles))

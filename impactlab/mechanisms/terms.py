@@ -36,6 +36,7 @@ from impactlab.mechanisms.layout import (
     READINGS_AT,
     ROOM_AT,
     ROWS,
+    SHORTENED,
     SIN,
     SLIDING,
     TH,
@@ -45,6 +46,7 @@ from impactlab.mechanisms.layout import (
     TO_Y,
     TORQUE,
     TURN,
+    TURNED,
     XI,
     X,
     Y,
@@ -93,7 +95,15 @@ def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates
         for _ in range(int(P[reading + OF_LINK])):
             link = int(P[link + NEXT])
         room, row = first_room + int(P[reading + OF_LINK]) * size, rows[number * n : (number + 1) * n]
-        if P[reading + KIND] == 1.0:
+        if P[reading + KIND] == SHORTENED:
+            na, nb, first = int(P[link + AXIAL]), int(P[link + BENDING]), int(P[link + FIRST])
+            slopes = spot(P, room + ROWS + 3 * n, na + nb).along[na:]  # minus S q at the end
+            values[number] = -0.5 * dot(slopes, p[first + na : first + na + nb])
+            for i in range(n):
+                row[i] = 0.0
+            add(row[first + na : first + na + nb], -1.0, slopes)
+            reading += READING
+        elif P[reading + KIND] == TURNED:
             values[number] = P[room + TH]
             turn = P[room + ROWS + 2 * n : room + ROWS + 3 * n]
             for i in range(n):

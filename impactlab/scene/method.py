@@ -155,6 +155,12 @@ def stiffness_of(scene: Scene, method: Method, contact: Contact) -> float | None
     return None if constants is None else constants[0]
 
 
+def dashpot_of(scene: Scene, method: Method, contact: Contact) -> float:
+    """Return the damping of a contact's constant dashpot [N s/m]; 0 without one."""
+    constants = method.laws[contact.name].spring(*sides(scene, method, contact), math.nan)
+    return 0.0 if constants is None else constants[1]
+
+
 def stiffness_at(scene: Scene, method: Method, contact: Contact, overlap: float) -> float | None:
     """Return the tangent stiffness [N/m] of a contact at an overlap [m], None if unknown."""
     return method.laws[contact.name].stiffness_at(overlap, *sides(scene, method, contact))

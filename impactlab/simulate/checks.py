@@ -35,6 +35,7 @@ from impactlab.types import Level
 LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
+STIFFER_LINK = "Give a stiffer or shorter link, or several that are clamped to each other."
 SMALLER_STEP = "Give a smaller step, or another law."
 MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, even if its parts declare more
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
@@ -141,9 +142,10 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         raise failure(text, remedy=remedy, path=path) from raised
     if (stuck := out_of_reach(history)) is not None:
         raise failure(stuck, remedy=REACH_FURTHER)
+    stiffer = next((f"{bent}. {STIFFER_LINK}" for bent in mechanism_warnings.too_bent(history)), None)
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
-        raise failure(text, remedy="Give a smaller step, or a softer contact.")
+        raise failure(text, remedy=stiffer or "Give a smaller step, or a softer contact.")
     if not all_finite(assembly.memory.record[: clock.n_records]):
         raise failure("a displacement or force is not a finite number", remedy=LOST_DIGITS)
     for number, record in zip(assembly.layout.solved, assembly.contacts, strict=True):
@@ -165,7 +167,24 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     cut = assembly.method.events == "dated" and assembly.integrator.any_dt
     remedies = dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy)
     remedy = " ".join(remedies) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
+    remedy = pushed_out(history) or stiffer or remedy
     check_gain(history, bound, remedy, failure)
+
+
+def pushed_out(history: AbstractRecordedHistory) -> str | None:
+    """Return the remedy for the first contact that overlaps at the start under a law that holds positions, or None.
+
+    Such a law closes the gap within a step: the speed that it gives is the overlap over the step.
+    """
+    for contact in history.scene.contacts:
+        gap = history.recorded[f"gap:{contact.name}"].values[0] if contact.overlap_allowed else 0.0
+        if gap < 0.0 and history.method.laws[contact.name].holds_position:
+            return (
+                f"{contact.name} overlaps by {-gap:.3g} m at t = 0, and its law pushes the faces apart within a step, "
+                "the faster the shorter it is. Give a gap of 0 or more, a spring (penalty), or "
+                "velocity_complementarity, which leaves the overlap."
+            )
+    return None
 
 
 def fastest(history: AbstractRecordedHistory, model: MechanismModel) -> Turned:

@@ -5,16 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.scene.problem import Scene
+from impactlab.simulate.channels import AbstractRecordedHistory
 
 SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
+BENT_WARN = 0.01  # of the length, by which an end comes nearer: a deflection of 6 % between hinges, of 13 % of a tip
+TURN_WARN = 0.25  # rad in a step: the place of an end is then off by some thousandths of the length
 ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of its direction
 
 
-def warnings(history: AbstractHistory) -> Iterator[Warned]:
+def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Give the warnings of a finished run that concern its mechanisms."""
     yield from _sensitive(history)
+    yield from _turned_far(history)
+    yield from (Warned("large_bending", text) for text in too_bent(history))
     yield from _guided(history.scene)
     yield from _driven_from_the_ground(history.scene)
 
@@ -29,6 +36,37 @@ def _sensitive(history: AbstractHistory) -> Iterator[Warned]:
         if count > SURE_CONTACTS:
             text = f"{name}: {count} periods of contact, each following from the one before it with a larger difference"
             yield Warned("sensitive_sequence", f"{text}; compare with half the step and with more modes")
+
+
+def _turned_far(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Give a warning for each mechanism that turns by a large angle in a step, so that it may pass a face unseen."""
+    for name, body in history.scene.bodies.items():
+        rates = [history.recorded[channel].values for channel, *_ in body.recorded if channel.startswith("rate:")]
+        fastest = max((float(np.abs(each[np.isfinite(each)]).max(initial=0.0)) for each in rates), default=0.0)
+        turned = fastest * (history.dt or 0.0)
+        if body.changes and turned > TURN_WARN:
+            text = (
+                f"{name}: it turns at {fastest:.3g} rad/s, by {turned:.3g} rad in a step of {history.dt:.3g} s, so "
+                "that contacts may be missed; give a step (dt) in which it turns by some hundredths"
+            )
+            yield Warned("coarse_turning", text)
+
+
+def too_bent(history: AbstractRecordedHistory) -> Iterator[str]:
+    """Tell of each flexible link that bends further than its shapes hold.
+
+    The shortening s of a link is half the integral of its squared slope, so that s/L is half the mean of that square.
+    """
+    for body in history.scene.bodies.values():
+        for name, length in body.lengths_of_bent.items():
+            shortened = history.recorded[f"shortening:{name}"].values
+            known = shortened[np.isfinite(shortened)]
+            share = float(known.max(initial=0.0)) / length
+            if share > BENT_WARN:
+                yield (
+                    f"{name}: it bends so far that its end comes nearer by {share:.2g} of its length; its shapes have "
+                    f"a linear curvature, and hold up to about {BENT_WARN:g}"
+                )
 
 
 def _guided(scene: Scene) -> Iterator[Warned]:

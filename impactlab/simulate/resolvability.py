@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from impactlab.history.base import Warned
 from impactlab.scene.facts import impedance_of, striker_of
-from impactlab.scene.method import is_relative, stiffness_at, stiffness_of
+from impactlab.scene.method import dashpot_of, is_relative, stiffness_at, stiffness_of
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 
@@ -44,8 +44,11 @@ def _too_coarse(history: AbstractRecordedHistory, contact: Contact) -> Iterator[
     impedance, mass = impedance_of(scene, contact), striker_of(scene, contact)
     if not stiffness:
         return
-    # A mass m on a rod of impedance Z loses its speed in m/Z; a spring k between them lets both swing with sqrt(m/k).
-    time = max(mass / impedance, math.sqrt(mass / stiffness)) if mass < math.inf else math.inf
+    # A mass m on a rod of impedance Z loses its speed in m/Z; a spring k between them lets both swing with sqrt(m/k),
+    # and a dashpot c beside the spring, if it is stiffer, stops them in m/c.
+    dashpot = dashpot_of(scene, history.method, contact)
+    swing = min(math.sqrt(mass / stiffness), mass / dashpot if dashpot > 0.0 else math.inf)
+    time = max(mass / impedance, swing) if mass < math.inf else math.inf
     words = "the speed of the striking body changes"
     if float(history.recorded[f"gap:{contact.name}"].values[0]) < 0.0 and 0.0 < stiffness < math.inf:
         at_start = float(history.energy.stored[0])

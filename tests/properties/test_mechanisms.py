@@ -121,3 +121,22 @@ def test_the_table_of_the_docs_is_measured() -> None:
     for coarse, fine in pairwise(found):
         assert np.array(coarse[1:]) / np.array(fine[1:]) == pytest.approx(np.full(2, 4.0), rel=0.05)
         assert coarse[0] / fine[0] > 5.0
+
+
+@pytest.mark.parametrize(("step", "far"), [({"points_per_period": 10}, True), ({"dt": 1e-4}, False)])
+def test_a_link_that_turns_far_in_a_step_may_pass_a_wall_and_says_so(step: dict[str, float], far: bool) -> None:
+    """A bar of 0.5 kg and 0.3 m at 10 rad/s meets a wall after 3.3 ms and gives it 2 I w/L = 1 N s, by 1/cos of 1/30.
+
+    Rigid links have no period: ten points of the one assumed are steps of 0.63 s.
+    """
+    history = il.run(
+        il.Case(
+            bodies={"bar": il.Link(length=0.3, mass=0.5), "wall": il.Wall()},
+            mechanisms={"arm": il.Mechanism([il.Joint("bar", rate=10.0)])},
+            contacts=[il.Contact("bar.right", "wall", {"kind": "hertz", "stiffness": 1e8}, along="y", gap=0.01)],
+            solve={"duration": 0.01, "integrator": {"kind": "midpoint"}, "step": step},
+        )
+    )
+    assert ("coarse_turning" in [each.code for each in history.warnings]) == far
+    if not far:
+        assert history.contacts[0].impulse == pytest.approx(1.0, rel=2e-3)

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+import impactlab as il
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
@@ -220,3 +221,25 @@ def test_a_damping_relative_to_the_impedance_counts_both_directions_inside() -> 
 def test_a_single_messenger_is_refused_inside() -> None:
     with pytest.raises(PairingError, match="at an inner point of the rod on the right waves arrive from both sides"):
         struck_inside(WaveIdentification(), Modal(None, 40), ExactModal())
+
+
+@pytest.mark.parametrize("integrator", ["newmark", "midpoint", "central_difference"])
+def test_a_step_longer_than_the_time_of_a_dashpot_is_warned_of(integrator: str) -> None:
+    """A dashpot of c = 4e4 N s/m stops 1 kg in m/c = 25 us; the spring alone would take sqrt(m/k) = 1 ms.
+
+    Of an overdamped contact, a < b the roots of s^2 - s c/m + k/m, the mass leaves where k x + c v = 0, so slowly that
+    less than a thousandth of its speed is left. With steps of 100 us it left with a fifth of it, without a word.
+    """
+    for dt, resolved in ((1e-4, False), (2e-6, True)):
+        history = il.run(
+            il.Case(
+                bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
+                contacts=[
+                    il.Contact("ball", "wall", {"kind": "penalty", "stiffness": 1e6, "damping": 4e4}, gap=7.7e-5)
+                ],
+                solve={"duration": 5e-3, "integrator": {"kind": integrator}, "step": {"dt": dt}},
+            )
+        )
+        speed = abs(float(history.evaluate(5e-3, "velocity:ball")))
+        assert (speed < 1e-3) == resolved
+        assert ("coarse_contact" in [each.code for each in history.warnings]) != resolved

@@ -1,5 +1,7 @@
 """Rows of hard masses with a restitution: several that collide in one step gain no energy, pairs collide exactly."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,56 @@ def test_collisions_one_by_one_are_those_of_pairs(kind, restitution):
         errors.append(np.abs(found - exact).max() / np.abs(exact).max())
     assert errors[0] < 0.05
     assert errors[1] < 0.2 * errors[0]
+
+
+@pytest.mark.parametrize(
+    ("masses", "velocities"),
+    [
+        ((22.5, 0.0856, 22.2, 0.273), (0.4, -0.5, 0.6, 0.4)),
+        ((8.86, 0.341, 0.0431, 1.64, 0.0868), (0.5, 0.8, -1.4, 1.0, -0.6)),
+        ((30.0, 0.123, 1.04, 0.126), (1.1, 1.4, 0.2, 1.2)),
+    ],
+)
+def test_a_row_that_comes_to_rest_on_a_wall_stays_there(masses, velocities):
+    """Once all faces rest, the rates that are left are rounding, and so are the impulses that would stop them.
+
+    In every step, or in every second one, the wall gives the impulse of the weight.
+    """
+    names = [f"m{i}" for i in range(len(masses))]
+    bodies = {name: il.Mass(m, velocity=v) for name, m, v in zip(names, masses, velocities, strict=True)}
+    faces = [*names, "wall"]
+    law = {"kind": "impulse_momentum", "restitution": 0.0}
+    contacts = [il.Contact(left, right, law, gap=1e-3) for left, right in itertools.pairwise(faces)]
+    solve = {"duration": 0.3, "integrator": {"kind": "central_difference"}, "step": {"dt": 1e-3}}
+    history = il.run(il.Case(bodies=bodies | {"wall": il.Wall()}, contacts=contacts, gravity=9.81, solve=solve))
+    given = sum(span.impulse for span in history.contacts if span.contact == f"{names[-1]}|wall")
+    momentum = sum(m * v for m, v in zip(masses, velocities, strict=True)) + sum(masses) * 9.81 * 0.3
+    assert given == pytest.approx(momentum, abs=sum(masses) * 9.81 * 1e-3)
+    for name in names:
+        assert abs(history.recorded[f"velocity:{name}"].values[-1]) < 1e-9
+
+
+@pytest.mark.parametrize("integrator", ["midpoint", "newmark", "exact_modal"])
+def test_masses_that_a_hard_constraint_joins_lose_the_energy_of_a_plastic_impact(integrator):
+    """Of three masses of 1 kg that touch, the right one drives the middle one back into the left one.
+
+    All end at (1 - 5)/3 = -4/3 m/s with 8/3 J of 13 J. Between the left two, which parted before, the impulse does
+    work of its own sign: the loss is that of both contacts.
+    """
+    history = row((1.0, 1.0, 1.0), (0.0, 1.0, -5.0), (0.0, 0.0), {"kind": "addition_deletion"}, 1e-6, integrator)
+    for name in ("m0", "m1", "m2"):
+        assert history.recorded[f"velocity:{name}"].values[-1] == pytest.approx(-4.0 / 3.0, rel=1e-12)
+    assert history.energy.booked["contact"][-1] == pytest.approx(13.0 - 8.0 / 3.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("integrator", ["moreau_jean", "midpoint", "central_difference"])
+@pytest.mark.parametrize("kind", ["addition_deletion", "paoli_schatzman"])
+def test_a_constraint_that_pushes_an_overlap_out_says_that_the_overlap_is_the_reason(kind, integrator):
+    """It closes the gap in a step, with the speed overlap/dt = 10 m/s: a smaller step makes it worse."""
+    overlapping = il.Contact("ball", "wall", {"kind": kind}, gap=-1e-5, overlap="allowed")
+    solve = {"duration": 2e-5, "integrator": {"kind": integrator}, "step": {"dt": 1e-6}}
+    bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
+    with pytest.raises(il.StepError, match="energy grew") as failed:
+        il.run(il.Case(bodies=bodies, contacts=[overlapping], solve=solve))
+    assert "overlaps by 1e-05 m at t = 0" in failed.value.remedy
+    assert "smaller step" not in failed.value.remedy

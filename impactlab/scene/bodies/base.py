@@ -122,6 +122,11 @@ class Body(ABC):
         return ()
 
     @property
+    def lengths_of_bent(self) -> Mapping[str, float]:
+        """Lengths [m] of flexible links by name, each with a channel of its shortening."""
+        return {}
+
+    @property
     def end_force(self) -> float:
         """Sum of the constant forces on both ends [N], along +x, of a beam along +u."""
         return 0.0

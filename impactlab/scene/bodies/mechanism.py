@@ -149,6 +149,15 @@ class Mechanism(MechanismBody):
         """Numbers of the links whose hinge is driven."""
         return tuple(number for number, link in enumerate(self.links) if link.drive is not None)
 
+    @cached_property
+    def bent(self) -> tuple[int, ...]:
+        """Numbers of the flexible links."""
+        return tuple(number for number, link in enumerate(self.links) if link.beam is not None)
+
+    @property
+    def lengths_of_bent(self) -> dict[str, float]:
+        return {self.links[at].name: self.links[at].length for at in self.bent}
+
     @property
     def ground_drives(self) -> tuple[tuple[str, str], ...]:
         return tuple((self.links[at].name, self.links[at - 1].name) for at in self.driven if at > 0)
@@ -161,6 +170,8 @@ class Mechanism(MechanismBody):
             found += [(f"position:{place}", number, "displacement"), (f"velocity:{place}", number, "velocity")]
         for number, link in enumerate(self.links, start=len(self.marks)):
             found += [(f"angle:{link.name}", number, "displacement"), (f"rate:{link.name}", number, "velocity")]
+        for number, at in enumerate(self.bent, start=len(self.marks) + len(self.links)):
+            found.append((f"shortening:{self.links[at].name}", number, "displacement"))
         found += [(f"drive:{self.links[at].name}", number, "moment") for number, at in enumerate(self.driven)]
         return tuple(found)
 

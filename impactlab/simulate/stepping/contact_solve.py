@@ -31,6 +31,7 @@ MAX_SLOW_SWEEPS = 20  # before Newton steps in any case
 MAX_NEWTON_TURNS = 100  # each followed by one more sweep
 ROUNDING_TOL = 1e-12  # of the largest impulse: a smaller change that Newton steps do not halve is rounding
 AGREEMENT_TOL = 1e-9  # of the largest impulse: a larger change in the last sweep is a failure
+GIVEN_TOL = 1e-15  # of the impulses given since t = 0: a smaller change of bodies at rest is rounding of their rates
 
 
 @MERGED
@@ -244,9 +245,10 @@ def size_of(m: StepArrays, number: int, dt: float) -> float:
 @PART
 def solve_several(m: StepArrays, time: float, dt: float) -> None:
     """Evaluate the laws until their coupled replies agree; in `scratch` whether they do, and no law failed."""
-    n_contacts = len(m.contacts)
+    n_contacts, given = len(m.contacts), 0.0
     for number in range(n_contacts):
         contact = m.contacts[number]
+        given = max(given, abs(contact.total))
         contact.before, contact.force = contact.force, 0.0
         contact.impulse, contact.projection, contact.push = 0.0, 0.0, 0.0
     evaluated, change, largest, sweep, since, turns, backwards = True, 0.0, 0.0, 0, 0, 0, False
@@ -269,7 +271,8 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
         sweep += 1
         if change <= 1e-15 * largest or not evaluated or sweep == MAX_SWEEPS:
             break
-        if turns > 0 and change <= ROUNDING_TOL * largest and change >= 0.5 * before:
+        repeated = change <= ROUNDING_TOL * largest and change >= 0.5 * before
+        if turns > 0 and (repeated or change <= GIVEN_TOL * given):
             break  # the remainder is rounding, which Newton steps repeat
         backwards = False
         if turns > 0 or sweep >= MAX_SLOW_SWEEPS or (sweep >= MIN_SWEEPS and change > SLOW * before):
@@ -281,7 +284,7 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
                 backwards = turns % 2 == 1  # from both ends in turn: a change at one end reaches the other in a sweep
             if turns <= MAX_NEWTON_TURNS + 1:
                 since = sweep  # all laws are evaluated in it
-    m.scratch[0] = 1.0 if evaluated and change <= AGREEMENT_TOL * largest else 0.0
+    m.scratch[0] = 1.0 if evaluated and change <= max(AGREEMENT_TOL * largest, GIVEN_TOL * given) else 0.0
 
 
 @INLINE

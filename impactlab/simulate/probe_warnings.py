@@ -1,0 +1,50 @@
+"""Warnings of probes beside a load whose internal force lies in modes that a basis leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from impactlab.history.base import Warned
+from impactlab.models.modal_body import ModalBody
+from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.problem import Scene
+from impactlab.simulate.stepping.preparation import BuiltBody
+from impactlab.types import Quantity
+
+MISSING_WARN = 0.1  # of the static force at a probe per force of a load
+
+
+def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
+    """Give a warning for each body with probes that miss the internal force of a load beside them.
+
+    Modes of a free end have no force there, however many are kept, and those of an inner point no jump.
+    """
+    for name, body in scene.elastic.items():
+        model = built[name].model
+        if not isinstance(model, ModalBody) or built[name].system.phases is not None:
+            continue
+        loads = {point.x for _, each in scene.met_by(name) for point in (each.left, each.right) if point.body == name}
+        loads |= {x for x, end in body.ends if end.is_loaded}
+        found: dict[str, float] = {}
+        for probe in scene.probes:
+            quantity = scene.bodies[name].quantities[probe.quantity][0] if probe.body == name else "displacement"
+            whole = of_unit_force(body, probe.x, quantity)
+            if whole > 0.0 and loads:
+                missing = max(abs(model.left_out(probe.x, quantity, x)) for x in loads) / whole
+                if missing > MISSING_WARN:
+                    found[probe.channel] = missing
+        if found:
+            worst = max(found, key=lambda channel: found[channel])
+            more = f", and {len(found) - 1} more probes of '{name}' miss some" if len(found) > 1 else ""
+            yield Warned(
+                "probe_near_load",
+                f"{worst}: the modes kept miss {100 * found[worst]:.0f} % of the static internal force that a load "
+                f"beside it causes there{more}",
+            )
+
+
+def of_unit_force(body: ElasticBody, x: float, quantity: Quantity) -> float:
+    """Return the size of an internal force under a static unit force; 0 of other quantities."""
+    segment = body.segment_at(x)
+    scales = {"force": 1.0, "shear_force": 1.0, "bending_moment": body.length, "stress": 1.0 / segment.area}
+    return {**scales, "strain": 1.0 / (segment.young * segment.area)}.get(quantity, 0.0)

@@ -1,0 +1,76 @@
+"""Probes of internal forces beside a load: right by a mesh or all modes, warned of where modes lack the force."""
+
+import numpy as np
+import pytest
+
+import impactlab as il
+
+FORCE, LENGTH = 1e4, 0.5
+
+
+def held(model, integrator="newmark", places=(0.0, 0.25)):
+    """Return a rod that a constant force on its free end presses until it rests: its force is the same everywhere."""
+    material = {"young": 2e11, "density": 7800}
+    rod = il.Rod(
+        length=LENGTH,
+        area=1e-4,
+        material=material,
+        ends={"left": {"force": FORCE}, "right": "clamped"},
+        damping={"mass": 2e4},
+    )
+    solve = {"duration": 0.01, "model": model, "integrator": {"kind": integrator}, "step": {"dt": 1e-6}}
+    probes = [{"body": "rod", "at": x, "quantity": "force"} for x in places]
+    return il.run(il.Case(bodies={"rod": rod}, probes=probes, solve=solve))
+
+
+def warned(history):
+    return [each.text for each in history.warnings if each.code == "probe_near_load"]
+
+
+def test_modes_of_a_free_end_lack_the_force_on_it_and_say_so():
+    """Each mode has no strain at the free end: the force there is read as 0 however many modes are kept."""
+    history = held({"kind": "modal", "modes": 20})
+    assert abs(history.recorded["force:rod@0"].values[-1]) < 1e-6 * FORCE
+    assert warned(history) == [
+        "force:rod@0: the modes kept miss 100 % of the static internal force that a load beside it causes there"
+    ]
+
+
+def test_a_probe_far_from_the_load_is_right_and_not_warned_of():
+    """Behind a few wavelengths of the highest mode, L/20, the series has converged to some per cent."""
+    history = held({"kind": "modal", "modes": 20}, places=(0.25,))
+    assert history.recorded["force:rod@0.25"].values[-1] == pytest.approx(FORCE, rel=0.05)
+    assert warned(history) == []
+
+
+def test_a_mesh_is_right_at_the_loaded_end():
+    history = held({"kind": "finite_element", "elements": 25}, "bathe")
+    assert history.recorded["force:rod@0"].values[-1] == pytest.approx(FORCE, rel=1e-9)
+    assert warned(history) == []
+
+
+@pytest.mark.parametrize(
+    ("model", "lacks"),
+    [
+        ({"kind": "modal", "elements": 40, "modes": 12}, True),
+        ({"kind": "modal", "elements": 40, "modes": 12, "basis": {"kind": "craig_bampton"}}, False),
+        ({"kind": "modal", "elements": 40, "modes": 40}, False),
+        ({"kind": "finite_element", "elements": 40}, False),
+    ],
+)
+def test_the_face_of_a_contact_is_warned_of_where_its_force_is_left_out(model, lacks):
+    """A mass on a soft spring presses the face slowly: the force in the rod there is that of the contact."""
+    rod = il.Rod(length=LENGTH, area=1e-4, material={"young": 2e11, "density": 7800}, ends={"right": "clamped"})
+    history = il.run(
+        il.Case(
+            bodies={"hammer": il.Mass(2.0, velocity=1.0), "rod": rod},
+            contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e6})],
+            probes=[{"body": "rod", "at": 0.0, "quantity": "force"}],
+            solve={"duration": 4e-3, "model": model, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
+        )
+    )
+    times = np.linspace(1e-3, 3.5e-3, 50)
+    force = history.evaluate(times, "force:hammer|rod.left")
+    inside = history.evaluate(times, "force:rod@0")
+    assert (np.abs(inside - force).max() > 0.1 * force.max()) == lacks
+    assert bool(warned(history)) == lacks
