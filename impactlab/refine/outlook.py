@@ -20,13 +20,12 @@ from impactlab.refine.reference import (
     CONVERGED,
     FIRST_SHARE,
     FULL_BUDGET_S,
-    MAX_CHEAP_LEVEL_S,
-    MIN_UNCERTAINTY,
-    TARGET_UNCERTAINTY,
+    MIN_CHECK_S,
     Reference,
     descriptions_of,
     find,
     least_s,
+    target,
 )
 from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Method, Simulation, laws_of, theories
@@ -44,7 +43,8 @@ RATE_S = 1e-4  # an evaluation of the equations of motion by an adaptive integra
 EXACT_RATIO = 8.0  # of an interval in all to what it costs without its multiplications
 LEVEL_S = 3e-3  # of a level, for each contact and the first
 COMPARISON_S = 4e-3  # of two levels, likewise; each is compared with two others
-FIRST_UNCERTAINTY, FIRST_OF_BEAMS = 1e-3, 1e-5  # expected of a reference at its coarsest level
+FIRST_UNCERTAINTY, FIRST_OF_BEAMS = 1e-3, 1e-4  # expected of a reference at its coarsest level
+FIRST_OF_YIELDING = 2e-2  # the same where a contact yields; steps that do not end where it begins to are of first order
 
 
 class Outlook(NamedTuple):
@@ -97,35 +97,47 @@ def converged_s(scene: Scene, method: Method) -> Outlook:
     found = list(descriptions_of(asked))
     if not found or all(least_s(each) > FIRST_SHARE * FULL_BUDGET_S for each in found):
         return Outlook("none")
-    contacts, first = max(1, len(scene.contacts)), FIRST_OF_BEAMS if beams_of(scene) else FIRST_UNCERTAINTY
-    total = _levels_s(found[0], contacts, first, 0.0, FIRST_SHARE * FULL_BUDGET_S)
+    contacts, first, most = max(1, len(scene.contacts)), FIRST_UNCERTAINTY, math.inf
+    if any(not law.smooth and not law.hard for law in laws_of(scene, method)):
+        first, most = FIRST_OF_YIELDING, 1.0
+    elif beams_of(scene):
+        first = FIRST_OF_BEAMS
+    total, solving = _levels_s(found[0], contacts, first, most, FIRST_SHARE * FULL_BUDGET_S, alone=len(found) == 1)
     if len(found) > 1:
-        total += _levels_s(found[1], contacts, first, CHECK_UNCERTAINTY, FULL_BUDGET_S)
+        total += _levels_s(found[1], contacts, first, most, max(MIN_CHECK_S, solving), CHECK_UNCERTAINTY)[0]
     return Outlook("converged", total)
 
 
-def _levels_s(description: Description, contacts: int, first: float, enough: float, budget: float) -> float:
-    """Return the predicted seconds of the levels of a description, up to an uncertainty or a budget of solving.
+def _levels_s(
+    description: Description,
+    contacts: int,
+    first: float,
+    most: float,
+    budget: float,
+    enough: float = 0.0,
+    alone: bool = False,
+) -> tuple[float, float]:
+    """Return the predicted seconds of the levels of a description in all and of solving, up to an uncertainty.
 
-    ``first`` is the uncertainty that is expected of its coarsest level.
+    They end at a budget of solving. ``first`` is the uncertainty that is expected of the coarsest level, ``most`` the
+    largest order with which it falls.
     """
     level, solving, total, count = MIN_FINENESS, 0.0, 0.0, 0
     while True:
         fineness = description.per_level * level
         seconds, steps = description.seconds(fineness), description.work(fineness)[0]
         if solving + seconds > budget:
-            return total
+            return total, solving
         solving += seconds
         of_contacts = CONTACT_S * (contacts - 1) * steps
         total += seconds + of_contacts + contacts * (LEVEL_S + min(2, count) * COMPARISON_S)
         count += 1
         level = round(RATIO * level)
-        order = max(1.0, description.reference_order)
+        order = min(most, max(1.0, description.reference_order))
         uncertainty = first * (MIN_FINENESS * description.per_level / fineness) ** order
         next_s = description.seconds(description.per_level * level)
-        target = TARGET_UNCERTAINTY if next_s > MAX_CHEAP_LEVEL_S else MIN_UNCERTAINTY
-        if count >= 3 and uncertainty <= max(enough, target):
-            return total
+        if count >= 3 and uncertainty <= max(enough, target(next_s, alone)):
+            return total, solving
 
 
 def unasked(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Reference | None, Outlook]:

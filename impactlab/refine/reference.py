@@ -32,6 +32,11 @@ FULL_BUDGET_S = 7.0  # s of predicted solving that a converged reference may tak
 FIRST_SHARE = 0.7  # of the budget, for the first description
 TARGET_UNCERTAINTY = 1e-6  # at which refining ends,
 MAX_CHEAP_LEVEL_S = 1.0 / 30.0  # unless the next level is predicted to solve faster than this [s]
+COSTLY_UNCERTAINTY = 1e-5  # at which refining ends where the next level is predicted to take longer than
+MIN_COSTLY_LEVEL_S = 0.3  # this [s]
+STALLED_SHARE = 0.8  # of the uncertainty two levels before: where more than that is left, a level that is not cheap is
+# not run. At the first order 0.4 would be left.
+MIN_CHECK_S = 0.3  # s of predicted solving that the others may take, or as much as the first one took
 MIN_UNCERTAINTY = 1e-7  # difference of equal histories that are interpolated linearly between at most 20000 records
 MAX_UNCERTAINTY = 1e-2  # of a reference
 CHECK_UNCERTAINTY = 3e-5  # at which the second solution is good enough to check the first
@@ -144,14 +149,15 @@ def _converged(asked: Simulation, budget: float) -> Reference | None:
     """
     found: list[Reference] = []
     descriptions = list(descriptions_of(asked))
+    enough, allowed = 0.0, FIRST_SHARE * budget
     for description in descriptions:
         if not found and description is descriptions[-1] and least_s(description) > FIRST_SHARE * budget:
             break  # its three levels would not end
-        enough = max(CHECK_UNCERTAINTY, 3.0 * found[0].uncertainty) if found else 0.0
-        reference, spent = refine(description, budget if found else FIRST_SHARE * budget, enough)
-        budget -= spent
+        reference, spent = refine(description, min(allowed, budget), enough, alone=len(descriptions) == 1)
+        budget, allowed = budget - spent, allowed - spent
         if reference is not None and reference.uncertainty <= MAX_UNCERTAINTY:
             found.append(reference)
+            enough, allowed = max(CHECK_UNCERTAINTY, 3.0 * reference.uncertainty), max(MIN_CHECK_S, spent)
         if len(found) == 2:
             break
     if not found:
@@ -184,13 +190,17 @@ def least_s(description: Description) -> float:
     return sum(description.seconds(description.per_level * level) for level in levels)
 
 
-def refine(description: Description, budget: float, enough: float = 0.0) -> tuple[Reference | None, float]:
+def refine(
+    description: Description, budget: float, enough: float = 0.0, alone: bool = False
+) -> tuple[Reference | None, float]:
     """Return the solution at the finest level within a budget, and the predicted seconds.
 
-    Levels end early at an uncertainty of ``enough``, or of `TARGET_UNCERTAINTY` where the next one costs much.
+    Levels end early at an uncertainty of ``enough``, at that of `target`, or where they do not lower it. ``alone`` is a
+    description that no other one will check.
     """
     study = Study(description, description.per_level * MIN_FINENESS)
     level, spent, found = MIN_FINENESS, 0.0, None
+    shown: list[float] = []  # uncertainties
     apart: dict[tuple[int, int], dict[str, float]] = {}  # metrics of two levels, by their fineness
     while spent + study.seconds <= budget:
         try:
@@ -208,12 +218,23 @@ def refine(description: Description, budget: float, enough: float = 0.0) -> tupl
             stated = {name: max(value, unseen) for name, value in stated.items()}
             worst = max((stated[name] for name in CONVERGED_BY if name in stated), default=math.inf)
             found = Reference(CONVERGED, newest.history, worst, stated, description.words(newest.fineness))
+            shown.append(worst)
         level = round(RATIO * level)
         study.next = description.per_level * level
-        target = TARGET_UNCERTAINTY if study.seconds > MAX_CHEAP_LEVEL_S else MIN_UNCERTAINTY
-        if found is not None and found.uncertainty <= max(enough, target):
+        if found is not None and found.uncertainty <= max(enough, target(study.seconds, alone)):
+            break
+        if study.seconds > MAX_CHEAP_LEVEL_S and len(shown) > 2 and shown[-1] > STALLED_SHARE * shown[-3]:
             break
     return found, spent
+
+
+def target(next_s: float, alone: bool = False) -> float:
+    """Return the uncertainty at which refining ends, by the predicted seconds of solving the next level."""
+    if next_s <= MAX_CHEAP_LEVEL_S:
+        return MIN_UNCERTAINTY
+    if next_s <= MIN_COSTLY_LEVEL_S:
+        return TARGET_UNCERTAINTY
+    return COSTLY_UNCERTAINTY / UNCHECKED_FACTOR if alone else COSTLY_UNCERTAINTY
 
 
 def uncertainties(

@@ -192,6 +192,47 @@ def test_what_little_effort_says_of_itself_holds_against_more(name):
         assert rough.uncertainties[metric] <= rough.uncertainty
 
 
+def test_refining_ends_where_costly_levels_no_longer_lower_the_uncertainty(monkeypatch):
+    """Two levels after the last that did; cheap levels go on."""
+    shown = []
+
+    def stalled(*given):
+        shown.append(1e-3)
+        return dict.fromkeys(reference.CONVERGED_BY, 1e-3)
+
+    monkeypatch.setattr(reference, "uncertainties", stalled)
+    description = next(reference.descriptions_of(SCENES["hertz"]()))
+    reference.refine(description, 1.0)
+    cheap = len(shown)
+    monkeypatch.setattr(reference, "MAX_CHEAP_LEVEL_S", 0.0)
+    shown.clear()
+    found, spent = reference.refine(description, 1.0)
+    assert len(shown) == 3 < cheap
+    assert found.uncertainty == 1e-3
+    assert 0.0 < spent < 1.0
+
+
+def test_costly_levels_are_refined_less_than_cheap_ones():
+    steps = [reference.target(seconds) for seconds in (0.01, 0.1, 1.0)]
+    assert steps == [reference.MIN_UNCERTAINTY, reference.TARGET_UNCERTAINTY, reference.COSTLY_UNCERTAINTY]
+    assert steps == sorted(steps)
+
+
+def test_the_others_take_no_longer_than_the_first_one(monkeypatch):
+    """By predicted seconds, except for what any check may take."""
+    spent, refine = [], reference.refine
+
+    def counting(*given, **named):
+        found = refine(*given, **named)
+        spent.append(found[1])
+        return found
+
+    monkeypatch.setattr(reference, "refine", counting)
+    reference.find(*SCENES["hard, stiffness damped"](), 0.05)
+    assert len(spent) > 1
+    assert sum(spent[1:]) <= max(reference.MIN_CHECK_S, spent[0])
+
+
 def test_rigid_bodies_alone_converge():
     """A sphere on a wall: Hertz's duration 2.9432751843 d_max/v0, and it returns as it came."""
     stiffness, mass = 1e9, 2.0
