@@ -36,6 +36,7 @@ COSTLY_UNCERTAINTY = 1e-5  # at which refining ends where the next level is pred
 MIN_COSTLY_LEVEL_S = 0.3  # this [s]
 STALLED_SHARE = 0.8  # of the uncertainty two levels before: where more than that is left, a level that is not cheap is
 # not run. At the first order 0.4 would be left.
+MAX_STALLED = 1e-3  # uncertainty above which levels go on: coarse ones may fall unevenly
 MIN_CHECK_S = 0.3  # s of predicted solving that the others may take, or as much as the first one took
 MIN_UNCERTAINTY = 1e-7  # difference of equal histories that are interpolated linearly between at most 20000 records
 MAX_UNCERTAINTY = 1e-2  # of a reference
@@ -223,7 +224,8 @@ def refine(
         study.next = description.per_level * level
         if found is not None and found.uncertainty <= max(enough, target(study.seconds, alone)):
             break
-        if study.seconds > MAX_CHEAP_LEVEL_S and len(shown) > 2 and shown[-1] > STALLED_SHARE * shown[-3]:
+        stalled = len(shown) > 2 and MAX_STALLED >= shown[-1] > STALLED_SHARE * shown[-3]
+        if stalled and study.seconds > MAX_CHEAP_LEVEL_S:
             break
     return found, spent
 
