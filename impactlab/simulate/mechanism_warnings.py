@@ -53,7 +53,7 @@ def _turned_far(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def too_bent(history: AbstractRecordedHistory) -> Iterator[str]:
-    """Tell of each flexible link that bends further than its shapes hold.
+    """Give a text for each flexible link that bends further than its shapes hold.
 
     The shortening s of a link is half the integral of its squared slope, so that s/L is half the mean of that square.
     """

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Flores, Hertz
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.bathe import Bathe
@@ -17,7 +20,10 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
-from impactlab.testing.scenes import STEEL
+from impactlab.scene import Contact, Mass, Point, Wall
+from impactlab.scene.method import StepRule
+from impactlab.simulate import run
+from impactlab.testing.scenes import STEEL, simulation
 from studies.comparison.orders import SPRING, impact_order
 
 # The same force at a typical indentation: 1 m/s over the frequency of the mass on the spring.
@@ -58,3 +64,21 @@ def test_power_laws_keep_the_order_wherever_the_force_acts(
     integrator: AbstractIntegrator, law: AbstractContactLaw
 ) -> None:
     assert impact_order(integrator, law) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("integrator", [Newmark(), CentralDifference(), Midpoint(), GeneralisedAlpha()], ids=str)
+def test_the_peak_of_a_force_that_still_rises_at_the_end_is_of_second_order(integrator: AbstractIntegrator) -> None:
+    """A mass on a spring for an eighth of its period: the force is v sqrt(k m) sin(pi/4)."""
+    mass, stiffness, speed = 2.0, 1e8, 3.0
+    duration = 0.25 * math.pi * math.sqrt(mass / stiffness)
+    exact = speed * math.sqrt(stiffness * mass) * math.sin(0.25 * math.pi)
+    bodies = {"ball": Mass("ball", mass, speed), "wall": Wall("wall")}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
+    errors = []
+    for steps in (20, 40, 80):
+        rule = StepRule(dt=duration / steps)
+        scene = simulation("ball", bodies, (contact,), duration, integrator, rule, law=Penalty(stiffness))
+        errors.append(abs(run(*scene).contacts[0].peak_force / exact - 1.0))
+    assert errors[0] < 3e-3
+    assert errors[1] < errors[0] / 3.0
+    assert errors[2] < errors[1] / 3.0

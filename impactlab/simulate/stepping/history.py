@@ -271,8 +271,10 @@ class RecordedHistory(AbstractRecordedHistory):
                 events.append(Event(time, name, "open"))
                 spans.append(ContactSpan(name, started.pop(number, 0.0), time, span_impulse, peak))
         for number, time in started.items():
-            impulse, force, peak = readout.span_of(assembly, number)
-            spans.append(ContactSpan(contacts[number].name, time, None, impulse - self._beyond * force, peak))
+            name, (impulse, force, peak) = contacts[number].name, readout.span_of(assembly, number)
+            if not assembly.acting.laws[name].hard:  # a force that rises is larger at the end than its last mean
+                peak = max(peak, float(self.evaluate(self.duration, f"force:{name}")))
+            spans.append(ContactSpan(name, time, None, impulse - self._beyond * force, peak))
         for number, given in kicks.items():
             name = contacts[number].name
             if not assembly.acting.laws[name].answers_force:
