@@ -411,7 +411,7 @@ def targets(rows: list[Row]) -> str:
         ),
         (
             f"... and at most {1e3 * WORST_CHOOSING_S:g} ms where solving takes less than {1e3 * SHORT_S:g} ms",
-            f"{late} rows take longer",
+            f"rows that take longer: {late}",
             late == 0,
         ),
     ]
