@@ -46,7 +46,7 @@ def test_no_description_takes_a_chain_of_one_contact_off_the_scheme_that_conserv
 def test_contacts_ahead_of_a_wave_do_not_count():
     """The front of a wave in a chain falls doubly exponentially: forces of 1e-9 of the largest are not compared.
 
-    The wave is stopped on its way. The last contacts that it has closed have forces that no two runs share.
+    The wave is stopped on its way. The last contacts that it has closed have forces whose errors are the largest ones.
     """
     coarse, fine = (
         il.run(chain(30, 2.98e-4, integrator={"kind": "central_difference"}, step={"dt": dt}, records=30001))
@@ -54,10 +54,9 @@ def test_contacts_ahead_of_a_wave_do_not_count():
     )
     peaks = np.array([each.peak_force for each in fine.contacts])
     assert 0.0 < peaks.min() < 1e-9 * peaks.max()  # there are such contacts
-    last = min(each.peak_force for each in coarse.contacts)
-    assert abs(last / peaks.min() - 1.0) > 5e-3  # whose forces differ
-    assert peak_force(coarse, fine, fine.scene) < 1e-3
-    assert difference(coarse, fine, fine.scene, fine.method.laws, ("peak_forces",)) < 1e-3
+    apart = abs(min(each.peak_force for each in coarse.contacts) / peaks.min() - 1.0)
+    assert peak_force(coarse, fine, fine.scene) < 0.5 * apart
+    assert difference(coarse, fine, fine.scene, fine.method.laws, ("peak_forces",)) < 0.5 * apart
 
 
 @pytest.mark.parametrize("beads", [2, 30])
