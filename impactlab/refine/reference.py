@@ -150,11 +150,12 @@ def _converged(asked: Simulation, budget: float) -> Reference | None:
     """
     found: list[Reference] = []
     descriptions = list(descriptions_of(asked))
-    enough, allowed = 0.0, FIRST_SHARE * budget
+    enough = allowed = 0.0  # of checks, once there is a solution
     for description in descriptions:
         if not found and description is descriptions[-1] and least_s(description) > FIRST_SHARE * budget:
             break  # its three levels would not end
-        reference, spent = refine(description, min(allowed, budget), enough, alone=len(descriptions) == 1)
+        most = min(allowed, budget) if found else FIRST_SHARE * budget
+        reference, spent = refine(description, most, enough, alone=len(descriptions) == 1)
         budget, allowed = budget - spent, allowed - spent
         if reference is not None and reference.uncertainty <= MAX_UNCERTAINTY:
             found.append(reference)

@@ -233,6 +233,19 @@ def test_the_others_take_no_longer_than_the_first_one(monkeypatch):
     assert sum(spent[1:]) <= max(reference.MIN_CHECK_S, spent[0])
 
 
+def test_a_first_description_that_does_not_converge_leaves_time_for_the_second(monkeypatch):
+    given = []
+
+    def failing(description, budget, enough, alone):
+        given.append(budget)
+        return None, budget
+
+    monkeypatch.setattr(reference, "refine", failing)
+    budget, share = 0.9, reference.FIRST_SHARE  # another budget than above: references are kept
+    assert reference.find(*SCENES["hertz on two materials"](), budget) is None
+    assert given[:2] == pytest.approx([share * budget, share * (1.0 - share) * budget])
+
+
 def test_rigid_bodies_alone_converge():
     """A sphere on a wall: Hertz's duration 2.9432751843 d_max/v0, and it returns as it came."""
     stiffness, mass = 1e9, 2.0
