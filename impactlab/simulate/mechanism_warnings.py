@@ -41,10 +41,12 @@ def _sensitive(history: AbstractHistory) -> Iterator[Warned]:
 def _turned_far(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Give a warning for each mechanism that turns by a large angle in a step, so that it may pass a face unseen."""
     for name, body in history.scene.bodies.items():
+        if not body.changes:
+            continue
         rates = [history.recorded[channel].values for channel, *_ in body.recorded if channel.startswith("rate:")]
         fastest = max((float(np.abs(each[np.isfinite(each)]).max(initial=0.0)) for each in rates), default=0.0)
         turned = fastest * (history.dt or 0.0)
-        if body.changes and turned > TURN_WARN:
+        if turned > TURN_WARN:
             text = (
                 f"{name}: it turns at {fastest:.3g} rad/s, by {turned:.3g} rad in a step of {history.dt:.3g} s, so "
                 "that contacts may be missed; give a step (dt) in which it turns by some hundredths"
@@ -57,7 +59,8 @@ def too_bent(history: AbstractRecordedHistory) -> Iterator[str]:
 
     The shortening s of a link is half the integral of its squared slope, so that s/L is half the mean of that square.
     """
-    for body in history.scene.bodies.values():
+    mechanisms = (body for body in history.scene.bodies.values() if body.changes)
+    for body in mechanisms:
         for name, length in body.lengths_of_bent.items():
             shortened = history.recorded[f"shortening:{name}"].values
             known = shortened[np.isfinite(shortened)]
