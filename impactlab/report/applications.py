@@ -16,8 +16,6 @@ from impactlab.contact.specimen import Specimen
 from impactlab.errors import ImpactlabError, RunWarning
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
-from impactlab.piling.blow import Head
-from impactlab.piling.measured import head_signals
 from impactlab.report.page import Plate
 from impactlab.report.style import (
     INK,
@@ -42,6 +40,8 @@ from impactlab.types import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from impactlab.piling.blow import Head
+
 MAX_LOOPS = 6  # panels of a figure
 
 
@@ -58,6 +58,8 @@ def plates_of(trace: Trace, scene: Scene) -> list[Plate]:
     history, plates = trace.history, []
     laws = history.method.laws
     if any(isinstance(law, Smith) for law in laws.values()):
+        from impactlab.piling.measured import head_signals  # with fits and optimisers, which other figures do not need
+
         with suppress(ImpactlabError):  # links that hold no pile, or several; a head that was not recorded
             found = head_signals(history)
             words = (
