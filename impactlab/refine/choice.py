@@ -82,11 +82,12 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
             others, why = in_turn(asked, served)
             studies.extend(itertools.islice(others, 1))
             best = searched(studies, asked, failed, progress, others)
+    is_met = best is not None and best[1].error <= allowed(method)
+    if not is_met and (refused := reach.refusal(allowed(method), studies, best, BUDGET_S)):
+        raise refused
     if best is None:
         raise failed[0] if failed else _nothing_serves(why, studies)
     study, level = best
-    if level.error > allowed(method) and (refused := reach.refusal(allowed(method), studies, best, BUDGET_S)):
-        raise refused
     history, description = level.history, study.description
     tried = candidates(studies or [study], study, level)
     if not studies:  # no prediction was needed
@@ -134,7 +135,10 @@ def _begun(description: Description, error: float) -> Study:
     if not description.unit:
         return Study(description, 0)
     start = description.start_for(error)
-    return Study(description, _cheap(description, start), wanted=description.wanted_of(start, error))
+    begun = Study(description, _cheap(description, start), wanted=description.wanted_of(start, error))
+    if (least := reach.in_common(description)) > error:
+        begun.closed = reach.reason_in_common(least)
+    return begun
 
 
 def _cheap(description: Description, start: int) -> int:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from impactlab.errors import CaseError
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
+from impactlab.refine.description import Description
 
 MAX_SHARE = 0.6  # of a budget, of its last run: those before it take the rest
 OUT_OF_REACH = "cannot keep the tolerance: "  # begins the reason of a study that was ended for it
@@ -19,6 +20,16 @@ class Best(NamedTuple):
     words: str
     error: float
     seconds: float  # predicted
+
+
+def in_common(description: Description) -> float:
+    """Return the least error that all runs of a description have in common, however fine; known before any run."""
+    return description.unseen(description.max_fineness, None)
+
+
+def reason_in_common(error: float) -> str:
+    """Return why a description is not tried, for people."""
+    return f"{OUT_OF_REACH}all its runs have an error of {error:.2g} in common"
 
 
 def needed_s(study: Study) -> float:
@@ -57,17 +68,20 @@ def reason(study: Study, seconds: float) -> str:
     )
 
 
-def refusal(tolerance: float, studies: Sequence[Study], best: tuple[Study, Level], seconds: float) -> CaseError | None:
+def refusal(
+    tolerance: float, studies: Sequence[Study], best: tuple[Study, Level] | None, seconds: float
+) -> CaseError | None:
     """Return the error of a tolerance out of reach of all studies, with the best that could be reached.
 
-    None where no study ended for that reason.
+    None where no study ended for that reason; ``best`` is None where none could be run.
     """
     ended = [study for study in studies if study.closed.startswith(OUT_OF_REACH)]
     if not ended:
         return None
-    found = [within(study, seconds) for study in ended]
-    description, level = best[0].description, best[1]
-    found.append(Best(description.words(level.fineness), level.error, description.seconds(level.fineness)))
+    found = [_promised(study, seconds) for study in ended]
+    if best is not None:
+        description, level = best[0].description, best[1]
+        found.append(Best(description.words(level.fineness), level.error, description.seconds(level.fineness)))
     least = min(found, key=lambda each: each.error)
     return CaseError(
         f"no description keeps {tolerance:g} within {seconds:g} s of solving: the best that could be reached is about "
@@ -76,6 +90,13 @@ def refusal(tolerance: float, studies: Sequence[Study], best: tuple[Study, Level
         "and step of your own.",
         path="solve.tolerance",
     )
+
+
+def _promised(study: Study, seconds: float) -> Best:
+    """Return the best that a study may reach; one that was not run is ended for the error that its runs share."""
+    if study.reach is not None:
+        return within(study, seconds)
+    return Best(study.description.name, in_common(study.description), 0.0)
 
 
 def _rounded_up(value: float) -> float:
