@@ -83,9 +83,10 @@ def refusal(
         description, level = best[0].description, best[1]
         found.append(Best(description.words(level.fineness), level.error, description.seconds(level.fineness)))
     least = min(found, key=lambda each: each.error)
+    budget = f" within {seconds:g} s of solving" if best is not None else ""
     return CaseError(
-        f"no description keeps {tolerance:g} within {seconds:g} s of solving: the best that could be reached is about "
-        f"{least.error:.2g}, by {least.words}",
+        f"no description keeps {tolerance:g}{budget}: the best that could be reached is about {least.error:.2g}, by "
+        f"{least.words}",
         remedy=f"Give a tolerance of {_rounded_up(least.error):g} or more, a shorter duration, or model, integrator "
         "and step of your own.",
         path="solve.tolerance",
