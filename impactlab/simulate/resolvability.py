@@ -40,7 +40,7 @@ def resolution(history: AbstractRecordedHistory, contact: Contact, *, beams: boo
 
 def _too_coarse(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
     """Warn of a contact whose speeds change within less than a few time resolutions."""
-    scene, stiffness = history.scene, _stiffness(history, contact)
+    scene, stiffness = history.scene, stiffness_met(history, contact)
     impedance, mass = impedance_of(scene, contact), striker_of(scene, contact)
     if not stiffness:
         return
@@ -67,7 +67,7 @@ def _too_coarse(history: AbstractRecordedHistory, contact: Contact) -> Iterator[
         yield Warned("coarse_contact", text)
 
 
-def _stiffness(history: AbstractRecordedHistory, contact: Contact) -> float | None:
+def stiffness_met(history: AbstractRecordedHistory, contact: Contact) -> float | None:
     """Return the stiffness of a contact [N/m]; of a law that stiffens, that at its deepest overlap in the run."""
     known = stiffness_of(history.scene, history.method, contact)
     if known is not None:

@@ -17,6 +17,7 @@ OF_RESULTS = (
     "drift",
     "energy_gain",
     "energy_loss",
+    "few_modes",
     "heavy_faces",
     "near_grazing",
     "no_contact",

@@ -1,0 +1,71 @@
+"""Modes left out of a beam under a stiff contact: warned of where the force is wrong by a share that matters."""
+
+import re
+
+import pytest
+
+import impactlab as il
+
+
+def struck(modes, speed=5.0, theory="euler_bernoulli", **model):
+    """Return a run of a steel sphere against the middle of a pinned beam, with so many modes."""
+    sphere = il.Mass(mass=0.033, velocity=speed)
+    ends = {"left": "pinned", "right": "pinned"}
+    section = {"width": 0.01, "height": 0.01}
+    beam = il.Beam(length=0.15, section=section, material="steel", ends=ends, theory=theory)
+    law = {"kind": "hertz", "stiffness": 1.6e10}
+    return il.run(
+        il.Case(
+            bodies={"sphere": sphere, "beam": beam},
+            contacts=[il.Contact("sphere", "beam.at(0.075)", law=law)],
+            solve={
+                "duration": 2e-4,
+                "model": {"kind": "modal", "modes": modes, **model},
+                "integrator": {"kind": "exact_modal"},
+                "step": {"dt": 2e-8},
+            },
+        )
+    )
+
+
+def warned(history):
+    return [each.text for each in history.warnings if each.code == "few_modes"]
+
+
+def stated(text):
+    return float(re.search(r"is (\S+) % of that of the contact", text)[1]) / 100.0
+
+
+PEAK = struck(200).contacts[0].peak_force
+
+
+@pytest.mark.parametrize("modes", [1, 3, 4, 5])
+def test_the_share_that_is_stated_bounds_the_error_of_the_peak(modes):
+    (text,) = warned(found := struck(modes))
+    error = abs(found.contacts[0].peak_force / PEAK - 1.0)
+    assert 0.2 * stated(text) < error < stated(text)
+
+
+def test_the_modes_that_are_named_are_enough():
+    (text,) = warned(struck(4))
+    enough = int(re.search(r"give about (\d+) modes", text)[1])
+    fine = struck(enough)
+    assert warned(fine) == []
+    assert fine.contacts[0].peak_force == pytest.approx(PEAK, rel=3e-3)
+
+
+def test_a_faster_sphere_needs_more_modes():
+    """Its contact is stiffer at a deeper overlap."""
+    assert warned(struck(6))
+    assert warned(struck(6, speed=0.05)) == []
+
+
+def test_a_static_shape_at_the_contact_stands_for_the_modes_left_out():
+    plain, with_shape = (struck(4, elements=60, basis={"kind": kind}) for kind in ("eigenvectors", "craig_bampton"))
+    assert warned(plain)
+    assert warned(with_shape) == []
+
+
+def test_of_a_beam_that_shears_no_number_of_modes_is_named():
+    (text,) = warned(struck(5, theory="timoshenko"))
+    assert "give many more modes than 5" in text
