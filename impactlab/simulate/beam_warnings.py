@@ -78,9 +78,8 @@ def _few_modes(history: AbstractRecordedHistory, contact: Contact) -> Iterator[W
             advice = f"give about {enough} modes" if bending_alone else f"give many more modes than {kept}"
             yield Warned(
                 "few_modes",
-                f"{contact.name}: the modes kept of '{point.body}' leave out a flexibility that is "
-                f"{100.0 * share:.2g} % of that of the contact, and the force is wrong by up to as much; {advice}, or a "
-                "basis with a static shape there",
+                f"{contact.name}: the modes left out of '{point.body}' have {100.0 * share:.2g} % of the flexibility of "
+                f"the contact, and the force is wrong by up to as much; {advice}, or a basis with a static shape there",
             )
 
 

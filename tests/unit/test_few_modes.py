@@ -33,7 +33,7 @@ def warned(history):
 
 
 def stated(text):
-    return float(re.search(r"is (\S+) % of that of the contact", text)[1]) / 100.0
+    return float(re.search(r"have (\S+) % of the flexibility of the contact", text)[1]) / 100.0
 
 
 PEAK = struck(200).contacts[0].peak_force
