@@ -78,7 +78,7 @@ def _few_modes(history: AbstractRecordedHistory, contact: Contact) -> Iterator[W
             advice = f"give about {enough} modes" if bending_alone else f"give many more modes than {kept}"
             yield Warned(
                 "few_modes",
-                f"{contact.name}: the modes left out of '{point.body}' have {100.0 * share:.2g} % of the flexibility of "
+                f"{contact.name}: the modes left out of '{point.body}' have {100 * share:.2g} % of the flexibility of "
                 f"the contact, and the force is wrong by up to as much; {advice}, or a basis with a static shape there",
             )
 
