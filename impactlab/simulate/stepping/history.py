@@ -272,7 +272,9 @@ class RecordedHistory(AbstractRecordedHistory):
                 spans.append(ContactSpan(name, started.pop(number, 0.0), time, span_impulse, peak))
         for number, time in started.items():
             name, (impulse, force, peak) = contacts[number].name, readout.span_of(assembly, number)
-            if not assembly.acting.laws[name].hard:  # a force that rises is larger at the end than its last mean
+            in_a_row = assembly.layout.places[number] >= len(assembly.layout.solved)  # of beads
+            if not in_a_row and not assembly.acting.laws[name].hard:
+                # A force that rises is larger at the end than in its last step.
                 peak = max(peak, float(self.evaluate(self.duration, f"force:{name}")))
             spans.append(ContactSpan(name, time, None, impulse - self._beyond * force, peak))
         for number, given in kicks.items():
