@@ -98,6 +98,11 @@ def _replaced(keys: Keys, value: Any) -> set[str]:
     return {"tolerance", "tolerance_on"} if set(given) & set(CHOSEN) else set()
 
 
+def replaces_tolerance(path: str, value: Any) -> bool:
+    """Return whether a setting takes the place of a tolerance: model, integrator, step ..."""
+    return "tolerance" in _replaced(tuple(path.split(".")), value)
+
+
 def plain(value: Any, path: str = "") -> Any:
     """Return a value given in Python as the plain value a file would hold."""
     if value is None or isinstance(value, (bool, str)):

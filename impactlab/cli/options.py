@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -104,7 +105,20 @@ def _loaded(
         loaded = loaded.method(method)
     if sets:
         settings = edit.in_order([edit.read_setting(setting) for setting in sets], loaded.document.data)
+        _tell_of_tolerance(loaded, settings)
         loaded = loaded.with_settings(settings, by="--set")
     if metrics:
         loaded = loaded.with_settings([("metrics", [*loaded.checked.metrics, *metrics])], by="--metric")
     return loaded
+
+
+def _tell_of_tolerance(case: Case, settings: list[tuple[str, Any]]) -> None:
+    """Say which setting takes the place of the tolerance of a case: from then on no error is bounded."""
+    tolerance = case.checked.solve.tolerance
+    by = next((path for path, value in settings if edit.replaces_tolerance(path, value)), "")
+    if tolerance is not None and by and all(path != "solve.tolerance" for path, _ in settings):
+        print(
+            f"note: --set {by} takes the place of solve.tolerance {tolerance:g}: what is not given of model, "
+            "integrator, step and laws has its default, and no error is bounded",
+            file=sys.stderr,
+        )

@@ -154,3 +154,37 @@ def test_a_new_kind_without_its_keys_says_that_it_takes_none_of_the_old_ones(tmp
     assert (raised.value.path, raised.value.line) == ("contacts.0.law.stiffness", None)
     assert raised.value.remedy.endswith("takes none of the keys of the old one: give them with it, as one block.")
     assert "given by with_()" in str(raised.value)
+
+
+WITH_TOLERANCE = """\
+schema_version: 1
+bodies:
+  hammer: {kind: mass, mass: 2 kg, velocity: 1 m/s}
+  rod: {kind: rod, length: 0.3 m, diameter: 2 cm, material: steel, ends: {right: clamped}}
+contacts:
+  - {between: [hammer, rod.left], law: {kind: penalty, stiffness: 1e9}}
+solve: {duration: 0.1 ms, tolerance: 1e-3}
+"""
+
+
+@pytest.mark.parametrize(
+    ("settings", "named"),
+    [
+        (["solve.integrator.kind=newmark"], "solve.integrator.kind"),
+        (["bodies.hammer.mass=1", "solve.step.dt=1e-6", "solve.model.kind=modal"], "solve.step.dt"),
+        (["solve={integrator: {kind: newmark}}"], "solve"),
+        (["bodies.hammer.mass=1"], ""),
+        (["solve.duration=1e-4"], ""),
+        (["solve.step.dt=1e-6", "solve.tolerance=1e-2"], ""),
+    ],
+)
+def test_a_setting_that_takes_the_place_of_a_tolerance_says_so(settings, named, tmp_path):
+    """The error is not bounded any more: the user of the file may not know."""
+    (tmp_path / "case.yaml").write_text(WITH_TOLERANCE, encoding="utf-8")
+    result = CliRunner().invoke(
+        app, ["check", str(tmp_path / "case.yaml"), *(w for s in settings for w in ("--set", s))]
+    )
+    assert result.exit_code == 0
+    notes = [line for line in result.stderr.splitlines() if line.startswith("note: ")]
+    expected = [f"note: --set {named} takes the place of solve.tolerance 0.001: "] if named else []
+    assert [note[: len(start)] for note, start in zip(notes, expected, strict=True)] == expected
