@@ -6,8 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from impactlab.contact.penalty import Penalty
+from impactlab.contact.power_law import Hertz
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.generalised_alpha import GeneralisedAlpha
@@ -54,3 +56,27 @@ def test_stairs_and_chatter_keep_their_shape_and_a_ramp_its_slope() -> None:
     np.testing.assert_array_equal(slopes(middles, stairs), np.zeros(8))
     np.testing.assert_array_equal(slopes(middles, middles % 2), np.zeros(8))
     np.testing.assert_allclose(slopes(middles, 3.0 * middles), np.full(8, 3.0))
+
+
+@pytest.mark.parametrize("records", [100_000, 100])
+@pytest.mark.parametrize("duration", [1.0e-4, 1.15e-4])
+def test_peaks_at_the_front_of_a_wave_along_beads_do_not_depend_on_the_records(duration: float, records: int) -> None:
+    """Forces there rise by 1 % in a step until the run ends: a peak of the last step or mean would be too low."""
+    stiffness, mass, speed, count = 5e9, 1e-3, 0.5, 14
+    beads = [Mass(f"m{i}", mass, speed if i == 0 else 0.0) for i in range(count)]
+    steps, hertz = StepRule(dt=4e-8), Hertz(stiffness)
+    history = run(*in_a_row(beads, None, hertz, CentralDifference(), steps, duration=duration, records=records))
+
+    def rates(_: float, state: np.ndarray) -> np.ndarray:
+        u, v = state[:count], state[count:]
+        force = stiffness * np.maximum(u[:-1] - u[1:], 0.0) ** 1.5
+        return np.concatenate((v, np.diff(force, prepend=0.0, append=0.0) / -mass))
+
+    start = np.append(np.zeros(count), [bead.velocity for bead in beads])
+    end = solve_ivp(rates, (0.0, duration), start, "DOP853", rtol=1e-12, atol=1e-16).y[:count, -1]
+    forces = stiffness * np.maximum(end[:-1] - end[1:], 0.0) ** 1.5
+    rising = [place for place, force in enumerate(forces[1:], 1) if 1e-3 * forces.max() < force < forces[place - 1]]
+    assert rising
+    for place in rising:
+        (span,) = history.spans(f"m{place}|m{place + 1}")
+        assert span.peak_force == pytest.approx(forces[place], rel=5e-5)

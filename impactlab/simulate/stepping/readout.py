@@ -29,11 +29,7 @@ def bead_gaps(assembly: Assembly, record: Array) -> Array:
 
 
 def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:
-    """Return impulse [N s], last force [N] and peak [N] of the contact under way, by its number in the scene.
-
-    The force of a step is that at its start. Of beads, where it may rise by some per cent in a step at the front of a
-    wave, that at the end of the run counts as well.
-    """
+    """Return impulse [N s], last force [N] and peak [N] of the contact under way, by its number in the scene."""
     layout, dt = assembly.layout, assembly.dt
     place = layout.places[number] - len(layout.solved)
     if place < 0:
@@ -41,10 +37,10 @@ def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:
         return kept.span_impulse, kept.force, kept.span_peak
     slot, power = assembly.slots[place], layout.rows.forces[number]
     found, (u, v) = assembly.memory.bead_contacts[:, slot], assembly.memory.beads[U : V + 1]
-    beyond = assembly.clock.time - layout.scene.duration  # s, of the last step
-    overlap, closing = float(u[slot] - u[slot + 1] - found[GAP]), float(v[slot] - v[slot + 1])
-    last, at_end = (power.stiffness * max(0.0, overlap - time * closing) ** power.exponent for time in (dt, beyond))
-    return float(found[SPAN] + found[RECENT]) * dt, last, max(float(found[PEAK]), at_end)
+    # Where the beads were at the start of the last step.
+    overlap = float(u[slot] - u[slot + 1] - found[GAP] - dt * (v[slot] - v[slot + 1]))
+    force = power.stiffness * max(0.0, overlap) ** power.exponent
+    return float(found[SPAN] + found[RECENT]) * dt, force, float(found[PEAK])
 
 
 def failed(assembly: Assembly) -> list[int]:
