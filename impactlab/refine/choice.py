@@ -108,10 +108,17 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     if not history.choice.met:
         text = (
             f"no description that a choice may try keeps {allowed(method):g}: the best one has an estimated error of "
-            f"{level.error:.2g} ({history.choice.chosen})"
+            f"{level.error:.2g} ({history.choice.chosen}){_mostly(level)}"
         )
         history.warnings.append(Warned("tolerance_not_met", text))
     return history
+
+
+def _mostly(level: Level) -> str:
+    """Return which quantity has the error of a run, for people, and how it is left out."""
+    if not level.worst:
+        return ""
+    return f", of the {level.worst}; solve.tolerance_on names the quantities that count"
 
 
 def studies_of(asked: Simulation) -> tuple[list[Study], str]:

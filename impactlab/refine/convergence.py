@@ -28,6 +28,13 @@ Pairs = Mapping[tuple[int, int], float]
 """Relative distances of levels in one quantity, by their places in a sequence of rising fineness."""
 
 
+class Distance(NamedTuple):
+    """One quantity of several runs: its name, for people, and how far apart they are in it."""
+
+    of: str
+    pairs: Pairs
+
+
 class Estimate(NamedTuple):
     """Error of the finest level, and the order it was estimated with."""
 
@@ -47,6 +54,7 @@ class Level:
     fineness: int
     history: AbstractHistory
     error: float = math.inf  # estimate times safety; inf where none is known
+    worst: str = ""  # quantity that this error is of, for people
     reason: str = ""  # against taking it, for people
     run_s: float = 0.0  # set-up and checks included, as if it were run alone
     made: Simulation | None = None  # that was run

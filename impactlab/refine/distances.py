@@ -12,7 +12,7 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, face_channels, mass_channels, midpoints
 from impactlab.metrics.peaks import MIN_PEAK, Laws, find_peak, near_jumps, smooth_force
-from impactlab.refine.convergence import Pairs
+from impactlab.refine.convergence import Distance, Pairs
 from impactlab.refine.raw_records import Records, Sizes, records_of
 from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.method import COUNTED, Counted, Simulation
@@ -30,7 +30,7 @@ def distances(
     laws: Laws,
     on: Sequence[Counted],
     peak_margin: float = 1.0,
-) -> list[Pairs]:
+) -> list[Distance]:
     """Return the relative distances of all pairs of runs, by quantity.
 
     Parameters
@@ -48,7 +48,7 @@ def distances(
 
     Returns
     -------
-    list of dict
+    list of Distance
         Of each displacement, impulse and peak force; inf where a value is not finite. Displacements are measured in the
         frame of the bodies that interact (`impactlab.scene.frame`). Quantities that are zero in the last run are left
         out.
@@ -60,7 +60,7 @@ def distances(
         "impulses": _impulses(histories, scene),
         "peak_forces": _peaks(histories, raw, scene, laws, peak_margin),
     }
-    return [pairs for name in on for pairs in each[name]]
+    return [found for name in on for found in each[name]]
 
 
 def counted(asked: Simulation) -> tuple[Scene, Laws, tuple[Counted, ...]]:
@@ -70,10 +70,10 @@ def counted(asked: Simulation) -> tuple[Scene, Laws, tuple[Counted, ...]]:
 
 def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene, laws: Laws, on: Sequence[Counted]) -> float:
     """Return the largest relative difference of two runs in the quantities that count."""
-    return max((pairs[0, 1] for pairs in distances((one, other), scene, laws, on)), default=math.inf)
+    return max((each.pairs[0, 1] for each in distances((one, other), scene, laws, on)), default=math.inf)
 
 
-def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records], scene: Scene) -> Iterator[Pairs]:
+def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records], scene: Scene) -> Iterator[Distance]:
     """Give the distances of the displacements of faces, relative L2 over [0, duration]."""
     t, touched, last = midpoints(scene.duration, CELLS), touched_in(histories[-1]), len(histories) - 1
     for name in (*mass_channels(scene), *face_channels(scene)):
@@ -86,7 +86,8 @@ def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records],
         least = ZERO * max(max(each.other, each.own) for each in found.values())
         if own.own > least:  # not zero except for rounding
             scale = own.within if touched and own.within > least else own.own
-            yield _finite({pair: each.apart / scale for pair, each in found.items()})
+            of = f"displacement of {name.partition(':')[2]}"
+            yield Distance(of, _finite({pair: each.apart / scale for pair, each in found.items()}))
 
 
 def _sizes(values: Sequence[Array], drift: Array) -> dict[tuple[int, int], Sizes]:
@@ -98,27 +99,28 @@ def _sizes(values: Sequence[Array], drift: Array) -> dict[tuple[int, int], Sizes
     }
 
 
-def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
+def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Distance]:
     """Give the distances of the total impulses of contacts."""
     given = [
         [sum(span.impulse for span in history.spans(contact.name)) for history in histories]
         for contact in scene.contacts
     ]
     least = MIN_IMPULSE * max((values[-1] for values in given), default=0.0)
-    for values in given:
+    for values, contact in zip(given, scene.contacts, strict=True):
         if values[-1] > least:
-            yield _finite({(i, j): abs(values[i] - values[j]) / values[-1] for i, j in _all_pairs(values)})
+            apart = {(i, j): abs(values[i] - values[j]) / values[-1] for i, j in _all_pairs(values)}
+            yield Distance(f"impulse of {contact.name}", _finite(apart))
 
 
 def _peaks(
     histories: Sequence[AbstractHistory], raw: Sequence[Records], scene: Scene, laws: Laws, margin: float
-) -> Iterator[Pairs]:
+) -> Iterator[Distance]:
     """Give the distances of the peak forces of contacts: of two runs, at the instants of both peaks.
 
     Peaks below `MIN_PEAK` of the largest are left out. The larger of these two differences bounds that of the peaks.
     Two peaks may agree by luck while the forces around them ring; the forces at the instants of both do not.
     """
-    every: list[list[list[float]]] = []
+    every: list[tuple[str, list[list[float]]]] = []
     for number, contact in enumerate(scene.contacts):
         law = laws[contact.name]
         if not law.answers_force:
@@ -132,14 +134,15 @@ def _peaks(
             peaks = [find_peak(history, contact, left_out, law.hard, CELLS, PER_SPAN) for history in histories]
             t = np.array([peak.time for peak in peaks])
             found = [smooth_force(history, t, contact, law.hard).tolist() for history in histories]
-        every.append(found)
-    least = MIN_PEAK * max((found[-1][-1] for found in every), default=0.0)
-    for found in every:
+        every.append((contact.name, found))
+    least = MIN_PEAK * max((found[-1][-1] for _, found in every), default=0.0)
+    for name, found in every:
         if found[-1][-1] > least:
-            yield _finite({
+            apart = {
                 (i, j): max(abs(found[i][i] - found[j][i]), abs(found[i][j] - found[j][j])) / (found[-1][-1] / margin)
                 for i, j in _all_pairs(found)
-            })  # fmt: skip
+            }
+            yield Distance(f"peak force of {name}", _finite(apart))
 
 
 def _all_pairs(values: Sequence[Any]) -> Iterator[tuple[int, int]]:

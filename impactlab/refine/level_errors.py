@@ -79,20 +79,22 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     description, levels, tolerance = study.description, study.levels, allowed(asked.method)
     finest = levels[-1]
     errors, by_order = _extrapolated(levels, asked, description)
-    least = _distance_to_check(study) if min(errors) <= tolerance else 0.0
-    for level, error in zip(levels, errors, strict=True):
+    least = _distance_to_check(study) if min(errors)[0] <= tolerance else 0.0
+    for level, (error, worst) in zip(levels, errors, strict=True):
+        level.worst = worst if error >= least else ""
         level.error, level.reason = max(error, least) + description.unseen(level.fineness, finest.history), ""
         if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
-            level.error, level.reason = level.gain / MAX_GAIN_RATIO, gains(level)
+            level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)
         elif not _resolves_contacts(level.history, asked):
-            level.error, level.reason = math.inf, f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
+            level.error, level.worst = math.inf, ""
+            level.reason = f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
         elif level.error > tolerance:
             level.reason = f"expected error {level.error:.2g} beyond the tolerance"
     # By the declared order: one that has not shown yet may still do so, and a run too fine costs more.
     unseen = description.unseen(finest.fineness, finest.history)
     left = max(tolerance - unseen, MIN_LEFT * tolerance)
     needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / left) ** (1.0 / description.order)
-    if not math.isfinite(needed) or finest.error > errors[-1] + unseen:
+    if not math.isfinite(needed) or finest.error > errors[-1][0] + unseen:
         needed = 2.0 * finest.fineness
     elif by_order <= MAX_SHOWN_ERROR:
         study.reach = _reach(study, by_order, left)
@@ -152,7 +154,7 @@ def keeps_energy(study: Study, level: Level, tolerance: float) -> bool:
     level.gain = gain_of(level.history) if study.description.unit else 0.0
     if level.gain / MAX_GAIN_RATIO <= max(level.error, tolerance):
         return True
-    level.error, level.reason = level.gain / MAX_GAIN_RATIO, gains(level)
+    level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)
     if study.closed == DONE:
         study.closed = ""
         study.next = study.description.whole(math.ceil(MIN_GROWTH * study.levels[-1].fineness))
@@ -176,17 +178,19 @@ def _reach(study: Study, error: float, tolerance: float) -> Reach:
     return Reach(finest.fineness, error, order, finest.fineness * math.pow(max(error / tolerance, 1.0), 1.0 / order))
 
 
-def _extrapolated(levels: list[Level], asked: Simulation, description: Description) -> tuple[list[float], float]:
+def _extrapolated(
+    levels: list[Level], asked: Simulation, description: Description
+) -> tuple[list[tuple[float, str]], float]:
     """Return the error of each level, by its distance to the finest one, and the error of that by the declared order.
 
-    Each is the largest over the quantities that count. The second one says how fine the next level must be; of three
-    levels and more it is the stated error of the finest.
+    Each is the largest over the quantities that count, the first with the name of that quantity. The second one says
+    how fine the next level must be; of three levels and more it is the stated error of the finest.
     """
     last = len(levels) - 1
     fineness = [level.fineness for level in levels]
     order, safety = description.order, description.safety
     found, by_order = [], []
-    for pairs in distances([level.history for level in levels], *counted(asked), PEAK_MARGIN) if last else ():
+    for of, pairs in distances([level.history for level in levels], *counted(asked), PEAK_MARGIN) if last else ():
         if last == 1:
             error = error_of_two(pairs[0, 1], fineness[0], fineness[1], order) * max(safety, TWO_LEVEL_SAFETY)
             margin = 1.0
@@ -196,11 +200,11 @@ def _extrapolated(levels: list[Level], asked: Simulation, description: Descripti
             error = estimate.with_safety(safety)
             margin = UNEVEN_MARGIN if safety >= UNEVEN_SAFETY and not estimate.shown else 1.0
             by_order.append(error)
-        found.append((pairs, error, margin))
+        found.append((of, pairs, error, margin))
     if not found:
-        return [math.inf] * len(levels), math.inf
+        return [(math.inf, "")] * len(levels), math.inf
     errors = [
-        max((margin * pairs[i, last] if i < last else 0.0) + error for pairs, error, margin in found)
+        max(((margin * pairs[i, last] if i < last else 0.0) + error, of) for of, pairs, error, margin in found)
         for i in range(len(levels))
     ]
     return errors, max(by_order)
