@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
-from impactlab.metrics.norms import ZERO, face_channels, mass_channels, midpoints
+from impactlab.metrics.norms import ZERO, displaced, face_channels, mass_channels, midpoints
 from impactlab.metrics.peaks import MIN_PEAK, Laws, find_peak, near_jumps, smooth_force
 from impactlab.refine.convergence import Distance, Pairs
 from impactlab.refine.raw_records import Records, Sizes, records_of
@@ -76,13 +76,16 @@ def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene, laws:
 def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records], scene: Scene) -> Iterator[Distance]:
     """Give the distances of the displacements of faces, relative L2 over [0, duration]."""
     t, touched, last = midpoints(scene.duration, CELLS), touched_in(histories[-1]), len(histories) - 1
-    for name in (*mass_channels(scene), *face_channels(scene)):
+    masses, apart = mass_channels(scene), dict[str, dict[tuple[int, int], Sizes]]()
+    for name in (*masses, *face_channels(scene)):
         drift = common_drift(scene, name, t, touched) if touched else np.zeros(CELLS)
         if raw and name in raw[0].columns:
-            found = {(i, j): raw[j].sizes(raw[i], name, drift) for i, j in _all_pairs(histories)}
+            apart[name] = {(i, j): raw[j].sizes(raw[i], name, drift) for i, j in _all_pairs(histories)}
         else:
-            found = _sizes([history.evaluate(t, name) for history in histories], drift)
-        own = found[0, last]
+            apart[name] = _sizes([history.evaluate(t, name) for history in histories], drift)
+    moving = displaced({name: apart[name][0, last].own for name in masses})
+    for name in (*moving, *face_channels(scene)):
+        found, own = apart[name], apart[name][0, last]
         least = ZERO * max(max(each.other, each.own) for each in found.values())
         if own.own > least:  # not zero except for rounding
             scale = own.within if touched and own.within > least else own.own
