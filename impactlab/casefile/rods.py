@@ -17,6 +17,7 @@ from impactlab.scene.bodies import End, Rod, Segment
 from impactlab.types import QUANTITIES_OF_ROD
 
 WAYS = (("area",), ("diameter",), ("width", "height"))
+MOST_WIDTH = 5.0  # of the length of a rod: a wider section is a unit that was left out; specimens have 2
 ALLOWED = "area: m2, diameter: m, or width: m and height: m"
 
 
@@ -75,10 +76,25 @@ class RodBlock(CrossSection, MovingBlock):
             )
 
     def body(self, name: str, lever_arm: float) -> Rod:
+        self._check_width(f"bodies.{name}")
         pieces = tuple(_segment(piece) for piece in self.pieces)
         left, right = bounded(self.ends.left, pieces[0]), bounded(self.ends.right, pieces[-1])
         rotation = rotation_of(self.rotation, "rod", f"bodies.{name}")
         return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh, rotation=rotation)
+
+    def _check_width(self, path: str) -> None:
+        """Raise `CaseError` where a section is so wide, beside the length of the rod, that a unit was left out."""
+        length = sum(piece.length for piece in self.pieces)
+        for number, piece in enumerate(self.pieces):
+            for key in ("diameter", "width", "height"):
+                width = getattr(piece, key)
+                if width is not None and width > MOST_WIDTH * length:
+                    raise CaseError(
+                        f"{width:g} m across, and the rod is {length:g} m long. Allowed: at most {MOST_WIDTH:g} times "
+                        "its length, and waves are plane only where it is longer than wide",
+                        remedy="Check the units, as in '20 mm'. If the body is meant to be so short, give its area.",
+                        path=f"{path}.{key}" if self.segments is None else f"{path}.segments.{number}.{key}",
+                    )
 
 
 def _given(section: CrossSection) -> tuple[str, ...]:

@@ -257,7 +257,7 @@ def sentence(each: Mapping[str, Any]) -> str:
     """Return a collision of a summary in one line, for people."""
     closed = each["end"] is None
     count = f"{each['sub_impacts']} sub-impact{'s' if each['sub_impacts'] != 1 else ''}"
-    until = "still in contact" if closed else f"to {each['end']:.6g} s"
+    until = "on, still in contact" if closed else f"to {each['end']:.6g} s"
     parts = [f"{each['bodies']}: {count}, {each['start']:.6g} s {until}", f"impulse {each['impulse']:.6g} N s"]
     if each["restitution"] is not None and not closed:
         parts.append(f"apparent restitution {each['restitution']:.4g}")

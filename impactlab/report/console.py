@@ -207,7 +207,8 @@ def _event(event: Mapping[str, Any]) -> str:
 def _contact(span: Mapping[str, Any]) -> str:
     peak = "no force history" if span["peak_force"] is None else f"peak {_number(span['peak_force'])} N"
     kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
-    return f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s{kicks}, {peak}"
+    open_end = "" if span["end"] is not None else "; closed when the run ends, so these are the values so far"
+    return f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s{kicks}, {peak}{open_end}"
 
 
 def _shortened(

@@ -74,6 +74,14 @@ EDITS = [
         "bodies.rod.length: the key 'length' stands twice (first in line 7)",
         "Keep one of the two.",
     ),
+    (
+        "area: 9.0e-4",
+        "diameter: 20",
+        8,
+        "bodies.rod.diameter: 20 m across, and the rod is 0.3 m long",
+        "Check the units, as in '20 mm'. If the body is meant to be so short, give its area.",
+    ),
+    ("area: 9.0e-4", "width: 10 mm\n    height: 1.51", 9, "bodies.rod.height: 1.51 m"),
     ("    area: 9.0e-4\n", "", 5, "bodies.rod.area: this key is missing"),
     ("  duration: {round_trips: 1}\n", "", 15, "solve.duration: this key is missing"),
     (

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import impactlab as il
+from impactlab import simulate
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
@@ -211,3 +212,15 @@ def test_final_velocity_of_a_held_rod_is_its_momentum_over_its_mass() -> None:
     velocity, momentum = (found[name].sel(body="rod").to_numpy() for name in ("final_velocity", "final_momentum"))
     assert abs(velocity).min() > 1e-3
     assert velocity * mass == pytest.approx(momentum, rel=1e-12)
+
+
+def test_a_contact_that_is_closed_when_the_run_ends_says_that_its_values_are_those_so_far():
+    from impactlab.report.console import summary_text
+    from impactlab.report.summary import summarise
+
+    ball, step = Mass("ball", 1.0, 1.0), StepRule(dt=1e-2)
+    history = simulate.run(*in_a_row([ball, Wall("wall")], None, Penalty(1.0), Midpoint(), step, duration=1.0))
+    assert history.contacts[-1].end is None
+    text = summary_text(summarise("short", history.scene, history))
+    assert "values so far" in next(line for line in text.splitlines() if line.startswith("  contact "))
+    assert "0 s on, still in contact" in text
