@@ -177,9 +177,9 @@ class BeamMesh(AbstractMesh):
         if quantity == "rotation":
             return rotations(place, h, phi)
         if quantity == "bending_moment":
-            return segment.bending_stiffness * curvatures(place, h, phi)
+            return np.asarray(segment.bending_stiffness * curvatures(place, h, phi))
         if quantity == "shear_force":
-            return -segment.bending_stiffness * slope_of_curvature(h, phi)
+            return np.asarray(-segment.bending_stiffness * slope_of_curvature(h, phi))
         raise no_such(quantity)
 
     def momentum_row(self) -> Array:
