@@ -20,6 +20,7 @@ import numpy as np
 from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
+from impactlab.measurement.inputs import above_zero, expect, finite, one_of, row_of_numbers
 from impactlab.scene.bodies import BeamSegment
 
 Array = NDArray[float64]
@@ -37,7 +38,7 @@ class Dispersion:
 
     def frequency(self, wave_number: ArrayLike) -> Array:
         """Return the frequency [rad/s] of wave numbers [1/m], same shape; NaN where the wave does not travel."""
-        squared = self.squared(np.asarray(wave_number, float))
+        squared = self.squared(row_of_numbers("the wave number", wave_number))
         return np.asarray(np.sqrt(np.where(squared >= 0.0, squared, np.nan)))
 
     def phase_speed(self, wave_number: ArrayLike) -> Array:
@@ -46,7 +47,7 @@ class Dispersion:
 
     def group_speed(self, wave_number: ArrayLike) -> Array:
         """Return the speed of packets dw/dk [m/s], same shape."""
-        k = np.asarray(wave_number, float)
+        k = row_of_numbers("the wave number", wave_number)
         below, above = (self.squared(factor * k) for factor in (1.0 - DIFFERENCE, 1.0 + DIFFERENCE))
         return np.asarray((above - below) / (4.0 * DIFFERENCE * k * self.frequency(k)))
 
@@ -57,6 +58,7 @@ def guided_rod(wave_speed: float, rate: float) -> Dispersion:
     ``wave_speed`` is c [m/s], ``rate`` Omega [rad/s]. Crests are slower than c and packets faster, the product
     of both speeds is c^2, and the front runs at c.
     """
+    wave_speed, rate = above_zero("wave_speed", wave_speed, "m/s"), finite("rate", rate, "rad/s")
     return Dispersion(lambda k: (wave_speed * k) ** 2 - rate**2)
 
 
@@ -77,7 +79,15 @@ def free_rod(
         Radius of gyration r of the section [m]; 0 leaves its bending stiffness out.
     branch : "axial" or "bending"
         The upper or the lower frequency.
+
+    Raises
+    ------
+    ImpactlabError
+        If a value is no finite number, the wave speed not above 0, or the branch another word.
     """
+    wave_speed, rate = above_zero("wave_speed", wave_speed, "m/s"), finite("rate", rate, "rad/s")
+    gyration = finite("gyration", gyration, "m")
+    one_of("branch", branch, ("axial", "bending"))
 
     def squared(k: Array) -> Array:
         axial, bending = (wave_speed * k) ** 2, (gyration * wave_speed * k**2) ** 2
@@ -106,7 +116,15 @@ def beam(segment: BeamSegment, rate: float, plane: Literal["chord", "flap"], ten
         In the plane of rotation or across it.
     tension : float
         N at the place of the wave [N].
+
+    Raises
+    ------
+    ImpactlabError
+        If the segment is that of no beam, a number not finite, or the plane another word.
     """
+    expect(segment, BeamSegment, 'Give that of a scene: case.scene().bodies["beam"].segments[0].')
+    rate, tension = finite("rate", rate, "rad/s"), finite("tension", tension, "N")
+    one_of("plane", plane, ("chord", "flap"))
     mass, rotary, bending = segment.density * segment.area, segment.rotary_inertia, segment.bending_stiffness
     moved, turned = (rate**2, 0.0) if plane == "chord" else (0.0, rate**2)
     shear = segment.shear_stiffness

@@ -25,8 +25,8 @@ from numpy.typing import ArrayLike, NDArray
 from impactlab.errors import DoubtfulResult, ImpactlabError, UnusualValue
 from impactlab.hopkinson.separation import GUARD, parted, same_length
 from impactlab.hopkinson.windows import THRESHOLD, above, cut
-from impactlab.measurement.dispersion import Bar, shift
-from impactlab.measurement.inputs import above_zero, warn, warn_samples, warn_size, warn_unusual
+from impactlab.measurement.dispersion import Bar, expect_bar, shift
+from impactlab.measurement.inputs import above_zero, expect, finite, pair, warn, warn_samples, warn_size, warn_unusual
 from impactlab.prefixes import prefixed, prefixed_range
 
 Array = NDArray[float64]
@@ -103,8 +103,8 @@ class Test:
     transmitted: Array
 
     def __post_init__(self) -> None:
-        if not self.dt > 0.0:
-            raise ImpactlabError(f"dt is {self.dt:.6g} s; it must be positive", remedy="Give it in seconds.")
+        object.__setattr__(self, "dt", above_zero("dt", self.dt, "s"))
+        expect_bar(self.bar)
         rows = same_length(incident=self.incident, reflected=self.reflected, transmitted=self.transmitted)
         for name, row in zip(("incident", "reflected", "transmitted"), rows, strict=True):
             object.__setattr__(self, name, row)
@@ -172,6 +172,7 @@ class Curve:
 
     def between(self, start: float, end: float) -> Curve:
         """Return the part from ``start`` to ``end`` [s], both included."""
+        start, end = finite("start", start, "s"), finite("end", end, "s")
         part = (self.time >= start) & (self.time <= end)
         return Curve(self.time[part], self.strain[part], self.stress[part], self.rate[part])
 
@@ -231,8 +232,11 @@ def measured(
     """
     front, back = same_length(incident_gauge=incident_gauge, transmission_gauge=transmission_gauge)
     dt = above_zero("dt", dt, "s")
-    ways = [above_zero("a distance to the specimen", each, "m") for each in distances]
-    far = [ways[0]] * 2 if far_ends is None else [above_zero("a distance to a far end", each, "m") for each in far_ends]
+    expect_bar(bar)
+    ways = [above_zero("a distance to the specimen", each, "m") for each in pair("distances", distances)]
+    far = [ways[0]] * 2
+    if far_ends is not None:
+        far = [above_zero("a distance to a far end", each, "m") for each in pair("far_ends", far_ends)]
     if zero is not None:
         front, back = _zeroed(front, back, dt, zero)
     warn_samples(dt, front, back)
@@ -265,7 +269,7 @@ def measured(
 
 def _zeroed(front: Array, back: Array, dt: float, interval: tuple[float, float]) -> tuple[Array, Array]:
     """Return the signals of the two gauges less their means in an interval [s] before the first pulse."""
-    start, end = interval
+    start, end = (finite("a limit of the interval for zero", each, "s") for each in pair("zero", interval))
     time = dt * np.arange(len(front))
     inside = (time >= start) & (time <= end)
     if not inside.any():
@@ -367,7 +371,9 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
     ----------
     Gray2000.
     """
-    if waves not in (1, 2, 3):
+    _expect_test(test)
+    expect(specimen, Specimen, "Give hopkinson.Specimen(length=..., diameter=...).")
+    if not isinstance(waves, int) or waves not in (1, 2, 3):
         raise ImpactlabError(f"no evaluation by {waves!r} waves", remedy="Give 1, 2 or 3.")
     if specimen.diameter > test.bar.diameter * (1.0 + WIDER):
         warn_unusual(
@@ -387,11 +393,18 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
     return Curve(test.time, strain, force / specimen.area, rate)
 
 
+def _expect_test(given: object) -> None:
+    """Raise `ImpactlabError` where a function was given something else than the waves of a test."""
+    expect(given, Test, "Give the result of hopkinson.measured, of_history, or Test(dt, bar, ...).")
+
+
 def equilibrium(test: Test, floor: float = THRESHOLD) -> Array:
     """Return the equilibrium ratio 2 (F1 - F2)/(F1 + F2) of the forces on both faces, shape (n,).
 
     0 is equilibrium, 2 a specimen that passes nothing on; NaN where the mean force is below ``floor`` of its largest.
     """
+    _expect_test(test)
+    floor = finite("floor", floor, "1")
     front, back = test.forces
     mean = 0.5 * (front + back)
     loaded = np.abs(mean) > floor * np.abs(mean).max()

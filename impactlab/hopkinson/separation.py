@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import DoubtfulResult, ImpactlabError
 from impactlab.hopkinson.windows import THRESHOLD, above, cut
-from impactlab.measurement.dispersion import Bar, band_limit, checked_signal, padded, shift, wave_number
-from impactlab.measurement.inputs import above_zero, in_si, warn, warn_samples
+from impactlab.measurement.dispersion import Bar, band_limit, checked_signal, expect_bar, padded, shift, wave_number
+from impactlab.measurement.inputs import above_zero, finite, pair, warn, warn_samples
 
 Array = NDArray[float64]
 
@@ -92,7 +91,8 @@ def one_gauge(
     """
     values, dt = checked_signal("the strain", strain), above_zero("dt", dt, "s")
     warn_samples(dt, values)
-    way = above_zero("the distance", distance, "m")
+    expect_bar(bar)
+    way, end = above_zero("the distance", distance, "m"), None if end is None else finite("end", end, "s")
     waves = parted(values, dt, bar, way, threshold, end)
     _warn_of_short_record(values, dt, way / bar.wave_speed, threshold, end)
     return waves
@@ -176,9 +176,10 @@ def two_gauges(
     """
     one, two = same_length(first_gauge=first, second_gauge=second)
     dt = above_zero("dt", dt, "s")
-    near, far = (in_si("a place of the gauges", place, "m") for place in places)
-    x = in_si("the place", at, "m")
-    if far == near or not math.isfinite(far - near):
+    expect_bar(bar)
+    near, far = (finite("a place of the gauges", place, "m") for place in pair("places", places))
+    x = finite("the place", at, "m")
+    if far == near:
         raise ImpactlabError(
             f"both gauges are at {near:.6g} m", remedy="Two waves need gauges at two places of the bar."
         )
@@ -204,6 +205,7 @@ def two_gauges(
 
 def force_and_velocity(force: ArrayLike, velocity: ArrayLike, bar: Bar) -> TwoWaves:
     """Return the waves at a place from the force through it [N] and its velocity [m/s], shape (n,) each."""
+    expect_bar(bar)
     pressed, moved = same_length(force=force, velocity=velocity)
     strain, speed = pressed / (bar.young * bar.area), moved / bar.wave_speed
     return TwoWaves(0.5 * (strain + speed), 0.5 * (strain - speed))

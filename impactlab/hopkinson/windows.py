@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.measurement.dispersion import checked_signal
-from impactlab.measurement.inputs import above_zero
+from impactlab.measurement.inputs import above_zero, finite, in_si
 from impactlab.prefixes import prefixed_range
 
 Array = NDArray[float64]
@@ -52,8 +52,8 @@ def pulses(signal: ArrayLike, dt: float, threshold: float = THRESHOLD, quiet: fl
         If the signal is zero, or the threshold outside its range.
     """
     values, dt = checked_signal("the signal", signal), above_zero("dt", dt, "s")
-    level = threshold * largest(values, threshold)
-    sign = np.where(np.abs(values) > level, np.sign(values), 0.0)
+    largest_value, quiet = largest(values, threshold), finite("quiet", quiet, "s")
+    sign = np.where(np.abs(values) > threshold * largest_value, np.sign(values), 0.0)
     edges: list[int] = np.flatnonzero(np.diff(np.concatenate([[0.0], sign, [0.0]]))).tolist()
     runs = [(a, b) for a, b in pairwise(edges) if sign[a] != 0.0]
     joined: list[tuple[int, int]] = []
@@ -68,6 +68,7 @@ def pulses(signal: ArrayLike, dt: float, threshold: float = THRESHOLD, quiet: fl
 def cut(signal: ArrayLike, dt: float, start: float, end: float) -> Array:
     """Return a signal from ``start`` to before ``end`` [s], zero elsewhere, same shape."""
     values, dt = checked_signal("the signal", signal), above_zero("dt", dt, "s")
+    start, end = finite("start", start, "s"), finite("end", end, "s")
     index = np.arange(len(values))
     return np.where((index >= round(start / dt)) & (index < round(end / dt)), values, 0.0)
 
@@ -80,9 +81,10 @@ def largest(values: Array, threshold: float) -> float:
     ImpactlabError
         If it is zero, or the threshold not between 0 and 1.
     """
-    if not 0.0 < threshold < 1.0:
+    share = in_si("the threshold", threshold, "1")
+    if not 0.0 < share < 1.0:
         raise ImpactlabError(
-            f"the threshold is {threshold:.6g}, a share of the largest value between 0 and 1",
+            f"the threshold is {share:.6g}, a share of the largest value between 0 and 1",
             remedy="0.05 suits signals whose noise is below that.",
         )
     peak = float(np.abs(values).max())
@@ -93,7 +95,8 @@ def largest(values: Array, threshold: float) -> float:
 
 def above(values: Array, threshold: float) -> NDArray[np.intp]:
     """Return the numbers of the samples whose magnitude is above a share of the largest; raise as `largest`."""
-    return np.flatnonzero(np.abs(values) > threshold * largest(values, threshold))
+    peak = largest(values, threshold)
+    return np.flatnonzero(np.abs(values) > threshold * peak)
 
 
 def _pulse(values: Array, begin: int, end: int, dt: float) -> Pulse:

@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.lazy import lazy
-from impactlab.measurement.inputs import above_zero, in_si, warn_size
+from impactlab.measurement.inputs import above_zero, expect, finite, in_si, row_of_numbers, warn_size
 from impactlab.prefixes import prefixed
 
 Array = NDArray[float64]
@@ -87,11 +87,10 @@ class Bar:
         given = {"diameter": (diameter, "m"), "wave_speed": (wave_speed, "m/s"), "density": (density, "kg/m3")}
         for name, (value, unit) in given.items():
             object.__setattr__(self, name, above_zero(f"{name} of the bar", value, unit))
-        object.__setattr__(self, "poisson", poisson)
+        object.__setattr__(self, "poisson", _poisson(poisson))
         object.__setattr__(self, "dispersion", dispersion)
         warn_size("diameter of the bar", self.diameter)
-        _check_poisson(self.poisson)
-        if self.dispersion not in ("pochhammer", "love", "none"):
+        if not isinstance(dispersion, str) or dispersion not in ("pochhammer", "love", "none"):
             raise ImpactlabError(
                 f"no dispersion {self.dispersion!r} of a bar", remedy="Give 'pochhammer', 'love' or 'none'."
             )
@@ -137,8 +136,7 @@ def phase_speed(poisson: float, d_over_wavelength: ArrayLike) -> Array:
     ----------
     Bancroft1941; Kolsky1963, chapter 3.
     """
-    _check_poisson(poisson)
-    ratio = np.asarray(d_over_wavelength, float)
+    poisson, ratio = _poisson(poisson), row_of_numbers("diameter over wavelength", d_over_wavelength)
     _within(ratio, MAX_D_OVER_WAVELENGTH, "diameter over wavelength", "")
     return _first_branch(poisson, np.pi * ratio)
 
@@ -152,8 +150,7 @@ def love_speed(poisson: float, d_over_wavelength: ArrayLike) -> Array:
     ----------
     Love1927, section 278.
     """
-    _check_poisson(poisson)
-    ratio = np.asarray(d_over_wavelength, float)
+    poisson, ratio = _poisson(poisson), row_of_numbers("diameter over wavelength", d_over_wavelength)
     _within(ratio, MAX_D_OVER_WAVELENGTH, "diameter over wavelength", "")
     return np.asarray(1.0 / np.sqrt(1.0 + 0.5 * (poisson * np.pi * ratio) ** 2))
 
@@ -166,7 +163,7 @@ def phase_speed_at(bar: Bar, frequency: ArrayLike) -> Array:
     ImpactlabError
         If a frequency lies beyond the branch, 0 to `band_limit`.
     """
-    hertz = np.asarray(frequency, float)
+    hertz = row_of_numbers("the frequency", frequency)
     number = wave_number(bar, hertz)
     ratio = np.divide(2.0 * np.pi * hertz, number, out=np.full_like(hertz, bar.wave_speed), where=hertz > 0.0)
     return np.asarray(ratio)
@@ -180,7 +177,8 @@ def wave_number(bar: Bar, frequency: ArrayLike) -> Array:
     ImpactlabError
         If a frequency lies beyond the branch, 0 to `band_limit`.
     """
-    hertz = np.asarray(frequency, float)
+    expect_bar(bar)
+    hertz = row_of_numbers("the frequency", frequency)
     _within(hertz, band_limit(bar), "the frequency", " Hz")
     scaled = np.pi * bar.diameter / bar.wave_speed * hertz  # w a/c0
     if bar.dispersion == "none":
@@ -240,16 +238,19 @@ def shift(
     TyasPope2005; Bacon1998.
     """
     values = checked_signal("the signal", signal)
-    _positive("dt", dt)
-    way = in_si("the distance", distance, "m")
-    if not math.isfinite(way):
-        raise ImpactlabError(f"the distance {way:.6g} m is not finite", remedy="Give a finite distance in metres.")
+    dt, way = above_zero("dt", dt, "s"), finite("the distance", distance, "m")
+    expect_bar(bar)
     count = len(values) if periodic else padded(len(values), dt, way, bar)
     frequency, kept = in_band(bar, count, dt, band)
     spectrum = np.fft.rfft(values, count)
     spectrum[~kept] = 0.0
     spectrum[kept] *= np.exp(-1j * way * wave_number(bar, frequency[kept]))
     return np.asarray(np.fft.irfft(spectrum, count)[: len(values)])
+
+
+def expect_bar(given: object) -> None:
+    """Raise `ImpactlabError` where a function was given something else than a bar."""
+    expect(given, Bar, "Give hopkinson.Bar(diameter=..., wave_speed=..., density=..., poisson=...).")
 
 
 def padded(count: int, dt: float, distance: float, bar: Bar) -> int:
@@ -265,8 +266,9 @@ def in_band(bar: Bar, count: int, dt: float, band: float | None) -> tuple[Array,
     """Return the frequencies [Hz] of a record of ``count`` samples, and which of them are within the band."""
     limit = band_limit(bar)
     if band is not None:
-        _within(np.asarray(band, float), limit, "the band", " Hz")
-        limit = band
+        wanted = finite("the band", band, "Hz")
+        _within(np.array(wanted), limit, "the band", " Hz")
+        limit = wanted
     frequency = np.asarray(np.fft.rfftfreq(count, dt))
     return frequency, frequency <= limit
 
@@ -279,7 +281,7 @@ def checked_signal(name: str, signal: ArrayLike) -> Array:
     ImpactlabError
         If it has another shape or values that are not finite.
     """
-    values = np.asarray(signal, float)
+    values = row_of_numbers(name, signal)
     if values.ndim != 1 or values.size < 2:
         raise ImpactlabError(f"{name} has the shape {values.shape}", remedy="Give one row of two samples or more.")
     if not np.all(np.isfinite(values)):
@@ -333,14 +335,12 @@ def _table(poisson: float) -> Callable[..., Array]:
     return table
 
 
-def _check_poisson(poisson: float) -> None:
-    if not 0.0 <= poisson <= 0.5:
-        raise ImpactlabError(f"Poisson's ratio {poisson:.6g} lies outside 0 to 0.5", remedy="Steel has about 0.29.")
-
-
-def _positive(name: str, value: float) -> None:
-    if not (value > 0.0 and math.isfinite(value)):
-        raise ImpactlabError(f"{name} is {value:.6g}; it must be positive", remedy="Give it in SI units.")
+def _poisson(poisson: float) -> float:
+    """Return Poisson's ratio; raise `ImpactlabError` where it is no number from 0 to 0.5."""
+    found = in_si("Poisson's ratio", poisson, "1")
+    if not 0.0 <= found <= 0.5:
+        raise ImpactlabError(f"Poisson's ratio {found:.6g} lies outside 0 to 0.5", remedy="Steel has about 0.29.")
+    return found
 
 
 def _within(values: Array, limit: float, name: str, unit: str) -> None:

@@ -6,41 +6,51 @@ import math
 import numbers
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy import float64
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError, RunWarning, UnusualValue
 from impactlab.lazy import lazy
 
 units = lazy("impactlab.casefile.units")  # loaded by the first string
 
+MAX_SHOWN = 80  # characters of a value in a message
 MAX_STRAIN = 0.02  # of a bar: the strongest steels yield below 1 %, bars of polymers below 2 %
 MAX_SIZE = 0.5  # m, diameter of a bar, size of a specimen
 MAX_INTERVAL = 10e-6  # s, between samples: a pulse of a striker of 0.25 m lasts ten of them
 
 
 def in_si(name: str, value: float | str, unit: str) -> float:
-    """Return a number in an SI unit of a number or of a string with a unit.
+    """Return a number in an SI unit of a number or of a string with a unit; ``1`` is that of plain numbers.
 
     Raises
     ------
     ImpactlabError
         If it is neither, or has a unit of another dimension.
     """
+    plain = unit == "1"
+    remedy = "Give a plain number." if plain else "Give a number in SI, or a number with its unit."
     if isinstance(value, str):
         try:
             return float(units.to_si(value, unit))
         except ValueError as error:
-            raise ImpactlabError(f"{name}: {error}", remedy="Give a number in SI, or a number with its unit.") from None
-    if not isinstance(value, numbers.Real):
-        raise ImpactlabError(
-            f"{name} is {value!r}; it must be a number in {unit} or a string with a unit",
-            remedy="Give a number in SI, or a number with its unit.",
-        )
+            raise ImpactlabError(f"{name}: {error}", remedy=remedy) from None
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        forms = "a plain number" if plain else f"a number in {unit} or a string with a unit"
+        raise ImpactlabError(f"{name} is {_given(value)}; it must be {forms}", remedy=remedy)
     return float(value)
+
+
+def finite(name: str, value: float | str, unit: str) -> float:
+    """Return a finite number in an SI unit; raise `ImpactlabError` for any other."""
+    found = in_si(name, value, unit)
+    if not math.isfinite(found):
+        raise ImpactlabError(f"{name} is {found:.6g}; it must be finite", remedy=f"Give a finite number in {unit}.")
+    return found
 
 
 def above_zero(name: str, value: float | str, unit: str) -> float:
@@ -54,9 +64,49 @@ def above_zero(name: str, value: float | str, unit: str) -> float:
     return found
 
 
+def pair(name: str, values: Any) -> tuple[Any, Any]:
+    """Return the two values of a pair; raise `ImpactlabError` for one value, a text, or another number of values."""
+    several = isinstance(values, Iterable) and not isinstance(values, (str, bytes, Mapping))
+    found = [*values] if several else []
+    if len(found) != 2:
+        given = f"{len(found)} value{'' if len(found) == 1 else 's'}" if several else _given(values)
+        raise ImpactlabError(f"{name}: {given} given. Allowed: a pair", remedy="Give two values, as in (0.75, 0.5).")
+    return found[0], found[1]
+
+
+def row_of_numbers(name: str, values: ArrayLike) -> NDArray[float64]:
+    """Return numbers as an array of any shape; raise `ImpactlabError` where they are none."""
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise ImpactlabError(
+            f"{name} is {_given(values)}; it must be a row of numbers", remedy="Give an array or a list of numbers."
+        ) from None
+
+
+def one_of(name: str, value: Any, allowed: Sequence[str]) -> str:
+    """Return a word; raise `ImpactlabError` where it is none of the allowed ones."""
+    if not isinstance(value, str) or value not in allowed:
+        words = f"{', '.join(allowed[:-1])} or {allowed[-1]}"
+        raise ImpactlabError(f"{name} is {_given(value)}. Allowed: {words}", remedy=f"Give {words}.")
+    return value
+
+
+def expect(given: object, kind: type, remedy: str) -> None:
+    """Raise `ImpactlabError` where a function was given something else than an object of a class."""
+    if not isinstance(given, kind):
+        raise ImpactlabError(f"a {kind.__name__} is needed, and {_given(given)} is given", remedy=remedy)
+
+
+def _given(value: Any) -> str:
+    """Return a value as a message shows it, never longer than some 80 characters."""
+    text = repr(value)
+    return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}..."
+
+
 def listed(values: float | str | Iterable[float | str]) -> list[float | str]:
-    """Return one value, or several, as a list."""
-    return [values] if isinstance(values, (str, numbers.Real)) else [*values]  # type: ignore[misc]
+    """Return one value, or several, as a list; what is neither, as one value that is refused later."""
+    return [*values] if isinstance(values, Iterable) and not isinstance(values, (str, Mapping)) else [values]  # type: ignore[list-item]
 
 
 def warn_size(name: str, value: float) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from impactlab.models.mesh.beam_elements import BeamElements
 from impactlab.numerics.banded import grounded, multiply
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 from impactlab.types import Array, Quantity
+
+Deformed = TypeVar("Deformed", bound=ElasticBody)  # a rod, a shaft or a beam
 
 
 class Face(NamedTuple):
@@ -145,6 +147,13 @@ class AbstractRodModel(ABC):
     @abstractmethod
     def element_length(self, body: ElasticBody) -> float:
         """Return h [m], the shortest element, or the length per mode where there is no mesh."""
+
+    def meshed(self, body: Deformed, faces: tuple[Face, ...]) -> Deformed:
+        """Return a body in the segments by which its elements are laid out; as given, as here, where they suffice.
+
+        ``faces`` are its contacts, at which a mesh may need nodes.
+        """
+        return body
 
     @abstractmethod
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:

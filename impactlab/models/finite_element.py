@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Deformed, Face
 from impactlab.models.mesh.bar_elements import MassMatrix, check_order, laid_out, node_distance
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.beams import BeamMesh
+from impactlab.models.mesh.contact_nodes import with_nodes_at
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 from impactlab.types import option
 
@@ -59,8 +60,11 @@ class FiniteElement(AbstractRodModel):
     def element_length(self, body: ElasticBody) -> float:
         return laid_out(body.segments, self.elements).shortest * node_distance(self.order)
 
+    def meshed(self, body: Deformed, faces: tuple[Face, ...]) -> Deformed:
+        return with_nodes_at(body, faces, self.elements) if self.mass != "redistributed" else body
+
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
-        return Mesh(rod, self.elements, self.mass, gravity, self.order, faces)
+        return Mesh(self.meshed(rod, faces), self.elements, self.mass, gravity, self.order, faces)
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
-        return BeamMesh(beam, self.elements, self.mass, gravity, self.order)
+        return BeamMesh(self.meshed(beam, faces), self.elements, self.mass, gravity, self.order, faces=faces)

@@ -11,11 +11,12 @@ from impactlab.bases.beams.modes import BeamModes
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.errors import CaseError, PairingError
-from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.models.mesh.bar_elements import MassMatrix, check_order, node_distance
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Deformed, Face
+from impactlab.models.mesh.bar_elements import MassMatrix, check_order, laid_out, node_distance
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.mesh.beams import BeamMesh
+from impactlab.models.mesh.contact_nodes import with_nodes_at
 from impactlab.models.modal_body import ModalBody, reduced_body
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 from impactlab.types import option
@@ -70,20 +71,28 @@ class Modal(AbstractRodModel):
         return self.elements is not None
 
     def element_length(self, body: ElasticBody) -> float:
-        return body.length / (self.elements or self.modes or 1) * node_distance(self.order)
+        if self.elements is None:
+            return body.length / (self.modes or 1) * node_distance(self.order)
+        return laid_out(body.segments, self.elements).shortest * node_distance(self.order)
+
+    def meshed(self, body: Deformed, faces: tuple[Face, ...]) -> Deformed:
+        if self.elements is None or self.mass == "redistributed":
+            return body
+        return with_nodes_at(body, faces, self.elements)
 
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         self._check_ends(rod)
         if self.elements is None:
             return ModalBody(rod, gravity, AnalyticBasis(rod, self._analytic()), True)
-        mesh = Mesh(rod, self.elements, self.mass, 0.0, self.order, faces)
+        mesh = Mesh(self.meshed(rod, faces), self.elements, self.mass, 0.0, self.order, faces)
         return self._reduced(mesh, gravity, self.basis.free_end, faces)
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         self._check_ends(beam)
         if self.elements is None:
             return ModalBody(beam, gravity, BeamModes(beam, self._analytic()), False)
-        return self._reduced(BeamMesh(beam, self.elements, self.mass, 0.0, self.order), gravity, False, faces)
+        mesh = BeamMesh(self.meshed(beam, faces), self.elements, self.mass, 0.0, self.order, faces=faces)
+        return self._reduced(mesh, gravity, False, faces)
 
     def _check_ends(self, body: ElasticBody) -> None:
         for end in (body.left, body.right):

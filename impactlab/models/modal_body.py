@@ -63,9 +63,10 @@ class ModalBody(AbstractDiscreteModel):
         elastic = int(np.count_nonzero(basis.frequencies))
         highest = float(basis.frequencies.max(initial=0.0))
         rule = highest
-        if self._paper_rule and len(rod.segments) == 1:
+        first = rod.segments[0]
+        if self._paper_rule and all(first.continues_in(each) for each in rod.segments[1:]):
             # The paper's rule (Eq. 24) counts the continuous rod's period with any mesh.
-            rule = float((2 * elastic + 1) * np.pi * rod.segments[0].wave_speed / (2.0 * rod.length))
+            rule = float((2 * elastic + 1) * np.pi * first.wave_speed / (2.0 * rod.length))
         if self._phases is not None:
             closed = self._phases.closed.operators()
             highest, rule = max(highest, closed.highest_frequency), max(rule, closed.rule_frequency)

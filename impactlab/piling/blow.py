@@ -21,6 +21,7 @@ from impactlab.types import Array
 
 FRAMES_PER_TRANSIT = 200  # fields in the time of a wave through the pile, for the largest stresses
 POINTS = 20_000  # fields at most; instants of the head signals of a run without steps
+BESIDE = 1e-6  # of the length of the pile: a place just before a soil link
 
 
 class Peak(NamedTuple):
@@ -139,18 +140,23 @@ def transferred_energy(head: Head) -> float:
 
 
 def largest_stresses(history: AbstractHistory, pile: Pile) -> tuple[Peak, Peak]:
-    """Return the largest compression and tension of a pile over a run, from its fields."""
+    """Return the largest compression and tension of a pile over a run, from its fields.
+
+    The stress jumps at a soil link, where fields are those on its right: it is also read just on its left.
+    """
     name = pile.body.name
     times = history.field_times(name)
     if times is None:
         times = np.array(history.scene.field_times)
-    fields = [history.field(name, float(time), "stress") for time in times]
-    stress, x = np.array([each.values for each in fields]), fields[0].x
+    links = np.array([point.x for each in pile.soil for point in (each.left, each.right) if point.body == name])
+    before = links[(links > 0.0) & (links < pile.body.length)] - BESIDE * pile.body.length
+    x = np.union1d(history.field(name, float(times[0]), "stress").x, before)
+    stress = np.array([history.field(name, float(time), "stress", x).values for time in times])
     return _peak(history, name, x, times, stress, 1.0), _peak(history, name, x, times, stress, -1.0)
 
 
 def _peak(history: AbstractHistory, name: str, x: Array, times: Array, stress: Array, sign: float) -> Peak:
     number, place = np.unravel_index(np.argmax(sign * stress), stress.shape)
-    force = history.field(name, float(times[number]), "force").values[place]
+    force = history.field(name, float(times[number]), "force", x[place : place + 1]).values[0]
     largest = float(stress[number, place])
     return Peak(max(0.0, sign * float(force)), max(0.0, sign * largest), float(x[place]), float(times[number]))

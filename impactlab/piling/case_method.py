@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.integrate import cumulative_trapezoid
 
 from impactlab.errors import ImpactlabError
+from impactlab.measurement.inputs import above_zero, finite, row_of_numbers
 from impactlab.piling.signs import check_pressed, check_work
 from impactlab.types import Array
 
@@ -33,9 +34,9 @@ def case_method(
     time: ArrayLike,
     force: ArrayLike,
     velocity: ArrayLike,
-    impedance: float,
-    length: float,
-    wave_speed: float,
+    impedance: float | str,
+    length: float | str,
+    wave_speed: float | str,
     damping: float,
 ) -> CaseMethod:
     """Return the resistances of a pile from force and velocity at its head.
@@ -50,27 +51,35 @@ def case_method(
         Rising times [s], shape (n,).
     force, velocity : array
         At the gauges, shape (n,): compression positive [N], velocity towards the toe [m/s].
-    impedance : float
-        Z = E A/c of the pile [N s/m].
-    length : float
-        From the gauges to the toe [m].
-    wave_speed : float
-        c [m/s].
+    impedance : float or str
+        Z = E A/c of the pile [N s/m], or a string with its unit.
+    length : float or str
+        From the gauges to the toe [m], likewise.
+    wave_speed : float or str
+        c [m/s], likewise.
     damping : float
         Case damping factor J [-].
 
     Raises
     ------
     ImpactlabError
-        If the signals differ in length, times do not rise, a value is not finite or not positive, force or velocity has
-        the other sign, or the signals end within 2 L/c of their first peak.
+        If the signals differ in length, times do not rise, a value is no number, has another unit, is not finite or not
+        positive, force or velocity has the other sign, or the signals end within 2 L/c of their first peak.
 
     References
     ----------
     RauscheGobleLikins1985; GEC12.
     """
-    t, f, v = (np.asarray(each, float) for each in (time, force, velocity))
-    _check(t, f, v, impedance, length, wave_speed, damping)
+    given = (("time", time), ("force", force), ("velocity", velocity))
+    t, f, v = (row_of_numbers(name, each) for name, each in given)
+    _check(t, f, v)
+    impedance = above_zero("impedance", impedance, "N s/m")
+    length, wave_speed = above_zero("length", length, "m"), above_zero("wave_speed", wave_speed, "m/s")
+    damping = finite("damping", damping, "1")
+    if damping < 0.0:
+        raise ImpactlabError(
+            f"damping is {damping:g}. Allowed: at least 0", remedy="Usual factors: 0.1 in sand to 1.1 in clay."
+        )
     check_work(t, f, v)
     check_pressed(f)
     down, up = 0.5 * (f + impedance * v), 0.5 * (f - impedance * v)
@@ -105,7 +114,7 @@ def _first_peak(down: Array) -> int:
     return int(peaks[0]) if peaks.size else int(np.argmax(down))
 
 
-def _check(t: Array, f: Array, v: Array, impedance: float, length: float, wave_speed: float, damping: float) -> None:
+def _check(t: Array, f: Array, v: Array) -> None:
     if not (t.shape == f.shape == v.shape and t.ndim == 1 and t.size > 2):
         raise ImpactlabError(
             f"time, force and velocity have the shapes {t.shape}, {f.shape} and {v.shape}. Allowed: one length, "
@@ -122,11 +131,4 @@ def _check(t: Array, f: Array, v: Array, impedance: float, length: float, wave_s
     if falls.size:
         raise ImpactlabError(
             f"time does not rise from sample {falls[0]} to the next", remedy="Sort the samples by time."
-        )
-    for name, value in (("impedance", impedance), ("length", length), ("wave_speed", wave_speed)):
-        if not (value > 0.0 and np.isfinite(value)):
-            raise ImpactlabError(f"{name} is {value:g}. Allowed: above 0", remedy="Give it in SI.")
-    if not (damping >= 0.0 and np.isfinite(damping)):
-        raise ImpactlabError(
-            f"damping is {damping:g}. Allowed: at least 0", remedy="Usual factors: 0.1 in sand to 1.1 in clay."
         )

@@ -12,6 +12,7 @@ from impactlab.casefile import Case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory
+from impactlab.measurement.inputs import row_of_numbers
 from impactlab.piling.blow import POINTS, Head
 from impactlab.piling.blow import head_of as signals_under_hammer
 from impactlab.piling.pile import Pile, pile_of, soil_of
@@ -36,7 +37,8 @@ class Driven(NamedTuple):
 
 def checked(time: ArrayLike, force: ArrayLike, velocity: ArrayLike) -> tuple[Array, Array, Array]:
     """Return measured signals as arrays of one length; raise `CaseError` with the sample that is wrong."""
-    found = {name: np.asarray(each, float) for name, each in (("time", time), ("force", force), ("velocity", velocity))}
+    given = {"time": time, "force": force, "velocity": velocity}
+    found = {name: row_of_numbers(name, each) for name, each in given.items()}
     sizes = [each.size for each in found.values()]
     if any(each.ndim != 1 for each in found.values()) or len(set(sizes)) != 1:
         shapes = ", ".join(f"{name} {each.shape}" for name, each in found.items())

@@ -60,11 +60,11 @@ def split_at_contacts(scene: Scene) -> Scene:
     for body in scene.elastic.values():
         points = (point for contact in scene.contacts for point in (contact.left, contact.right))
         places = sorted({point.x for point in points if point.body == body.name and not on_end(body, point)})
-        bodies[body.name] = dataclasses.replace(body, segments=tuple(_cut(body.segments, places)))
+        bodies[body.name] = dataclasses.replace(body, segments=tuple(cut_at(body.segments, places)))
     return dataclasses.replace(scene, bodies=bodies)
 
 
-def _cut(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Any]:
+def cut_at(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Any]:
     """Give the segments, each of its own kind, cut at places along the body [m], rising."""
     start = 0.0
     for segment in segments:

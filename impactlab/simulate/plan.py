@@ -36,6 +36,7 @@ from impactlab.simulate.stepping.preparation import (
     Push,
     build_bodies,
     check_explicit_spring,
+    faces_of,
     facts_of,
     placed_at,
     prepare_steppers,
@@ -90,7 +91,7 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
                     remedy="Give points_per_period or dt, or modal with elements.",
                     path="solve.step",
                 )
-            h = model.element_length(body)
+            h = model.element_length(model.meshed(body, faces_of(scene, body.name)))
             lengths += [h / segment.wave_speed for segment in body.segments]
         if not lengths:
             raise CaseError("courant needs a rod with a mesh", remedy="Give dt.", path="solve.step")

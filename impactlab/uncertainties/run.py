@@ -15,6 +15,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError, ImpactlabError
+from impactlab.measurement.inputs import in_si, listed
 from impactlab.report.provenance import of_case
 from impactlab.sweeps import Sampled, sweep
 from impactlab.sweeps.chunks import DRAFT
@@ -111,10 +112,14 @@ def uncertainty(
 
 
 def _percents(given: Sequence[float]) -> tuple[float, ...]:
-    percents = tuple(sorted({float(percent) for percent in given}))
+    path, remedy = "--percentiles", "Give numbers between 0 and 100, such as 5,50,95."
+    try:
+        percents = tuple(sorted({in_si("a percentile", percent, "1") for percent in listed(given)}))
+    except ImpactlabError as error:
+        raise CaseError(error.text, path=path, remedy=remedy) from None
     if not percents or not all(0.0 < percent < 100.0 for percent in percents):
         text = f"the percentiles {shown(', '.join(f'{percent:g}' for percent in percents))}"
-        raise CaseError(text, path="--percentiles", remedy="Give numbers between 0 and 100, such as 5,50,95.")
+        raise CaseError(text, path=path, remedy=remedy)
     return percents
 
 

@@ -142,3 +142,20 @@ def test_the_text_of_a_case_stands_alone(folder: Path) -> None:
     alone.mkdir()
     (alone / "case.yaml").write_text(case.to_yaml())
     assert il.load_case(alone / "case.yaml").scene().bodies["rod"].loads == case.scene().bodies["rod"].loads
+
+
+@pytest.mark.parametrize("model", ["finite_element", "continuous"])
+def test_half_a_sine_that_ends_in_the_rounding_of_zero_stays_zero_after_its_end(model):
+    """A free rod has the impulse of the straight lines, whatever the last bits of sin(pi)."""
+    time = np.linspace(0.0, 2e-4, 101)
+    force = 1e4 * np.sin(np.pi * time / 2e-4)
+    assert force[-1] != 0.0
+    case = il.Case(
+        bodies={
+            "rod": il.Rod(length=1.0, area=1e-4, material="steel", ends={"left": {"force": {"t": time, "f": force}}})
+        },
+        solve={"duration": 1e-3, "model": {"kind": model, "elements": 20}, "step": {"dt": 1e-6}},
+    )
+    history = il.run(case)
+    impulse = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(time)))
+    assert history.evaluate(np.array([1e-3]), "momentum:rod")[0] == pytest.approx(impulse, rel=1e-9)

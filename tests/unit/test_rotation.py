@@ -187,6 +187,21 @@ def test_the_limit_rate_is_the_lowest_frequency_at_rest(pieces: tuple[Segment, .
     assert Rod("rod", pieces, End("free"), End("mass", 1.0)).limit_rate == 0.0
 
 
+@pytest.mark.parametrize("length", [0.1, 0.3, 0.5, 0.7, 1.1, 1.3])
+@pytest.mark.parametrize("held", [End("clamped"), End("spring", 1e30)])
+def test_a_uniform_rod_held_at_both_ends_has_its_limit_at_half_a_wave(length: float, held: End) -> None:
+    piece = Segment(length, 4e-4, 2e9, 1500.0)
+    limit = math.pi * math.sqrt(2e9 / 1500.0) / length
+    assert Rod("rod", (piece,), held, held).limit_rate == pytest.approx(limit, rel=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [1e-12, 1e-20, 1e-100])
+def test_a_rod_on_the_weakest_springs_has_its_limit_as_a_mass(stiffness: float) -> None:
+    piece = Segment(0.5, 4e-4, 2e9, 1500.0)
+    rod = Rod("rod", (piece,), End("spring", stiffness), End("mass", 0.7))
+    assert rod.limit_rate == pytest.approx(math.sqrt(stiffness / (0.3 + 0.7)), rel=1e-12)
+
+
 def test_the_tension_of_a_beam_is_its_centrifugal_force() -> None:
     """rho A Omega^2 (L^2 - x^2)/2 with the axis at the root, and m Omega^2 L of a mass at the tip."""
     piece = BeamSegment(1.0, 1e-4, 2.1e11, 7850.0, inertia=2.0833e-10)

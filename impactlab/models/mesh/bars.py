@@ -33,7 +33,8 @@ class Mesh(AbstractMesh):
     """A rod in nodal displacements, clamped nodes and massless ones left out.
 
     Displacement and velocity are polynomials of degree ``order`` in an element; strain and stress, one degree lower,
-    jump between elements: at a node shared by two the right one gives them. Damping is Rayleigh's (C = mass M +
+    jump between elements: at a node inside a segment they are the mean of both sides, where segments join and at a
+    contact those of the right one. Damping is Rayleigh's (C = mass M +
     stiffness K of the whole body, its ends' springs and masses included), that of the material (Kelvin and Voigt), and
     the dashpots at the ends. Of a rod that turns the stiffness is that of the rotating frame, K - Omega^2 M.
 
@@ -51,7 +52,7 @@ class Mesh(AbstractMesh):
     order : int
         Degree of the polynomials; 1 are 2-node bars.
     faces : tuple of Face
-        Contacts of the rod, for the mass "redistributed".
+        Contacts of the rod, at which stress jumps, and whose nodes are without mass where it is "redistributed".
     """
 
     def __init__(
@@ -65,7 +66,8 @@ class Mesh(AbstractMesh):
     ) -> None:
         self.order, self.element = order, reference(order)
         self.lengths, self.of_segment, self._borders, shortest = laid_out(rod.segments, elements)
-        self._near = NODE_TOL * shortest
+        self.near = NODE_TOL * shortest
+        self.struck = tuple(face.x for face in faces)
         self.nodes = self._borders
         if order > 1:
             inside = 0.5 * (self.element.nodes[:-1] + 1.0) * self.lengths[:, None] + self._borders[:-1, None]
@@ -252,18 +254,24 @@ class Mesh(AbstractMesh):
         if moves and self.order == 1 and (x == 0.0 or x == self._borders[-1]):  # an end, where contacts mostly are
             row[0 if x == 0.0 else -1] = 1.0
             return row[self.free_nodes]
-        element = int(self._borders.searchsorted(x + self._near, side="right")) - 1
+        element = int(self._borders.searchsorted(x + self.near, side="right")) - 1
         element = min(max(element, 0), len(self.lengths) - 1)
         start, h = self._borders[element], self._borders[element + 1] - self._borders[element]
         place = 2.0 * (x - start) / h - 1.0
         node = int(np.abs(self.element.nodes - place).argmin())
         place = self.element.nodes[node] if abs(self.element.nodes[node] - place) <= 2.0 * NODE_TOL else place
-        values = polynomials(self.order, float(place))
-        if not moves:
-            segment = self.rod.segments[self.of_segment[element]]
+        if moves:
+            row[element * self.order : (element + 1) * self.order + 1] = polynomials(self.order, float(place))
+            return row[self.free_nodes]
+        sides = [(element, float(place))]
+        if self.is_shared(element, x, float(start)):
+            sides.append((element - 1, 1.0))
+        for number, at in sides:
+            segment = self.rod.segments[self.of_segment[number]]
+            size = self._borders[number + 1] - self._borders[number]
             factor = {"strain": 1.0, "stress": segment.young, "force": segment.young * segment.area}[quantity]
-            values = -2.0 * factor / h * (values @ self.element.slopes)
-        row[element * self.order : (element + 1) * self.order + 1] = values
+            slopes = -2.0 * factor / size * (polynomials(self.order, at) @ self.element.slopes)
+            row[number * self.order : (number + 1) * self.order + 1] += slopes / len(sides)
         return row[self.free_nodes]
 
     def _assembled(self) -> tuple[Array, Array, Array, Array, Array]:

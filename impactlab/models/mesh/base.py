@@ -38,6 +38,10 @@ class AbstractMesh(AbstractDiscreteModel):
         Elements share every ``order``-th node.
     places : tuple of float
         Places [m] of faces without mass.
+    near : float
+        Distance [m] within which a place is that of a node.
+    struck : tuple of float
+        Places [m] of contacts, at which internal forces jump.
     motions : tuple of Quantity
         The motions of a node; all of them fixed, the body is cut in two.
     """
@@ -56,6 +60,8 @@ class AbstractMesh(AbstractDiscreteModel):
     ends: tuple[tuple[int, End], ...]
     order: int
     places: tuple[float, ...]
+    near: float
+    struck: tuple[float, ...]
 
     @abstractmethod
     def coordinates(self, profile: Profile) -> Array:
@@ -104,6 +110,16 @@ class AbstractMesh(AbstractDiscreteModel):
             values = eigh(stiffness, mass, eigvals_only=True) if fault else values
             squared = max(squared, float(values[-1]))
         return math.sqrt(squared)
+
+    def is_shared(self, element: int, x: float, start: float) -> bool:
+        """Return whether x [m] is the node between an element that starts at ``start`` [m] and the one before it.
+
+        Both lie in one segment, and no contact acts there, so that internal forces jump by the error of the mesh alone.
+        """
+        if not 0.0 < x < self.body.length or abs(x - start) > self.near:
+            return False
+        same = self.of_segment[element - 1] == self.of_segment[element]
+        return bool(same) and all(abs(x - place) > self.near for place in self.struck)
 
     def stated(
         self, highest: float, uniform: Array | float, gravity: float, end_dashpots: Array, **more: Any

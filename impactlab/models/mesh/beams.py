@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.models.base import Operators
+from impactlab.models.base import Face, Operators
 from impactlab.models.mesh.absorbing import laid_out
 from impactlab.models.mesh.bar_elements import MassMatrix
 from impactlab.models.mesh.base import AbstractMesh, null_space, part, quadratic_forms
@@ -41,9 +41,10 @@ class BeamMesh(AbstractMesh):
     """A beam in deflections and rotations of its nodes, held ones left out.
 
     Deflection and rotation are those of elements without load between their nodes (`beam_elements`); bending moment and
-    shear force jump between elements: at a node shared by two the right one gives them. Damping is Rayleigh's, that of
-    the material, which here damps shear and bending alike, and the dashpots at the ends. At an infinite end the mesh
-    goes on in an absorbing layer (`absorbing`). Of a beam that turns the stiffness is K + K_N - Omega^2 M, with K_N by
+    shear force jump between elements: at a node inside a segment they are the mean of both sides, where segments join
+    and at a contact those of the right one. Damping is Rayleigh's, that of the material, which here damps shear and
+    bending alike, and the dashpots at the ends. At an infinite end the mesh goes on in an absorbing layer
+    (`absorbing`). Of a beam that turns the stiffness is K + K_N - Omega^2 M, with K_N by
     the centrifugal tension and M the mass that the centrifugal force pulls along the motion.
 
     Parameters
@@ -58,6 +59,8 @@ class BeamMesh(AbstractMesh):
         1.
     duration : float
         Of the run [s], which sets how long absorbing layers are at least.
+    faces : tuple of Face
+        Contacts of the beam.
 
     Raises `CaseError` for an ``order`` above 1 and for a redistributed mass, which only bars have.
     """
@@ -65,7 +68,14 @@ class BeamMesh(AbstractMesh):
     motions = ("displacement", "rotation")
 
     def __init__(
-        self, beam: Beam, elements: int, mass: MassMatrix, gravity: float, order: int = 1, duration: float = 0.0
+        self,
+        beam: Beam,
+        elements: int,
+        mass: MassMatrix,
+        gravity: float,
+        order: int = 1,
+        duration: float = 0.0,
+        faces: tuple[Face, ...] = (),
     ) -> None:
         if order > 1:
             raise CaseError(
@@ -84,11 +94,12 @@ class BeamMesh(AbstractMesh):
         self.lumped = mass == "lumped"
         self._layout = laid_out(beam, elements, self.lumped, duration)
         self._given = elements, mass, gravity
+        self._faces, self.struck = faces, tuple(face.x for face in faces)
         self.lengths, self.of_segment = self._layout.lengths, self._layout.segment
-        self._near = NODE_TOL * float(self.lengths.min())
+        self.near = NODE_TOL * float(self.lengths.min())
         self.nodes: Array = self._layout.start + np.concatenate(([0.0], self.lengths.cumsum()))
-        self.nodes[np.abs(self.nodes) < self._near] = 0.0
-        self.nodes[np.abs(self.nodes - beam.length) < self._near] = beam.length
+        self.nodes[np.abs(self.nodes) < self.near] = 0.0
+        self.nodes[np.abs(self.nodes - beam.length) < self.near] = beam.length
         self.ends: tuple[tuple[int, End], ...] = ((0, beam.left), (len(self.nodes) - 1, beam.right))
         held = [2 * node for node, end in self.ends if end.kind in ("clamped", "pinned")]
         held += [2 * node + 1 for node, end in self.ends if end.kind == "clamped"]
@@ -114,7 +125,7 @@ class BeamMesh(AbstractMesh):
         if not any(end.kind == "infinite" for _, end in self.ends):
             return self
         elements, mass, gravity = self._given
-        return BeamMesh(self.beam, elements, mass, gravity, duration=duration)
+        return BeamMesh(self.beam, elements, mass, gravity, duration=duration, faces=self._faces)
 
     def operators(self) -> Operators:
         stated = self.stated(
@@ -144,25 +155,32 @@ class BeamMesh(AbstractMesh):
         return row
 
     def _row(self, x: float, quantity: Quantity) -> Array:
-        element = int(self.nodes.searchsorted(x + self._near, side="right")) - 1
+        element = int(self.nodes.searchsorted(x + self.near, side="right")) - 1
         element = min(max(element, 0), len(self.lengths) - 1)
-        h, segment = float(self.lengths[element]), self.beam.segments[self.of_segment[element]]
-        place = (x - float(self.nodes[element])) / h
+        start = float(self.nodes[element])
+        place = (x - start) / float(self.lengths[element])
         place = 0.0 if abs(place) <= NODE_TOL else 1.0 if abs(place - 1.0) <= NODE_TOL else place
-        phi = shear_ratio(segment, h)
+        sides = [(element, place)]
+        if quantity in ("bending_moment", "shear_force") and self.is_shared(element, x, start):
+            sides.append((element - 1, 1.0))
         row = np.zeros(2 * len(self.nodes))
-        if quantity in ("displacement", "velocity"):
-            values = deflections(place, h, phi)
-        elif quantity == "rotation":
-            values = rotations(place, h, phi)
-        elif quantity == "bending_moment":
-            values = segment.bending_stiffness * curvatures(place, h, phi)
-        elif quantity == "shear_force":
-            values = -segment.bending_stiffness * slope_of_curvature(h, phi)
-        else:
-            raise no_such(quantity)
-        row[2 * element : 2 * element + 4] = values
+        for number, at in sides:
+            row[2 * number : 2 * number + 4] += self._of_element(number, at, quantity) / len(sides)
         return row[self._kept]
+
+    def _of_element(self, number: int, place: float, quantity: Quantity) -> Array:
+        """Return a quantity at a place (0 to 1) of an element per coordinate of its nodes, (4,)."""
+        h, segment = float(self.lengths[number]), self.beam.segments[self.of_segment[number]]
+        phi = shear_ratio(segment, h)
+        if quantity == "displacement":
+            return deflections(place, h, phi)
+        if quantity == "rotation":
+            return rotations(place, h, phi)
+        if quantity == "bending_moment":
+            return np.asarray(segment.bending_stiffness * curvatures(place, h, phi))
+        if quantity == "shear_force":
+            return np.asarray(-segment.bending_stiffness * slope_of_curvature(h, phi))
+        raise no_such(quantity)
 
     def momentum_row(self) -> Array:
         return self._momentum

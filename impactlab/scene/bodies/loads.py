@@ -17,6 +17,7 @@ Array = NDArray[float64]
 PARTS = 200  # of a run, in each of which a function may change its slope
 LINES = 20_000  # that stand for a function beside its run: in checks, scales and impulses
 MAX_SAMPLES = 1_000_000  # straight lines that stand for a function; a run of fewer steps has one to a step
+ZERO = 1e-12  # of the largest force: a sample at the start or the end that is no larger is rounding
 SAME_TIME = 1e-9  # of the duration: samples may end this much before the run
 
 
@@ -98,9 +99,13 @@ class SampledLoad(AbstractLoad):
         return 1 + int(np.count_nonzero((self.times > 0.0) & (self.times < duration)))
 
     def reaches(self, duration: float) -> tuple[bool, bool]:
-        """Return whether the force is given at the start and at the end of a run: by samples, or by zeros outside."""
-        start = self.t[0] <= 0.0 or self.f[0] == 0.0
-        return start, self.t[-1] >= duration * (1.0 - SAME_TIME) or self.f[-1] == 0.0
+        """Return whether the force is given at the start and at the end of a run: by samples, or by zeros outside.
+
+        A sample of a zero by rounding, as sin(pi) at the end of half a sine, counts as zero.
+        """
+        zero = ZERO * float(np.abs(self.forces).max())
+        start = self.t[0] <= 0.0 or abs(self.f[0]) <= zero
+        return start, self.t[-1] >= duration * (1.0 - SAME_TIME) or abs(self.f[-1]) <= zero
 
     def impulse(self, t: Array) -> Array:
         """Return the integral of the force from 0 to times t >= 0 [N s], shape of t."""

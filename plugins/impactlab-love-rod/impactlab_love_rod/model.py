@@ -8,9 +8,10 @@ from typing import final
 
 import numpy as np
 
-from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Deformed, Face, Operators
 from impactlab.models.mesh.bar_elements import elements_per_segment
 from impactlab.models.mesh.bars import Mesh
+from impactlab.models.mesh.contact_nodes import with_nodes_at
 from impactlab.models.modal_body import ModalBody
 from impactlab.numerics.banded import widened
 from impactlab.scene import ElasticBody, End, Segment, WaveBody
@@ -64,12 +65,15 @@ class LoveRod(AbstractRodModel):
         counts = elements_per_segment(body.segments, self.elements)
         return min(segment.length / count for segment, count in zip(body.segments, counts, strict=True))
 
+    def meshed(self, body: Deformed, faces: tuple[Face, ...]) -> Deformed:
+        return body if self.modes is not None else with_nodes_at(body, faces, self.elements)
+
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         if self.modes is not None:
             segment = rod.segments[0]
             basis = LoveModes(rod, self.modes, self.lateral_length(segment))
             return ModalBody(rod, gravity, basis, False, waves=basis.waves(segment))
-        return LoveBody(self, rod, gravity)
+        return LoveBody(self, self.meshed(rod, faces), gravity, faces)
 
     def lateral_length(self, segment: Segment) -> float:
         """Return nu r_p [m], the length over which waves of a segment feel its lateral inertia."""
@@ -92,8 +96,8 @@ class LoveRod(AbstractRodModel):
 class LoveBody(AbstractDiscreteModel):
     """A mesh of bars whose mass holds the lateral inertia."""
 
-    def __init__(self, model: LoveRod, rod: WaveBody, gravity: float) -> None:
-        self._mesh = Mesh(rod, model.elements, "consistent", gravity)
+    def __init__(self, model: LoveRod, rod: WaveBody, gravity: float, faces: tuple[Face, ...]) -> None:
+        self._mesh = Mesh(rod, model.elements, "consistent", gravity, faces=faces)
         counts = elements_per_segment(rod.segments, model.elements)
         lateral = np.repeat([model.lateral_length(segment) for segment in rod.segments], counts)
         self._lateral: Array = self._mesh.density * self._mesh.area * lateral**2 / self._mesh.lengths  # kg, an element

@@ -22,9 +22,9 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.measurement import dispersion
-from impactlab.models.base import AbstractRodModel
+from impactlab.models.base import AbstractRodModel, Face
 from impactlab.models.finite_element import FiniteElement
-from impactlab.numerics.banded import full
+from impactlab.numerics.banded import full, solve
 from impactlab.scene import Contact, End, Mass, Point, Probe, Rayleigh, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.contracts import RodModelContract
@@ -244,3 +244,11 @@ def test_a_signal_of_the_rod_moves_with_its_own_dispersion() -> None:
     ] / np.linalg.norm(far)
     assert missed[0] == pytest.approx(0.81, abs=0.01)
     assert missed[1] < 0.03
+
+
+def test_a_contact_inside_an_element_yields_as_in_statics() -> None:
+    rod = Rod("rod", (Segment(0.6, 6.0e-4, 2.1e11, 7850.0),), End("clamped"), End("free"))
+    body = LoveRod(elements=7).build(rod, 0.0, (Face(0.21, 0, 1.0),))
+    row = body.row(0.21, "displacement")
+    compliance = row @ solve(body.operators().stiffness, row)
+    assert compliance == pytest.approx(0.21 / (2.1e11 * 6.0e-4), rel=1e-11)
