@@ -7,16 +7,12 @@ from collections.abc import Iterator, Sequence
 
 from impactlab.history.base import ContactSpan, Warned
 from impactlab.metrics.collisions import memory
-from impactlab.models.modal_body import ModalBody
 from impactlab.scene.bodies import Body
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
-from impactlab.simulate.resolvability import resolution, stiffness_met
+from impactlab.simulate.resolvability import resolution
 
 RESOLVED = 3.0  # time resolutions: a contact that is shorter has no shape and no impulse of its own
-# Flexibility that the modes kept leave out at a contact, of that of the contact, with which it stands in series.
-# Peak forces are wrong by 0.4 to 0.7 of this share.
-LEFT_OUT_WARN, LEFT_OUT_WANTED = 0.03, 0.003
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -32,7 +28,6 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
         if beams and spans:
             if laws[contact.name].hard:
                 yield from _singular(contact, beams, spans)
-            yield from _few_modes(history, contact)
             yield from _too_short(history, contact, spans)
 
 
@@ -59,28 +54,6 @@ def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSp
         "stiffness, or theory: timoshenko"
     )
     yield Warned("singular_force", text)
-
-
-def _few_modes(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
-    """Warn of a contact that is so stiff that the modes left out of a beam would give more than it does."""
-    stiffness = stiffness_met(history, contact)
-    if not stiffness or stiffness == math.inf:  # a hard contact has no flexibility to compare with
-        return
-    for point in (contact.left, contact.right):
-        body, built = history.scene.bodies[point.body], history.built[point.body]
-        if not body.bends or not isinstance(built.model, ModalBody) or built.system.phases is not None:
-            continue
-        share = abs(built.model.left_out(point.x, "displacement", point.x)) * stiffness
-        if share > LEFT_OUT_WARN:
-            # Of n modes it falls as 1/n^3 by bending, as 1/n where the beam shears, too.
-            bending_alone, kept = body.unbounded_first_force, built.system.load.size
-            enough = math.ceil(kept * (share / LEFT_OUT_WANTED) ** (1.0 / 3.0))
-            advice = f"give about {enough} modes" if bending_alone else f"give many more modes than {kept}"
-            yield Warned(
-                "few_modes",
-                f"{contact.name}: the modes left out of '{point.body}' have {100 * share:.2g} % of the flexibility of "
-                f"the contact, and the force is wrong by up to as much; {advice}, or a basis with a static shape there",
-            )
 
 
 def _too_short(history: AbstractRecordedHistory, contact: Contact, spans: Sequence[ContactSpan]) -> Iterator[Warned]:

@@ -1,4 +1,4 @@
-"""Modes left out of a beam under a stiff contact: warned of where the force is wrong by a share that matters."""
+"""Modes left out of a body under a stiff contact: warned of where the force is wrong by a share that matters."""
 
 import re
 
@@ -69,3 +69,28 @@ def test_a_static_shape_at_the_contact_stands_for_the_modes_left_out():
 def test_of_a_beam_that_shears_no_number_of_modes_is_named():
     (text,) = warned(struck(5, theory="timoshenko"))
     assert "give many more modes than 5" in text
+
+
+def on_rod(modes, law, **model):
+    """Return a run of a mass against the end of a clamped rod."""
+    rod = il.Rod(length=0.6, area=6e-4, material="steel", ends={"right": "clamped"})
+    solve = {"duration": 4e-4, "model": {"kind": "modal", "modes": modes, **model}}
+    solve["integrator"] = {"kind": "exact_modal"}
+    bodies, contact = {"mass": il.Mass(0.5, velocity=1.0), "rod": rod}, il.Contact("mass", "rod.left", law=law)
+    return il.run(il.Case(bodies=bodies, contacts=[contact], solve={**solve, "step": {"dt": 1e-7}}))
+
+
+def test_of_a_rod_the_force_is_wrong_by_less_than_the_share_and_as_many_modes_as_named_do():
+    """The exact solver knows a spring between a mass and a rod."""
+    law = {"kind": "penalty", "stiffness": 2e9}
+    exact = il.run(on_rod(5, law).case.with_("solve", {"duration": 4e-4, "model": {"kind": "continuous"}}))
+    (text,) = warned(few := on_rod(40, law))
+    wanted, found = exact.contacts[0].impulse, few.contacts[0].impulse
+    assert 0.1 * stated(text) < abs(found / wanted - 1.0) < stated(text)
+    fine = on_rod(int(re.search(r"give about (\d+) modes", text)[1]), law)
+    assert warned(fine) == []
+    assert fine.contacts[0].impulse == pytest.approx(wanted, rel=2e-3)
+
+
+def test_a_spring_that_is_taken_from_a_mesh_stands_for_a_hard_contact_and_is_not_compared():
+    assert warned(on_rod(40, {"kind": "penalty", "stiffness": {"relative": 0.8}}, elements=100)) == []
