@@ -31,7 +31,7 @@ from impactlab.history.advice import ADVICE
 from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
-from impactlab.numerics.collector import collector_paused
+from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Method, Simulation, theories
 from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
@@ -179,7 +179,7 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
 def solve(scene: Scene, method: Method, progress: Progress | None = None) -> AbstractHistory:
     """Run a scene under a method, chosen automatically under a tolerance; issue no `RunWarning`."""
     if method.tolerance is None:
-        with collector_paused(len(scene.bodies)):
+        with GarbageCollectionPaused(len(scene.bodies)):
             return driver.run(scene, method, progress)
     with spent_on(CHOOSING):  # the run that is chosen is one of its trials
         return choice.run(scene, method, progress)

@@ -28,7 +28,7 @@ from impactlab.casefile.words import shown
 from impactlab.casefile.written import yaml_text
 from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.lazy import above
-from impactlab.numerics.collector import collector_paused
+from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import odd_speeds
@@ -377,7 +377,7 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry, 
             check_texts(document.data)
         data, origins = expand(document.data)
         say_if_many(_length(data.get("bodies")))
-        with collector_paused(_length(data.get("bodies"))):
+        with GarbageCollectionPaused(_length(data.get("bodies"))):
             checked, built = _checked_and_built(name, file, data, registry)
     except ImpactlabError as error:
         origins.led_back(error)

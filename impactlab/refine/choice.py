@@ -10,7 +10,7 @@ from functools import partial
 
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.numerics.collection import Uncollected
+from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.refine import reach, serving
 from impactlab.refine.choice_record import Candidate, Choice, Ladder
 from impactlab.refine.convergence import Level, Progress, Study
@@ -78,7 +78,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     others: Iterator[Study] = iter(())
     best, why = at_once(served[0], asked, failed, progress), served[1]
     if best is None:
-        with Uncollected():
+        with GarbageCollectionPaused():
             others, why = in_turn(asked, served)
             studies.extend(itertools.islice(others, 1))
             best = searched(studies, asked, failed, progress, others)

@@ -11,7 +11,7 @@ from functools import partial
 
 from impactlab.exact.cost import Begun
 from impactlab.history.base import AbstractHistory
-from impactlab.numerics.collection import Uncollected
+from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Simulation
 from impactlab.simulate import driver
 from impactlab.simulate.checks import check_run
@@ -31,7 +31,7 @@ def run(
     It raises as `impactlab.simulate.driver.run` does, except for what the check raises; ``begun``, ``like`` as there.
     """
     began = clock.perf_counter()
-    with spent_on("set-up"), Uncollected():
+    with spent_on("set-up"), GarbageCollectionPaused():
         plan, assembly = driver.prepared_like(made if like is None else like, *made)
         if plan.march is not None or plan.integrator is None or assembly is None:
             history = driver.run(*made, progress, with_warnings=False, begun=begun, like=like)
@@ -44,7 +44,7 @@ def run(
 
 def _checked(status: int, assembly: Assembly, history: RecordedHistory) -> None:
     began = clock.perf_counter()
-    with spent_on("checks"), Uncollected():
+    with spent_on("checks"), GarbageCollectionPaused():
         check_run(status, assembly, history)
     history.cost.checks_s = clock.perf_counter() - began
 

@@ -15,7 +15,7 @@ from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import entered, is_loaded
 from impactlab.numerics.ahead import ahead
-from impactlab.numerics.collection import Uncollected
+from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import Recent
@@ -135,7 +135,7 @@ def run(
         When a law fails, a number is not finite, or energy grows beyond the declared bound; carries the history so far.
     """
     began = clock.perf_counter()
-    with spent_on("set-up"), Uncollected(), ahead(lambda: needed_kernels.of_steps(scene, method)):
+    with spent_on("set-up"), GarbageCollectionPaused(), ahead(lambda: needed_kernels.of_steps(scene, method)):
         if like is None:
             prepared = ready(scene, method)
             plan, assembly = prepared.plan, prepared.assembly()
@@ -156,7 +156,7 @@ def run(
         return exact
     history, status = step_through(plan, assembly, progress, began, with_warnings)
     solved = clock.perf_counter()
-    with spent_on("checks"), Uncollected():
+    with spent_on("checks"), GarbageCollectionPaused():
         if with_warnings:
             add_warnings(history)
         history.cost.checks_s = clock.perf_counter() - solved
@@ -174,7 +174,7 @@ def step_through(
     assert plan.integrator is not None  # noqa: S101 - a plan without steps has no arrays
     if progress is not None:
         progress(0.0)
-    with spent_on("set-up"), Uncollected():
+    with spent_on("set-up"), GarbageCollectionPaused():
         if with_warnings:  # runs for a reference or for the choice measure nothing
             check_rates(plan.scene, 1.0 / (assembly.stride * assembly.dt))
         history = RecordedHistory(assembly, plan.integrator)
@@ -186,7 +186,7 @@ def step_through(
     with spent_on("solving"):
         set_up = clock.perf_counter()  # after the line above: garbage that was held back is collected there
         status = walk(assembly, history, progress)
-        with Uncollected():
+        with GarbageCollectionPaused():
             history.finish()
     cost = history.cost
     cost.setup_s, cost.solve_s = set_up - began, clock.perf_counter() - set_up

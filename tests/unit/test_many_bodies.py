@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.casefile import case as case_module
 from impactlab.cli import app
-from impactlab.numerics.collector import MANY, collector_paused
 from impactlab.report.counts import counted
 from impactlab.report.drawn_part import MAX_DRAWN, drawn_part
 from impactlab.scene.frame import frames, groups
@@ -130,18 +128,6 @@ def test_a_long_chain_is_one_group_found_once() -> None:
     [group] = groups(scene)
     assert set(group.bodies) == set(scene.bodies)
     assert frames(scene)["bead_7"] is group
-
-
-def test_the_collector_goes_on_afterwards() -> None:
-    assert gc.isenabled()
-    with collector_paused(MANY):
-        assert not gc.isenabled()
-        with collector_paused(MANY):
-            assert not gc.isenabled()
-        assert not gc.isenabled()
-    assert gc.isenabled()
-    with collector_paused(MANY - 1):
-        assert gc.isenabled()
 
 
 def test_one_method_is_not_counted_as_methods() -> None:

@@ -6,12 +6,12 @@ import gc
 
 import pytest
 
-from impactlab.numerics.collection import Uncollected
+from impactlab.numerics.garbage_collection import MANY, GarbageCollectionPaused
 
 
 def seen(fails: bool) -> bool:
     """Return whether the collector is on inside the context; raise there if asked for."""
-    with Uncollected():
+    with GarbageCollectionPaused():
         if fails:
             raise ValueError("inside")
         return gc.isenabled()
@@ -26,8 +26,13 @@ def test_it_is_off_inside_and_on_again_after_an_error() -> None:
 
 
 def test_an_inner_context_does_not_switch_it_on_for_the_outer_one() -> None:
-    with Uncollected():
-        with Uncollected():
+    with GarbageCollectionPaused():
+        with GarbageCollectionPaused():
             pass
         assert not gc.isenabled()
     assert gc.isenabled()
+
+
+def test_of_few_bodies_it_is_left_alone() -> None:
+    with GarbageCollectionPaused(MANY - 1):
+        assert gc.isenabled()
