@@ -12,7 +12,7 @@ from impactlab.casefile.contacts import RULES_OF_CONTACTS, Row, met
 from impactlab.casefile.instruments import instruments_are_whole
 from impactlab.casefile.joined import check_bonds, is_joined
 from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
-from impactlab.casefile.points import check_place, find_body
+from impactlab.casefile.points import find_body, place_on
 from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, RoundTrips, WallBlock
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, combined
@@ -215,7 +215,7 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
                 path=f"{path}.body",
             )
         if isinstance(body, ElasticBlock):
-            check_place(probe.at, probe.body, body.total_length, f"{path}.at")
+            place_on(probe.at, probe.body, body.total_length, f"{path}.at")
             known = body.quantities
             if probe.quantity not in known:
                 raise CaseError(
