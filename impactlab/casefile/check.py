@@ -18,6 +18,7 @@ from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, combined
 from impactlab.plugins import Registry
 from impactlab.scene.bodies import Table
+from impactlab.scene.bodies.base import PLACE_ROUNDING
 from impactlab.scene.ranges import range_of
 
 BASE = "base"  # name of the case as written, among its methods and its variants
@@ -239,6 +240,22 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
             )
 
 
+def _probes_have_channels_of_their_own(case: CaseBlock) -> None:
+    """Refuse probes of one quantity whose places differ by less than the six digits of a channel's name show."""
+    first: dict[tuple[str, str, str], int] = {}
+    for number, probe in enumerate(case.probes):
+        other = first.setdefault((probe.body, probe.quantity, f"{probe.at:.6g}"), number)
+        at = case.probes[other].at
+        if abs(probe.at - at) > PLACE_ROUNDING * abs(at):
+            channel = f"{probe.quantity}:{probe.body}@{at:.6g}"
+            raise CaseError(
+                f"probes.{other} at {at:.12g} m and this one at {probe.at:.12g} m have one channel, {channel}: "
+                "channels name places by six digits. Allowed: places that differ in six digits",
+                remedy="Move one of the two away from the other, or remove it.",
+                path=f"probes.{number}.at",
+            )
+
+
 def _base_is_the_case(case: CaseBlock) -> None:
     for block, what in (("methods", "the case as written"), ("variants", "the scene as written")):
         if BASE in getattr(case, block):
@@ -263,6 +280,7 @@ RULES: tuple[Callable[[CaseBlock], None], ...] = (
     _one_step_rule,
     _one_spacing_of_snapshots,
     _probes_lie_on_bodies,
+    _probes_have_channels_of_their_own,
     instruments_are_whole,
     _base_is_the_case,
 )
