@@ -18,7 +18,7 @@ from impactlab.exact.branch_tables import FIRST
 from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, sample_times
 from impactlab.exact.link_results import link_results, named, total
 from impactlab.exact.network import Layout, Link, Log
-from impactlab.exact.signals import Signal, Signals
+from impactlab.exact.signals import Signal, Signals, turning_times
 from impactlab.history.base import (
     FIELD_POINTS,
     AbstractHistory,
@@ -361,6 +361,14 @@ class ContinuousHistory(AbstractHistory):
             ways = np.clip((x[mine] - link.x) / link.segment.wave_speed, 0.0, link.transit)
             values[mine] = factor * self._wave(np.full(ways.size, time), read, Place(link, ways))
         return Field(x, values)
+
+    def turning_times(self, channel: str) -> Array:
+        if channel.partition(":")[2].rpartition("@")[0] not in self.layout.links:
+            return super().turning_times(channel)
+        link, way = self.place(channel)
+        ends = (link.left_end, way), (link.right_end, link.transit - way)
+        breaks = np.concatenate([self.signals.wave(end).stop + lag for end, lag in ends])
+        return turning_times(breaks, float(self.log.state["tolerance"]), self.duration)
 
     def jumps(self, channel: str) -> Array:
         quantity, _, rest = channel.partition(":")
