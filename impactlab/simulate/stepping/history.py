@@ -192,6 +192,18 @@ class RecordedHistory(AbstractRecordedHistory):
         joined = ((self.scene.contacts[number].name, record) for number, record in solved if record.joined)
         return {name: record.total - self._beyond * record.force for name, record in joined}
 
+    def _peak_at_end(self, contact: str, start: float, last: float, peak: float) -> float:
+        """Return the peak [N] of a contact from ``start`` [s] that goes on at the end of the run.
+
+        A force that rises is largest there: more than the ``last`` mean over a step, or less where the middle of that
+        step lies beyond the run.
+        """
+        found, at_end = self.recorded[f"force:{contact}"], float(self.evaluate(self.duration, f"force:{contact}"))
+        if found.middles is not None and last >= peak and found.middles[-1] > self.duration:
+            within = found.values[(found.middles > start) & (found.middles <= self.duration)]
+            peak = float(within.max(initial=0.0))
+        return max(peak, at_end)
+
     @property
     def _beyond(self) -> float:
         """Time beyond the run for which forces have been summed [s]: up to the instant of the scheme's velocities.
@@ -272,8 +284,8 @@ class RecordedHistory(AbstractRecordedHistory):
                 spans.append(ContactSpan(name, started.pop(number, 0.0), time, span_impulse, peak))
         for number, time in started.items():
             name, (impulse, force, peak) = contacts[number].name, readout.span_of(assembly, number)
-            if not assembly.acting.laws[name].hard:  # a force that rises is larger at the end than its last mean
-                peak = max(peak, float(self.evaluate(self.duration, f"force:{name}")))
+            if not assembly.acting.laws[name].hard:
+                peak = self._peak_at_end(name, time, force, peak)
             spans.append(ContactSpan(name, time, None, impulse - self._beyond * force, peak))
         for number, given in kicks.items():
             name = contacts[number].name
