@@ -90,7 +90,7 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
         duration=duration,
         records=case.solve.records,
         gravity=gravity_of(case),
-        probes=tuple(probe_of(block) for block in case.probes),
+        probes=tuple(probe_of(block, case.bodies[block.body]) for block in case.probes),
         snapshots=snapshots,
         frames=frames,
         metrics=tuple(dict.fromkeys(case.metrics)),

@@ -12,12 +12,13 @@ from impactlab.casefile.contacts import RULES_OF_CONTACTS, Row, met
 from impactlab.casefile.instruments import instruments_are_whole
 from impactlab.casefile.joined import check_bonds, is_joined
 from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
-from impactlab.casefile.points import check_place, find_body
+from impactlab.casefile.points import find_body, place_on
 from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, RoundTrips, WallBlock
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, combined
 from impactlab.plugins import Registry
 from impactlab.scene.bodies import Table
+from impactlab.scene.bodies.base import PLACE_ROUNDING
 from impactlab.scene.ranges import range_of
 
 BASE = "base"  # name of the case as written, among its methods and its variants
@@ -215,7 +216,7 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
                 path=f"{path}.body",
             )
         if isinstance(body, ElasticBlock):
-            check_place(probe.at, probe.body, body.total_length, f"{path}.at")
+            place_on(probe.at, probe.body, body.total_length, f"{path}.at")
             known = body.quantities
             if probe.quantity not in known:
                 raise CaseError(
@@ -236,6 +237,22 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
                 f"{probe.at:g} m on the mass {probe.body!r}, which has no length",
                 remedy="Leave `at` out.",
                 path=f"{path}.at",
+            )
+
+
+def _probes_have_channels_of_their_own(case: CaseBlock) -> None:
+    """Refuse probes of one quantity whose places differ by less than the six digits of a channel's name show."""
+    first: dict[tuple[str, str, str], int] = {}
+    for number, probe in enumerate(case.probes):
+        other = first.setdefault((probe.body, probe.quantity, f"{probe.at:.6g}"), number)
+        at = case.probes[other].at
+        if abs(probe.at - at) > PLACE_ROUNDING * abs(at):
+            channel = f"{probe.quantity}:{probe.body}@{at:.6g}"
+            raise CaseError(
+                f"probes.{other} at {at:.12g} m and this one at {probe.at:.12g} m have one channel, {channel}: "
+                "channels name places by six digits. Allowed: places that differ in six digits",
+                remedy="Move one of the two away from the other, or remove it.",
+                path=f"probes.{number}.at",
             )
 
 
@@ -263,6 +280,7 @@ RULES: tuple[Callable[[CaseBlock], None], ...] = (
     _one_step_rule,
     _one_spacing_of_snapshots,
     _probes_lie_on_bodies,
+    _probes_have_channels_of_their_own,
     instruments_are_whole,
     _base_is_the_case,
 )

@@ -41,10 +41,10 @@ class Row:
 
     @cached_property
     def first(self) -> dict[frozenset[str], int]:
-        """The first contact between two faces, by both texts."""
+        """The first contact between two faces, by the names of both, in which a place has six digits."""
         found: dict[frozenset[str], int] = {}
         for contact in self.contacts:
-            found.setdefault(frozenset(contact.block.between), contact.number)
+            found.setdefault(_labels(contact), contact.number)
         return found
 
     @cached_property
@@ -190,11 +190,16 @@ def joins_two_bodies(contact: Met) -> None:
     if all(isinstance(body, WallBlock) for body in contact.bodies):
         text = f"{left!r} and {right!r} are walls and never move"
         raise contact.refused(text, "A contact needs a body that moves: a rod, a beam, a shaft or a mass.")
-    first = contact.row.first[frozenset(contact.block.between)]
+    first = contact.row.first[_labels(contact)]
     if first < contact.number:
         labels = " and ".join(face.point.label for face in contact.faces)
         remedy = "Remove one of the two contacts; for play on both sides of a joint give one contact the law slack."
         raise contact.refused(f"{labels} already meet in contacts.{first}", remedy)
+
+
+def _labels(contact: Met) -> frozenset[str]:
+    """Return the names of both faces, which name the channels of the contact."""
+    return frozenset(face.point.label for face in contact.faces)
 
 
 def faces_look_at_each_other(contact: Met) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from impactlab.casefile.schema import CaseBlock, ProbeBlock
+from impactlab.casefile.points import at_end
+from impactlab.casefile.schema import BodyBlock, CaseBlock, ProbeBlock
 from impactlab.errors import CaseError
 from impactlab.scene.instrument import Instrument
 from impactlab.scene.problem import Probe
@@ -17,10 +18,15 @@ def given(probe: ProbeBlock) -> dict[str, Any]:
     return {key: value for key in KEYS if (value := getattr(probe, key)) is not None}
 
 
-def probe_of(block: ProbeBlock) -> Probe:
-    """Return the probe of a block; its instrument is None where it has no key of one."""
-    keys = given(block)
-    return Probe(block.body, block.at, block.quantity, Instrument(**keys) if keys else None)
+def probe_of(block: ProbeBlock, body: BodyBlock) -> Probe:
+    """Return the probe of a block on a body; its instrument is None where it has no key of one."""
+    keys, at = given(block), at_end(block.at, _length(body))
+    return Probe(block.body, at, block.quantity, Instrument(**keys) if keys else None)
+
+
+def _length(body: BodyBlock) -> float:
+    """Return the whole length of a body [m]; 0 of a rigid one."""
+    return float(getattr(body, "total_length", 0.0))
 
 
 def instruments_are_whole(case: CaseBlock) -> None:
@@ -63,8 +69,8 @@ def _check_gauge(case: CaseBlock, block: ProbeBlock, path: str) -> None:
             remedy="Probe the strain of a rod, or remove length.",
             path=path,
         )
-    start, end = block.at - 0.5 * block.length, block.at + 0.5 * block.length
-    whole = getattr(body, "total_length", 0.0)
+    whole = _length(body)
+    start, end = (at_end(block.at + part * block.length, whole) for part in (-0.5, 0.5))
     if start < 0.0 or end > whole:
         raise CaseError(
             f"a gauge of {block.length:g} m at {block.at:g} m reaches from {start:g} to {end:g} m, beyond the body "

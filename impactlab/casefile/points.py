@@ -11,6 +11,7 @@ from impactlab.casefile.schema import BodyBlock, CaseBlock, MassBlock
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, listed_bodies, rows_of, shown
 from impactlab.errors import CaseError
+from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.problem import Point
 
 _FACE = re.compile(r"([A-Za-z_][A-Za-z0-9_-]{0,39})(?:\.(\w{1,40})(?:\(([^()]{1,64})\))?)?")
@@ -111,8 +112,7 @@ def _place(place: str, name: str, length: float, text: str, path: str) -> float:
         x = float(place) if _NUMBER.fullmatch(place.strip()) else to_si(place.strip(), "m")
     except ValueError as error:
         raise CaseError(f"{shown(text)}: {error}", remedy=_REMEDY, path=path) from error
-    check_place(x, name, length, path)
-    return x
+    return place_on(x, name, length, path)
 
 
 def _along(name: str, places: str, length: float, text: str, path: str) -> Face:
@@ -133,11 +133,28 @@ def _inner(name: str, place: str, length: float, text: str, path: str) -> Face:
     return Face(Point(name, x, f"{name}.at({x:.6g})"), end, name)
 
 
-def check_place(x: float, name: str, length: float, path: str) -> None:
-    """Raise unless x [m] lies on a rod of that length."""
-    if not 0.0 <= x <= length:
+def place_on(x: float, name: str, length: float, path: str) -> float:
+    """Return x [m] on a body of a length [m]; a place that meets an end to rounding is that end.
+
+    Raises
+    ------
+    CaseError
+        If x lies outside the body.
+    """
+    met = at_end(x, length)
+    if not 0.0 <= met <= length:
         raise CaseError(
-            f"x = {x:g} m lies outside the body {name!r}. Allowed: 0 to {length:g} m",
+            f"x = {x:.12g} m lies outside the body {name!r}. Allowed: 0 to {length:.12g} m",
             remedy="x runs from the left end of a body to its right end.",
             path=path,
         )
+    return met
+
+
+def at_end(x: float, length: float) -> float:
+    """Return the end of a body, 0 or its length [m], that a place x [m] meets to rounding; else x.
+
+    The length of a body of segments is a sum: 0.7 m and 0.1 m make 0.7999999999999999 m.
+    """
+    slack = SAME_PLACE * length
+    return 0.0 if abs(x) <= slack else length if abs(x - length) <= slack else x

@@ -18,7 +18,7 @@ from impactlab.exact.branch_tables import FIRST
 from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, sample_times
 from impactlab.exact.link_results import link_results, named, total
 from impactlab.exact.network import Layout, Link, Log
-from impactlab.exact.signals import Signal, Signals
+from impactlab.exact.signals import Signal, Signals, turning_times
 from impactlab.history.base import (
     FIELD_POINTS,
     AbstractHistory,
@@ -38,6 +38,7 @@ from impactlab.history.unmet import never_met
 from impactlab.history.waves import wave_body
 from impactlab.lazy import lazy
 from impactlab.metrics.grazing import near_grazing
+from impactlab.scene.bodies.base import PLACE_ROUNDING
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact, Probe
@@ -353,11 +354,21 @@ class ContinuousHistory(AbstractHistory):
         x = np.linspace(0.0, length, FIELD_POINTS) if x is None else places_on(self.scene.bodies[body], x)
         values = np.empty_like(x)
         time = float(within_run(t, self.duration))
-        for link in links:
-            mine = (x >= link.x) & ((x < link.x + link.length) | (link is links[-1]))
+        starts = np.array([link.x for link in links])
+        numbers = np.searchsorted(starts[1:], x + PLACE_ROUNDING * length, side="right")  # at a boundary the right link
+        for number, link in enumerate(links):
+            mine = numbers == number
             ways = np.clip((x[mine] - link.x) / link.segment.wave_speed, 0.0, link.transit)
             values[mine] = factor * self._wave(np.full(ways.size, time), read, Place(link, ways))
         return Field(x, values)
+
+    def turning_times(self, channel: str) -> Array:
+        if channel.partition(":")[2].rpartition("@")[0] not in self.layout.links:
+            return super().turning_times(channel)
+        link, way = self.place(channel)
+        ends = (link.left_end, way), (link.right_end, link.transit - way)
+        breaks = np.concatenate([self.signals.wave(end).stop + lag for end, lag in ends])
+        return turning_times(breaks, float(self.log.state["tolerance"]), self.duration)
 
     def jumps(self, channel: str) -> Array:
         quantity, _, rest = channel.partition(":")

@@ -9,6 +9,8 @@ import numpy as np
 from impactlab.exact.network import Integers, Log
 from impactlab.types import Array
 
+MAX_BREAKS = 5000  # of a signal, at which its extremes are sought
+
 
 @cache
 def gauss(points: int) -> tuple[Array, Array]:
@@ -33,6 +35,15 @@ def clenshaw(table: Array, piece: Integers, y: Array) -> Array:
 def _signs(count: int) -> Array:
     """Return so many signs, 1, -1, 1 ...: Chebyshev polynomials at -1."""
     return np.where(np.arange(count) % 2 == 0, 1.0, -1.0)
+
+
+def turning_times(breaks: Array, tolerance: float, duration: float) -> Array:
+    """Return both sides of the breaks of a signal, and places between them, three or more, (n,) [s] within a run."""
+    inside = np.unique(breaks[(breaks > 0.0) & (breaks < duration)])
+    ends = np.concatenate([[0.0], inside[:: len(inside) // MAX_BREAKS + 1], [duration]])
+    count = max(3, MAX_BREAKS // len(ends))
+    between = ends[:-1, None] + np.diff(ends)[:, None] * (np.arange(1, count + 1) / (count + 1))
+    return np.concatenate([ends, np.maximum(ends - 2.0 * tolerance, 0.0), between.ravel()])
 
 
 SIZES = (1, 2, 3, 4, 6, 8, 12, 18, 24, 36)  # coefficients of pieces that are taken together, and all more

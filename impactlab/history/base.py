@@ -239,6 +239,14 @@ class AbstractHistory(Views, ABC):
     def jumps(self, channel: str) -> Array:
         """Return the instants (n,) [s] at which a channel jumps; empty where it is continuous."""
 
+    def turning_times(self, channel: str) -> Array:
+        """Return instants (n,) [s] at which a channel may be largest or least, besides equal ones.
+
+        As a rule they are both sides of its jumps.
+        """
+        jumps = self.jumps(channel)
+        return np.concatenate((jumps, np.nextafter(jumps, 0.0)))
+
     def largest(self, channel: str) -> float:
         """Return the largest value of a channel in the run.
 

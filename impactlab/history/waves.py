@@ -7,6 +7,7 @@ strain at one section give both waves; at a step, a gauge or an end they separat
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.scene.bodies import Body, WaveBody
+from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.problem import Scene
 
 Array = NDArray[float64]
@@ -76,9 +78,9 @@ def wave_body(scene: Scene, name: str, x: float) -> WaveBody:
             if kind == "beam"
             else "Name a rod or a shaft.",
         )
-    if not 0.0 <= x <= body.length:
+    if not -SAME_PLACE * body.length <= x <= (1.0 + SAME_PLACE) * body.length:
         raise ImpactlabError(
-            f"{x:.6g} m lies outside '{name}', 0 to {body.length:.6g} m",
+            f"{x:.12g} m lies outside '{name}', 0 to {body.length:.12g} m",
             remedy="Give x from the left end of the body.",
             path=f"bodies.{name}",
         )
@@ -120,10 +122,12 @@ def separated(
 
 def _contacts_at(scene: Scene, body: WaveBody, x: float) -> list[str]:
     """Return the contacts on an end without support or load: their forces are the force inside the rod there."""
-    if not any(place == x and end.kind == "free" and not end.is_loaded for place, end in body.ends):
+    slack = SAME_PLACE * body.length
+    if not any(abs(place - x) <= slack and end.kind == "free" and not end.is_loaded for place, end in body.ends):
         return []
     points = {contact.name: (contact.left, contact.right) for contact in scene.contacts}
-    return [name for name, both in points.items() if any((p.body, p.x) == (body.name, x) for p in both)]
+    touching = (any(p.body == body.name and abs(p.x - x) <= slack for p in both) for both in points.values())
+    return list(itertools.compress(points, touching))
 
 
 def _wanted(body: WaveBody) -> list[str]:

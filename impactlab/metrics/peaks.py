@@ -106,7 +106,12 @@ def near_jumps(history: AbstractHistory, scene: Scene, laws: Laws, contact: Cont
 
 
 def _fronts(history: AbstractHistory, scene: Scene, laws: Laws, contact: Contact) -> Array:
-    """Return the instants at which the force of a contact may jump, shape (k,), rising [s]."""
+    """Return the instants at which the force of a contact may jump, shape (k,), rising [s].
+
+    The force of a spring, or of a power law, has a kink where a front arrives, which is part of its peak.
+    """
+    if not laws[contact.name].force_jumps:
+        return np.zeros(0)
     touches = [event for event in history.events if event.kind == "close" and laws[event.contact].force_jumps]
     waves = (scene.bodies[point.body].waves for point in (contact.left, contact.right))
     trips = [body.round_trip for body in waves if body is not None]

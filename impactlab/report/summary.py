@@ -31,7 +31,7 @@ from impactlab.wall_time import REFERENCE, spent_on
 SCHEMA_VERSION = 1
 PLAIN = (str, int, bool, type(None))  # types that a summary takes as they are
 COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of runs that came to their end
-PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides both sides of its jumps
+PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides those of its history
 VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is reported
 KNOWN_BY = {
     "peak_force": ("peak_force",),
@@ -205,9 +205,8 @@ def rotation(scene: Scene) -> dict[str, Any]:
 
 def extremes(history: AbstractHistory, channel: str) -> dict[str, float]:
     """Return the least, the largest and the last value of a channel, in its SI unit."""
-    jumps = history.jumps(channel)
     grid = np.linspace(0.0, history.duration, PROBE_POINTS)
-    values = history.evaluate(np.concatenate((grid, jumps, np.nextafter(jumps, 0.0))), channel)
+    values = history.evaluate(np.concatenate((grid, history.turning_times(channel))), channel)
     return {"min": float(values.min()), "max": float(values.max()), "final": float(values[PROBE_POINTS - 1])}
 
 

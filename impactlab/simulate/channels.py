@@ -144,6 +144,10 @@ class AbstractRecordedHistory(AbstractHistory):
         found = self.recorded[channel]
         return found.times if found.stepped else np.zeros(0)
 
+    def turning_times(self, channel: str) -> Array:
+        found = self.recorded[channel]  # straight lines between records are largest at one of them
+        return super().turning_times(channel) if found.stepped else np.clip(found.times, 0.0, self.duration)
+
     def field_times(self, body: str) -> Array | None:
         self._check_body(body)
         return self._snapshots

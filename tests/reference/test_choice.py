@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import impactlab as il
 from impactlab import load_case, metrics
 from impactlab.api import physics_of, solve
 from impactlab.contact.addition_deletion import AdditionDeletion
@@ -148,6 +149,31 @@ def test_a_step_load_sends_fronts_as_a_hard_touch_does():
     for mesh in for_choice(loaded)[0][1:]:
         _, level = automatic.searched([Study(mesh, mesh.start_for(1e-2))], loaded, [])
         assert difference(level.history, judge, *counted(loaded)) <= level.error
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+def test_a_peak_where_a_step_load_arrives_counts(tolerance: float) -> None:
+    """A mass on a spring k at a rod that is pulled at its far end: the force rises until the front is there, at L/c.
+
+    Until then F'' + k/Z F' + k/M F = 0, F'(0) = k v0. The force of a spring has a kink there and no jump.
+    """
+    k, Z, M, pull = 4e7, 4000.0, 0.4, 1000.0
+    sigma = 0.5 * k / Z
+    omega = math.sqrt(k / M - sigma**2)
+    t = 1e-4  # L/c
+    force = k / omega * math.exp(-sigma * t) * math.sin(omega * t)
+    slope = k * math.exp(-sigma * t) * (math.cos(omega * t) - sigma / omega * math.sin(omega * t))
+    assert 0.0 < slope < k * 2.0 * pull / Z  # it rises before the front, and falls behind it
+    rod = il.Rod(length=0.5, area=1e-4, material={"young": 2e11, "density": 8000.0}, ends={"right": {"force": pull}})
+    case = il.Case(
+        bodies={"hammer": il.Mass(M, velocity=1.0), "rod": rod},
+        contacts=[il.Contact("hammer", "rod.left", {"kind": "hertz", "exponent": 1.0, "stiffness": k})],
+        solve={"duration": 1.9e-4, "tolerance": tolerance},
+    )
+    history = il.run(case)
+    (span,) = history.contacts
+    assert span.peak_force == pytest.approx(force, rel=history.choice.expected_error)
+    assert history.choice.expected_error <= tolerance
 
 
 def test_times_are_told_without_powers_of_ten():

@@ -163,3 +163,23 @@ def test_a_moving_rod_meets_a_wall() -> None:
     assert measured["face_displacement"] < 1e-4
     assert measured["impulse"] < 1e-4
     assert measured["events_missed"] == 0
+
+
+@pytest.mark.parametrize("lengths", [(1.0,), (0.4, 0.6)], ids=["line", "chain"])
+def test_a_free_end_has_no_strain_when_a_front_meets_it_at_the_end_of_the_run(lengths: tuple[float, ...]) -> None:
+    """Right half stretched by 2e-3 at t = 0: its front meets the left end at L/2c = 100 us, where the run ends."""
+    pieces = [{"length": x, "area": 1e-4, "material": {"young": 2e11, "density": 8000.0}} for x in lengths]
+    far_away = il.Contact("rod.right", "wall", {"kind": "hertz", "stiffness": 1e9}, gap=0.01)
+    case = il.Case(
+        bodies={"rod": il.Rod(segments=pieces, displacement={"x": [0, 0.5, 1], "u": [0, 0, -1e-3]}), "wall": il.Wall()},
+        contacts=[far_away],
+        probes=[{"body": "rod", "at": 0.0, "quantity": each} for each in ("strain", "velocity")],
+        snapshots=[1e-4],
+        solve={"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": 1e-6}},
+    )
+    history = il.run(case)
+    t = np.linspace(0.0, 1e-4, 401)
+    assert np.abs(history.evaluate(t, "strain:rod@0")).max() < 1e-15
+    assert history.field("rod", 1e-4, "strain", [0.0]).values == pytest.approx([0.0], abs=1e-15)
+    assert np.abs(history.waves("rod", 0.0, "strain", t).total).max() < 1e-15
+    assert history.field("rod", 1e-4, "velocity", [0.0]).values == pytest.approx([0.0], abs=1e-11)

@@ -19,6 +19,7 @@ from impactlab.errors import CaseError
 from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.impact import momentum_error
+from impactlab.report.summary import extremes
 from impactlab.scene import End, Mass
 from impactlab.scene.bodies import FunctionLoad, SampledLoad
 from impactlab.simulate import prepare, run
@@ -325,3 +326,22 @@ def test_mirrored_scene_mirrored_answer() -> None:
     scaled = run(*in_other_units(case.simulation(), mass=4.0, length=16.0, time=0.25))
     end = scaled.scene.duration
     assert scaled.evaluate([end], "displacement:rod@0")[0] == 16.0 * moved(il.run(case))[-1]
+
+
+@pytest.mark.parametrize("duration", [1e-3, 1e-2, 1e-1])
+def test_the_summary_sees_a_short_pulse_in_a_long_run(duration: float) -> None:
+    """1 us of a load to 10 kN, then nothing for up to 0.1 s: the force is F(t - x/c) in a rod without end."""
+    pulse = {"t": [0, 5e-7, 1e-6], "f": [0, F, 0]}
+    continuous = {"kind": "continuous"}
+    case = pushed(pulse, "newmark", continuous, None, duration, right="infinite")
+    case = case.with_("probes", [{"body": "rod", "at": 0.3, "quantity": each} for each in ("force", "velocity")])
+    history = il.run(case)
+    assert extremes(history, "force:rod@0.3") == pytest.approx({"min": 0.0, "max": F, "final": 0.0}, abs=1e-6)
+    assert extremes(history, "velocity:rod@0.3") == pytest.approx({"min": 0.0, "max": F / Z, "final": 0.0}, abs=1e-9)
+
+
+def test_the_summary_sees_every_record() -> None:
+    """A mesh for 20 ms, 300 times the pulse: its largest velocity is that of the record, wherever that was taken."""
+    history = il.run(pushed(PULSE, "newmark", MESH, 1e-6, 2e-2, right="infinite", records=20_000))
+    times = np.arange(20_001) * 1e-6
+    assert extremes(history, "velocity:rod@0")["max"] == history.evaluate(times, "velocity:rod@0").max()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -19,6 +19,8 @@ from impactlab.scene.bodies.pieces import UNDAMPED, End, Profile, Rayleigh, Segm
 from impactlab.scene.bodies.rotation import Rotation
 from impactlab.scene.bodies.steady import SteadyRod, SteadyState
 from impactlab.types import INTERNAL_FORCES, QUANTITIES_OF_ROD, Quantity, SideFacts
+
+PLACE_ROUNDING = 1e-12  # of a length: a place this near to a boundary of segments is on it
 
 
 @dataclass(frozen=True)
@@ -299,11 +301,11 @@ class ElasticBody(Body):
         return trip
 
     def segment_at(self, x: float) -> Segment:
-        """Return the segment at x [m]; at a boundary the right one."""
+        """Return the segment at x [m]; at a boundary, met to rounding, the right one."""
         if len(self.segments) == 1:
             return self.segments[0]
-        ends = itertools.accumulate(segment.length for segment in self.segments)
-        return next((piece for piece, end in zip(self.segments, ends, strict=True) if x < end), self.segments[-1])
+        ends, behind = self._segment_ends(), x + PLACE_ROUNDING * self.length
+        return next((piece for piece, end in zip(self.segments, ends, strict=True) if behind < end), self.segments[-1])
 
     def retardation(self, x: float, quantity: Quantity) -> float:
         """Return by how much of its rate an internal force at x [m] exceeds its elastic part: viscosity over E [s].
@@ -316,9 +318,13 @@ class ElasticBody(Body):
         return segment.viscosity / segment.young
 
     def segment_before(self, x: float) -> Segment:
-        """Return the segment at x [m]; at a boundary the left one."""
-        ends = itertools.accumulate(segment.length for segment in self.segments)
-        return next((piece for piece, end in zip(self.segments, ends, strict=True) if x <= end), self.segments[-1])
+        """Return the segment at x [m]; at a boundary, met to rounding, the left one."""
+        ends, before = self._segment_ends(), x - PLACE_ROUNDING * self.length
+        return next((piece for piece, end in zip(self.segments, ends, strict=True) if before <= end), self.segments[-1])
+
+    def _segment_ends(self) -> Iterator[float]:
+        """Give the place x [m] of the right end of each segment."""
+        return itertools.accumulate(segment.length for segment in self.segments)
 
     def is_inner(self, x: float) -> bool:
         """Return whether x [m] lies between the ends."""

@@ -14,6 +14,7 @@ from numpy import int64
 from numpy.typing import NDArray
 
 from impactlab.models.continuous.delay_chain import DelayChain
+from impactlab.simulate.stepping.delay_waves import beyond
 from impactlab.types import Array
 
 
@@ -60,7 +61,9 @@ class ChainWaves:
     def velocities(self, x: Array, t: Array) -> tuple[Array, Array]:
         """Return the velocities of the waves to the right and to the left at x [m] and times t [s], in [m/s]."""
         piece, onward, back = self._left_at(x, t)
-        gain, instants = self._gains[piece], np.asarray(t, float)
+        late = beyond(self._middles[-1], onward, back)
+        onward, back = onward - late, back - late
+        gain, instants = self._gains[piece], np.asarray(t, float) - late
         right = self._velocity(0, piece, onward) + gain * (instants - onward)
         return right, self._velocity(1, piece, back) + gain * (instants - back)
 

@@ -29,8 +29,21 @@ class Sent(NamedTuple):
 
     def velocity(self, t: Array) -> Array:
         """Return the velocity [m/s] at times t [s]."""
-        middles = 0.5 * (self.times[1:] + self.times[:-1])
-        return np.asarray(np.interp(t, middles, np.diff(self.moved) / np.diff(self.times)))
+        return np.asarray(np.interp(t, self.middles, np.diff(self.moved) / np.diff(self.times)))
+
+    @property
+    def middles(self) -> Array:
+        """Middles of the steps, shape (n - 1,) [s]."""
+        return np.asarray(0.5 * (self.times[1:] + self.times[:-1]))
+
+
+def beyond(last: float, onward: Array, back: Array) -> Array:
+    """Return by how much two waves left their ends after the middle of the last step [s]; 0 of earlier ones.
+
+    A wave that an end sends is known up to there, the one that arrives at it half a step longer. Both are read as much
+    earlier, so that they belong together at a front.
+    """
+    return np.asarray(np.maximum(0.0, np.maximum(onward, back) - last))
 
 
 class DelayWaves:
@@ -77,7 +90,8 @@ class DelayWaves:
         """Return the velocities of the waves to the right and to the left at x [m] and times t [s], in [m/s]."""
         right, left = self.sent
         onward, back = self._left_at(x, t)
-        return right.velocity(onward), left.velocity(back)
+        late = beyond(float(right.middles[-1]), onward, back)
+        return right.velocity(onward - late), left.velocity(back - late)
 
     def _left_at(self, x: Array, t: Array) -> tuple[Array, Array]:
         """Return when the waves at x [m] and t [s] left the left and the right end [s]."""

@@ -192,6 +192,30 @@ class RecordedHistory(AbstractRecordedHistory):
         joined = ((self.scene.contacts[number].name, record) for number, record in solved if record.joined)
         return {name: record.total - self._beyond * record.force for name, record in joined}
 
+    def _peak_at_end(self, number: int, start: float, last: float, peak: float) -> float:
+        """Return the peak [N] of a contact from ``start`` [s] that goes on at the end of the run.
+
+        A force that rises is largest there: more than the ``last`` mean over a step, or less where the middle of that
+        step lies beyond the run.
+        """
+        found = self.recorded[f"force:{self.scene.contacts[number].name}"]
+        if found.middles is not None and last >= peak and found.middles[-1] > self.duration:
+            within = found.values[(found.middles > start) & (found.middles <= self.duration)]
+            peak = float(within.max(initial=0.0))
+        return max(peak, self._force_at_end(number))
+
+    def _force_at_end(self, number: int) -> float:
+        """Return the force of a closed contact at the end of the run [N].
+
+        At the front of a wave along beads it may rise by some per cent in a step.
+        """
+        contact, plan = self.scene.contacts[number].name, self.assembly.layout.plan
+        power = self.assembly.acting.laws[contact].power_force(plan.starts[number])
+        if power is None:
+            return float(self.evaluate(self.duration, f"force:{contact}"))
+        overlap = max(0.0, -float(self.evaluate(self.duration, f"gap:{contact}")))
+        return float(power.stiffness * overlap**power.exponent)
+
     @property
     def _beyond(self) -> float:
         """Time beyond the run for which forces have been summed [s]: up to the instant of the scheme's velocities.
@@ -251,21 +275,6 @@ class RecordedHistory(AbstractRecordedHistory):
             most = max(known, default=None)
             yield LinkResult(name, len(own), most, float(largest), float(smallest), loss, tuple(sets))
 
-    def _force_at_end(self, number: int) -> float:
-        """Return the force of a closed contact at the end of the run [N]: one that rises is larger than its last mean.
-
-        At the front of a wave along beads it may rise by some per cent in a step.
-        """
-        name, plan = self.scene.contacts[number].name, self.assembly.layout.plan
-        law = self.assembly.acting.laws[name]
-        if law.hard:  # a force that may jump is known as the mean of its last step alone
-            return 0.0
-        power = law.power_force(plan.starts[number])
-        if power is None:
-            return float(self.evaluate(self.duration, f"force:{name}"))
-        overlap = max(0.0, -float(self.evaluate(self.duration, f"gap:{name}")))
-        return float(power.stiffness * overlap**power.exponent)
-
     def _read_events(self) -> Found:
         assembly, contacts = self.assembly, self.scene.contacts
         events: list[Event] = []
@@ -287,7 +296,8 @@ class RecordedHistory(AbstractRecordedHistory):
                 spans.append(ContactSpan(name, started.pop(number, 0.0), time, span_impulse, peak))
         for number, time in started.items():
             name, (impulse, force, peak) = contacts[number].name, readout.span_of(assembly, number)
-            peak = max(peak, self._force_at_end(number))
+            if not assembly.acting.laws[name].hard:  # a force that may jump is known as means over steps alone
+                peak = self._peak_at_end(number, time, force, peak)
             spans.append(ContactSpan(name, time, None, impulse - self._beyond * force, peak))
         for number, given in kicks.items():
             name = contacts[number].name

@@ -1,0 +1,68 @@
+"""Warning of the sawtooth that a dashpot leaves in a lumped mesh at its stability limit.
+
+The rod: c 5000 m/s, Z 4000 N s/m. Its end with a dashpot of 2 Z moves with F/(3 Z) under a step load F, and a third of
+the load goes into the rod.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impactlab as il
+
+STEEL = {"young": 2e11, "density": 8000.0}
+HAMMER = {"kind": "mass", "mass": 0.3, "velocity": 1.0}
+DASHPOT = {"kind": "penalty", "stiffness": 1e7, "damping": 4000.0}
+
+
+def ran(courant: float, left: Any = "free", right: Any = "free", law: Any = None, velocity: float = 0.0) -> Any:
+    """Run a rod of 0.6 m until the front is at its middle and beyond."""
+    rod = il.Rod(length=0.6, area=1e-4, material=STEEL, ends={"left": left, "right": right}, velocity=velocity)
+    case = il.Case(
+        bodies={"rod": rod} | ({} if law is None else {"hammer": HAMMER}),
+        contacts=[] if law is None else [il.Contact("hammer", "rod.left", law)],
+        probes=[{"body": "rod", "at": x, "quantity": "force"} for x in (0.2, 0.2005)],  # a node, inside an element
+        solve={
+            "duration": 1e-4,
+            "model": {"kind": "finite_element", "elements": 600, "mass": "lumped"},
+            "integrator": {"kind": "central_difference"},
+            "step": {"courant": courant},
+        },
+    )
+    return il.run(case)
+
+
+def warned(history: Any) -> bool:
+    return any(warning.code == "sawtooth" for warning in history.warnings)
+
+
+def test_a_dashpot_under_a_step_load_leaves_a_sawtooth() -> None:
+    loaded = {"force": 1e4, "dashpot": 8000.0}
+    history = ran(1.0, loaded)
+    force = history.evaluate(7e-5 + np.arange(2) * history.dt, "force:rod@0.2005")
+    assert force.mean() == pytest.approx(1e4 / 3.0, rel=1e-9)
+    assert abs(force[1] - force[0]) > 1e4  # and not as in a rod
+    assert warned(history)
+    at_node = history.evaluate(7e-5, "force:rod@0.2")  # the mean of both sides
+    assert at_node == pytest.approx(1e4 / 3.0, rel=1e-9)
+    history = ran(0.95, loaded)
+    assert history.evaluate(7e-5 + np.arange(6) * history.dt, "force:rod@0.2005") == pytest.approx(1e4 / 3.0, rel=0.06)
+    assert not warned(history)
+
+
+def test_where_no_dashpot_starts_a_front_there_is_none() -> None:
+    """A step load, an infinite end that it meets, a load that rises from 0, a hard contact."""
+    history = ran(1.0, {"force": 1e4}, "infinite")
+    assert history.evaluate(7e-5 + np.arange(6) * history.dt, "force:rod@0.2005") == pytest.approx(1e4, rel=1e-9)
+    assert not warned(history)
+    assert not warned(ran(1.0, {"force": {"t": [0, 1e-5, 1e-4], "f": [0, 1e4, 1e4]}, "dashpot": 8000.0}))
+    assert not warned(ran(1.0, law={"kind": "addition_deletion"}))
+
+
+def test_a_dashpot_in_a_contact_and_one_that_holds_a_moving_rod() -> None:
+    assert warned(ran(1.0, law=DASHPOT))
+    assert not warned(ran(0.95, law=DASHPOT))
+    assert warned(ran(1.0, {"dashpot": 8000.0}, velocity=1.0))
