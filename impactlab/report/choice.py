@@ -9,6 +9,8 @@ from impactlab.refine import choice as automatic
 from impactlab.refine import ladder as ladder_of
 from impactlab.refine import reference
 from impactlab.refine.distances import counted, difference
+from impactlab.refine.search import find_best, show_order
+from impactlab.refine.studies import studies_of
 from impactlab.report.summary import method, plain
 from impactlab.scene.method import Simulation
 
@@ -33,11 +35,11 @@ def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]
     def measured(run: AbstractHistory) -> float | None:
         return None if exact is None else difference(run, exact.history, *counted(asked))
 
-    studies, why = automatic.studies_of(asked)
+    studies, why = studies_of(asked)
     ladder = []
     for study in studies:
-        best = automatic.searched([study], asked, [])
-        automatic.show_order(study, asked)
+        best = find_best([study], asked, [])
+        show_order(study, asked)
         for level in study.levels:
             met = level.error <= history.choice.tolerance
             record = ladder_of.candidate(study, level, "kept" if met else "trial", level.reason)

@@ -25,8 +25,7 @@ from impactlab.exact.solve import solve as solve_exactly
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine import beam_families, descriptions, level_errors, reference, serving, trial
-from impactlab.refine import choice as automatic
+from impactlab.refine import beam_families, descriptions, level_errors, reference, search, serving, trial
 from impactlab.refine.contact_times import rise_time
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
 from impactlab.refine.distances import counted, difference
@@ -132,7 +131,7 @@ def test_a_mesh_states_an_error_that_it_keeps(mass):
         scene = struck(AdditionDeletion(), tolerance, mass=mass, trips=3.0)
         exact, *stepped = for_choice(scene)[0]
         mesh = next(family for family in stepped if family.name.startswith("lumped mesh"))
-        _, level = automatic.searched([Study(mesh, mesh.start_for(tolerance))], scene, [])
+        _, level = search.find_best([Study(mesh, mesh.start_for(tolerance))], scene, [])
         assert level.error <= tolerance
         assert difference(level.history, solve(*exact.simulation(0)), *counted(scene)) <= level.error
 
@@ -147,7 +146,7 @@ def test_a_step_load_sends_fronts_as_a_hard_touch_does():
     loaded = scene.but(tolerance=Tolerance(1e-2))
     judge = solve(*for_choice(loaded)[0][0].simulation(0))
     for mesh in for_choice(loaded)[0][1:]:
-        _, level = automatic.searched([Study(mesh, mesh.start_for(1e-2))], loaded, [])
+        _, level = search.find_best([Study(mesh, mesh.start_for(1e-2))], loaded, [])
         assert difference(level.history, judge, *counted(loaded)) <= level.error
 
 
@@ -524,7 +523,7 @@ def test_an_exact_run_that_fails_is_not_tried_again(monkeypatch):
     asked = struck(AdditionDeletion())
     exact, _ = serving.exact_for(asked)
     study = Study(exact, 0)
-    assert automatic.searched([study], asked, []) is None
+    assert search.find_best([study], asked, []) is None
     assert len(tried) == 1
     assert study.closed.startswith("failed: the wave fronts take too much")
 

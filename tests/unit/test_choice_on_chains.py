@@ -5,11 +5,12 @@ import pytest
 
 import impactlab as il
 from impactlab.metrics.peaks import find_peak, peak_force
-from impactlab.refine import choice
+from impactlab.refine import search
 from impactlab.refine.descriptions import MIN_FINENESS
 from impactlab.refine.distances import difference
 from impactlab.refine.level_errors import estimate_errors
 from impactlab.refine.reference import descriptions_of
+from impactlab.refine.studies import studies_of
 from impactlab.scene.method import Simulation
 
 
@@ -79,16 +80,16 @@ def test_adaptive_steps_of_a_chain_cost_more_with_each_contact(beads):
 def test_a_trial_that_is_too_long_is_compared_with_the_seconds_that_are_left():
     """The text read "would take 2.3 s of solving, beyond the 3 s", without those that other trials had taken."""
     scene, method = chain(2, 1e-4, tolerance=1e-3).simulation()
-    study = choice.studies_of(Simulation(scene, method))[0][0]
+    study = studies_of(Simulation(scene, method))[0][0]
     study.next = 10**7
-    assert "and 0.5 s are left of the 3 s" in choice._beyond_budget(study, 0.5)
-    assert "beyond the 3 s" in choice._beyond_budget(study, choice.BUDGET_S)
+    assert "and 0.5 s are left of the 3 s" in search.beyond_budget(study, 0.5)
+    assert "beyond the 3 s" in search.beyond_budget(study, search.BUDGET_S)
 
 
 def test_the_quantity_with_the_largest_error_is_named():
     """Of a wave that is stopped on its way it is one at the front, where all rises steeply."""
     asked = Simulation(*chain(30, 2.5e-4, tolerance=1e-3).simulation())
-    study = choice.studies_of(asked)[0][0]
+    study = studies_of(asked)[0][0]
     for steps in (1000, 2000, 4000):
         study.run(steps)
     estimate_errors(study, asked)

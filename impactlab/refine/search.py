@@ -1,0 +1,184 @@
+"""The search for the cheapest run within a tolerance: trials, finer and finer, within a budget of time."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterable
+
+from impactlab.errors import ImpactlabError, StepError
+from impactlab.refine import reach
+from impactlab.refine.convergence import Level, Progress, Study
+from impactlab.refine.cost import FIXED_S
+from impactlab.refine.description import Description
+from impactlab.refine.descriptions import EXACT_ERROR
+from impactlab.refine.level_errors import DONE, UNSEEN, allowed, estimate_errors, keeps_energy
+from impactlab.refine.ranking import EXACT_ADVANTAGE, best_of, is_sure, is_worth_trying, priority
+from impactlab.refine.studies import begun, learn
+from impactlab.refine.trial import no_check
+from impactlab.scene.method import Simulation
+
+BUDGET_S = 3.0  # s of predicted solving that may go into one choice
+PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description
+MAX_FAILURES = 3  # levels of a description that may fail
+FINER = 3  # times the fineness of a level that failed is that of the next: the coarser one beside it is finer, too
+
+
+def at_once(
+    exact: Description | None, asked: Simulation, failed: list[ImpactlabError], progress: Progress | None = None
+) -> tuple[Study, Level] | None:
+    """Return the exact run where its march is predicted to cost no more than the least of any run with steps."""
+    if exact is None or exact.seconds(0) > EXACT_ADVANTAGE * FIXED_S:
+        return None
+    return find_best([Study(exact, 0)], asked, failed, progress)
+
+
+def find_best(
+    studies: list[Study],
+    asked: Simulation,
+    failed: list[ImpactlabError],
+    progress: Progress | None = None,
+    others: Iterable[Study] = (),
+) -> tuple[Study, Level] | None:
+    """Run levels, the cheapest first, until one keeps the tolerance; return the best.
+
+    ``others`` are made and compared where the studies that are given do not promise a run that costs little more than
+    the least of any run.
+    """
+    while True:
+        best = _best_run(studies, asked, failed, progress, others)
+        if best is None or _holds(best, allowed(asked.method), failed):
+            return best
+
+
+def _best_run(
+    studies: list[Study],
+    asked: Simulation,
+    failed: list[ImpactlabError],
+    progress: Progress | None,
+    others: Iterable[Study],
+) -> tuple[Study, Level] | None:
+    """Return the best run as `find_best`, its balances not checked yet."""
+    tolerance, left = allowed(asked.method), BUDGET_S
+    best: tuple[Study, Level] | None = None
+    for study in studies:
+        best = best_of(study, best, tolerance)
+    while True:
+        met = best is not None and best[1].error <= tolerance
+        if not is_sure(studies, best if met else None):
+            studies += others
+        waiting = [study for study in studies if not study.closed]
+        if not waiting:
+            break
+        learn(studies, tolerance)
+        study = min(waiting, key=priority)
+        if best is not None and met and not is_worth_trying(study, best, studies):
+            break
+        if not met and study.description.unit:
+            if not study.levels and _cost_of_trial(study) > min(PROBE_S, left):
+                study.next = _affordable(study, min(PROBE_S, left)) or study.next
+            elif reach.needed_s(study) > left:
+                study.closed = reach.reason(study, left)
+                continue
+        if _cost_of_trial(study) > left:
+            study.closed = beyond_budget(study, left)
+            continue
+        left -= _cost_of_trial(study)
+        if not _succeeds(study, asked, failed, progress):
+            continue
+        if study.closed == UNSEEN and study.description.otherwise is not None:
+            other = study.description.otherwise(study.levels[-1].history)
+            studies += [begun(other, tolerance)] if other.alike else []
+        best = best_of(study, best, tolerance)  # a finer run may have lowered the errors of coarser ones
+    return best
+
+
+def _holds(best: tuple[Study, Level], tolerance: float, failed: list[ImpactlabError]) -> bool:
+    """Return whether a run keeps its balances; a study whose run failed begins again, finer."""
+    study, level = best
+    began = clock.perf_counter()
+    try:
+        level.check()
+    except StepError as error:
+        failed.append(error)
+        study.levels, study.first, study.reach, study.falling = [], None, None, {}
+        _failed(study, level.fineness, error)
+        return False
+    level.run_s, level.check = level.run_s + clock.perf_counter() - began, no_check
+    return keeps_energy(study, level, tolerance)
+
+
+def _succeeds(study: Study, asked: Simulation, failed: list[ImpactlabError], progress: Progress | None) -> bool:
+    """Run the next level and return whether it came to its end; a study whose levels fail is closed."""
+    try:
+        _tried(study, asked, progress)
+    except StepError as error:
+        failed.append(error)
+        _failed(study, study.next, error)
+        return False
+    except ImpactlabError as error:
+        failed.append(error)
+        study.closed = f"refused: {error.text}"
+        return False
+    return True
+
+
+def _failed(study: Study, fineness: int, error: StepError) -> None:
+    """Set what follows a level that failed: a finer one, a few times; nothing after an exact run."""
+    study.failures += 1
+    study.next = study.description.whole(FINER * fineness)
+    study.closed = f"failed: {error.text}" if study.failures > MAX_FAILURES or not study.description.unit else ""
+
+
+def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
+    """Run the next level, the first time one that is coarser, too; estimate errors and set the next fineness.
+
+    The finer one comes first where its modes are of use to the coarser one.
+    """
+    description = study.description
+    if not description.unit:
+        level = study.run(0, progress)
+        level.error, study.closed = EXACT_ERROR, DONE
+        return
+    wanted = [study.next]
+    if not study.levels:
+        coarser = description.coarser(study.next)[0]
+        study.next = max(study.next, description.whole(coarser + 1))
+        wanted = [coarser, study.next] if description.alike else [study.next, coarser]
+    for fineness in wanted:
+        study.run(fineness, progress, checked=False)
+    estimate_errors(study, asked)
+
+
+def show_order(study: Study, asked: Simulation) -> None:
+    """Run a third level below two, so that errors are estimated by the order that a description shows."""
+    if len(study.levels) != 2 or not study.description.unit:
+        return
+    below = study.description.coarser(study.levels[0].fineness)[1]
+    if below < study.levels[0].fineness:
+        study.run(below)
+        estimate_errors(study, asked)
+
+
+def _cost_of_trial(study: Study) -> float:
+    """Return the predicted seconds of solving the next level, and the coarser one that the first one needs."""
+    first = study.description.unit and not study.levels
+    return study.seconds + (study.description.seconds(study.description.coarser(study.next)[0]) if first else 0.0)
+
+
+def _affordable(study: Study, seconds: float) -> int | None:
+    """Return a fineness near the largest whose trial takes so long [s], at most the next one; None where none does."""
+    description, fineness = study.description, study.next
+    while fineness >= description.min_fineness:
+        trial = Study(description, description.whole(fineness), study.levels)
+        if _cost_of_trial(trial) <= seconds:
+            return trial.next
+        fineness = int(0.8 * fineness)
+    return None
+
+
+def beyond_budget(study: Study, left: float) -> str:
+    """Return why the next level of a study is not run, for people; ``left`` is what remains of the budget [s]."""
+    needed = f"would take {_cost_of_trial(study):.2g} s of solving"
+    if left < BUDGET_S:
+        return f"{needed}, and {max(left, 0.0):.2g} s are left of the {BUDGET_S:g} s that a choice may take"
+    return f"{needed}, beyond the {BUDGET_S:g} s that a choice may take"

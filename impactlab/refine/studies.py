@@ -1,0 +1,71 @@
+"""Studies of the descriptions that suit a scene, and the fineness with which each begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from impactlab.refine import reach, serving
+from impactlab.refine.convergence import Study
+from impactlab.refine.cost import FIXED_S
+from impactlab.refine.description import Description
+from impactlab.refine.level_errors import allowed
+from impactlab.scene.method import Simulation
+
+FIRST_S = 12.0 * FIXED_S  # s of predicted solving, at most, of the first run of a description
+FIRST_ALIKE_S = 40.0 * FIXED_S  # the same where a third run needs no set-up of its own
+MAX_LEARNT = 10.0  # of an estimated over a predicted error, that other descriptions start with
+
+
+def studies_of(asked: Simulation) -> tuple[list[Study], str]:
+    """Return a study of every description, and why the exact solver does not apply."""
+    studies, why = in_turn(asked)
+    return list(studies), why
+
+
+def in_turn(asked: Simulation, served: tuple[Description | None, str] | None = None) -> tuple[Iterator[Study], str]:
+    """Return a study of every description, each made when it is asked for, and why the exact solver does not apply.
+
+    The preferred one is the first; ``served`` is the exact solver where it has been sought.
+    """
+    descriptions, why = serving.in_turn(asked, served)
+    error = allowed(asked.method)
+    return (begun(each, error) for each in descriptions), why
+
+
+def begun(description: Description, error: float) -> Study:
+    """Return a study of a description for an error, the fineness of its first run and the one wanted."""
+    if not description.unit:
+        return Study(description, 0)
+    start = description.start_for(error)
+    begun = Study(description, _cheap(description, start), wanted=description.wanted_of(start, error))
+    if (least := reach.in_common(description)) > error:
+        begun.closed = reach.reason_in_common(least)
+    return begun
+
+
+def _cheap(description: Description, start: int) -> int:
+    """Return the first fineness of a description: no finer than a run that is cheap, as its prediction may be wrong."""
+    most = FIRST_ALIKE_S if description.alike else FIRST_S
+    if description.seconds(start) <= most:
+        return start
+    low, high = description.min_fineness, start
+    while high - low > max(1, low // 16):
+        middle = (low + high) // 2
+        low, high = (middle, high) if description.seconds(description.whole(middle)) <= most else (low, middle)
+    return description.whole(low)
+
+
+def learn(studies: list[Study], tolerance: float) -> None:
+    """Begin untried descriptions as much finer as the tried ones, at their best, are wrong beyond their predictions.
+
+    The cause is mostly common to all: a contact that rises faster than predicted, or touches again.
+    """
+    known = [study for study in studies if study.reach is not None]
+    if not known:
+        return
+    ratios = [study.reach.error / study.description.error(study.reach.fineness) for study in known if study.reach]
+    ratio = min(max(min(ratios), 1.0), MAX_LEARNT)
+    for study in studies:
+        if study.description.unit and not study.levels and not study.failures:
+            again = begun(study.description, tolerance / ratio)
+            study.next, study.wanted = max(study.next, again.next), max(study.wanted, again.wanted)
