@@ -10,13 +10,12 @@ from functools import partial
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
-from impactlab.refine import reach
+from impactlab.refine import reach, search
 from impactlab.refine.choice_record import Candidate, Choice, Ladder
 from impactlab.refine.convergence import Level, Progress, Study
 from impactlab.refine.ladder import candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.level_errors import allowed
 from impactlab.refine.ranking import priority
-from impactlab.refine.search import BUDGET_S, at_once, find_best
 from impactlab.refine.serving import exact_for
 from impactlab.refine.studies import in_turn, studies_of
 from impactlab.scene.method import Method, Simulation
@@ -54,14 +53,14 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     failed: list[ImpactlabError] = []
     studies: list[Study] = []
     others: Iterator[Study] = iter(())
-    best, why = at_once(served[0], asked, failed, progress), served[1]
+    best, why = search.at_once(served[0], asked, failed, progress), served[1]
     if best is None:
         with GarbageCollectionPaused():
             others, why = in_turn(asked, served)
             studies.extend(itertools.islice(others, 1))
-            best = find_best(studies, asked, failed, progress, others)
+            best = search.find_best(studies, asked, failed, progress, others)
     is_met = best is not None and best[1].error <= allowed(method)
-    if not is_met and (refused := reach.refusal(allowed(method), studies, best, BUDGET_S)):
+    if not is_met and (refused := reach.refusal(allowed(method), studies, best, search.BUDGET_S)):
         raise refused
     if best is None:
         raise failed[0] if failed else _nothing_serves(why, studies)

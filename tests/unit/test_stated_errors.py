@@ -10,7 +10,7 @@ import pytest
 
 from impactlab import load_case, run
 from impactlab.errors import CaseError
-from impactlab.refine import choice
+from impactlab.refine import search
 from impactlab.refine.cost import RIGID
 from impactlab.refine.reference import Reference, find
 from impactlab.refine.stated_error import measured_error, set_measured_error
@@ -88,8 +88,8 @@ def test_tolerance_on_without_a_tolerance_is_refused(tmp_path):
 
 def test_a_tolerance_out_of_reach_is_refused_with_the_best_that_could_be_reached(tmp_path, monkeypatch):
     """All runs take less than half of the budget, and the tolerance that the error names is kept."""
-    monkeypatch.setattr(choice, "BUDGET_S", 2e-3)
-    monkeypatch.setattr(choice, "PROBE_S", 4e-4)
+    monkeypatch.setattr(search, "BUDGET_S", 2e-3)
+    monkeypatch.setattr(search, "PROBE_S", 4e-4)
     runs = []
     ran = driver.run
     monkeypatch.setattr(driver, "run", lambda *given, **named: runs.append(ran(*given, **named)) or runs[-1])
@@ -106,6 +106,6 @@ def test_a_tolerance_out_of_reach_is_refused_with_the_best_that_could_be_reached
 
 def test_what_no_description_can_try_is_a_matter_of_cost(tmp_path, monkeypatch):
     """The error does not blame the physics."""
-    monkeypatch.setattr(choice, "BUDGET_S", 1e-6)
+    monkeypatch.setattr(search, "BUDGET_S", 1e-6)
     with pytest.raises(CaseError, match="no description can be tried: rigid bodies: would take"):
         run(case(tmp_path))
