@@ -16,6 +16,7 @@ from impactlab.contact.specimen import Specimen
 from impactlab.errors import ImpactlabError, RunWarning
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
+from impactlab.lazy import lazy
 from impactlab.report.page import Plate
 from impactlab.report.style import (
     INK,
@@ -40,7 +41,10 @@ from impactlab.types import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from impactlab.piling import measured
     from impactlab.piling.blow import Head
+else:  # with fits and optimisers, which figures of other runs do not need
+    measured = lazy("impactlab.piling.measured")
 
 MAX_LOOPS = 6  # panels of a figure
 
@@ -58,10 +62,8 @@ def plates_of(trace: Trace, scene: Scene) -> list[Plate]:
     history, plates = trace.history, []
     laws = history.method.laws
     if any(isinstance(law, Smith) for law in laws.values()):
-        from impactlab.piling.measured import head_signals  # with fits and optimisers, which other figures do not need
-
         with suppress(ImpactlabError):  # links that hold no pile, or several; a head that was not recorded
-            found = head_signals(history)
+            found = measured.head_signals(history)
             words = (
                 "Force and impedance times velocity are one until the first wave comes back from the soil; what "
                 "divides them before 2 L/c is the resistance along the shaft."
