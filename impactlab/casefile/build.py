@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from impactlab.casefile.blocks import ElasticBlock
@@ -50,39 +50,14 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     parts = parts_of(case, vector(case.gravity), registry)
     by_block = [_contacts(case, number, parts) for number in range(len(case.contacts))]
     contacts = tuple(contact for each in by_block for contact in each)
-    links = links_of(case)
-    bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
-    bodies = {**bodies, **{name: mechanism_body(case, name, marks_of(case, name)) for name in chains_of(case)}, **parts}
-    for body in bodies.values():
-        if body.elastic is not None and body.name in case.bodies:
-            check_rest(case, body.elastic, gravity_of(case))
-    laws: dict[str, AbstractContactLaw] = {}
-    read: dict[tuple[int, int | None], AbstractContactLaw] = {}  # contacts made from one block share the block of a law
-    for number, each in enumerate(by_block):
-        key = id(case.contacts[number].law), case.contacts[number].pieces
-        if key not in read:
-            read[key] = _law(case, number, registry)
-        laws.update(dict.fromkeys((contact.name for contact in each), read[key]))
-    rod = reference_rod(case)
-    counted = bodies[rod] if rod is not None else None
-    round_trip = counted.round_trip if isinstance(counted, ElasticBody) else float("nan")
+    bodies = _bodies(case, contacts, parts)
+    laws = _laws(case, by_block, registry)
+    round_trip = _round_trip(case, bodies)
     given = case.solve.duration
     duration = given.round_trips * round_trip if isinstance(given, RoundTrips) else float(given)
     bodies = {label: settled(body, duration) for label, body in bodies.items()}
     snapshots, frames = _field_times(case, duration)
-    for number, time in enumerate(snapshots):
-        if time > duration:
-            raise CaseError(
-                f"{time:g} s lies after the end of the run. Allowed: 0 to {duration:g} s",
-                remedy="Take the snapshot earlier, or run longer.",
-                path=f"snapshots.{number}",
-            )
-    for number, metric in enumerate(case.metrics):
-        try:
-            registry.load(METRICS, metric)
-        except PluginError as error:
-            error.path = f"metrics.{number}"
-            raise
+    _check_metrics(case, registry)
     scene = Scene(
         name=name,
         bodies=bodies,
@@ -102,10 +77,59 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     return Simulation(scene, _method(case, laws, models, registry))
 
 
+def _bodies(case: CaseBlock, contacts: tuple[Contact, ...], parts: Mapping[str, PartMechanism]) -> dict[str, Body]:
+    """Return all bodies by name: those of blocks, mechanisms of links in place of these, mechanisms of plugins."""
+    links = links_of(case)
+    bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
+    chains = {label: mechanism_body(case, label, marks_of(case, label)) for label in chains_of(case)}
+    bodies = {**bodies, **chains, **parts}
+    for body in bodies.values():
+        if body.elastic is not None and body.name in case.bodies:
+            check_rest(case, body.elastic, gravity_of(case))
+    return bodies
+
+
+def _laws(case: CaseBlock, by_block: Sequence[list[Contact]], registry: Registry) -> dict[str, AbstractContactLaw]:
+    """Return the law of each contact by its name; contacts that are made from one block share one."""
+    laws: dict[str, AbstractContactLaw] = {}
+    read: dict[tuple[int, int | None], AbstractContactLaw] = {}
+    for number, contacts in enumerate(by_block):
+        key = id(case.contacts[number].law), case.contacts[number].pieces
+        if key not in read:
+            read[key] = _law(case, number, registry)
+        laws.update(dict.fromkeys((contact.name for contact in contacts), read[key]))
+    return laws
+
+
+def _round_trip(case: CaseBlock, bodies: Mapping[str, Body]) -> float:
+    """Return T [s], that of the body by which round trips are counted; NaN without one."""
+    name = reference_rod(case)
+    body = bodies[name] if name is not None else None
+    return body.round_trip if isinstance(body, ElasticBody) else float("nan")
+
+
 def _field_times(case: CaseBlock, duration: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the times of snapshots, and those of equal frames [s]."""
-    given = case.snapshots
-    return ((), given.times(duration)) if isinstance(given, Frames) else (tuple(given), ())
+    """Return the times of snapshots, and those of equal frames [s]; raise `CaseError` for one beyond the run."""
+    if isinstance(case.snapshots, Frames):
+        return (), case.snapshots.times(duration)
+    for number, time in enumerate(case.snapshots):
+        if time > duration:
+            raise CaseError(
+                f"{time:g} s lies after the end of the run. Allowed: 0 to {duration:g} s",
+                remedy="Take the snapshot earlier, or run longer.",
+                path=f"snapshots.{number}",
+            )
+    return tuple(case.snapshots), ()
+
+
+def _check_metrics(case: CaseBlock, registry: Registry) -> None:
+    """Raise `PluginError` for a metric that is not installed or broken."""
+    for number, metric in enumerate(case.metrics):
+        try:
+            registry.load(METRICS, metric)
+        except PluginError as error:
+            error.path = f"metrics.{number}"
+            raise
 
 
 def _method(
