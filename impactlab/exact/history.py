@@ -57,8 +57,8 @@ def without_touch(history: AbstractHistory, contacts: Iterable[Contact]) -> Iter
     touched = touched_in(history)
     for contact in contacts:
         if contact.name not in touched:
-            gap = history.evaluate(np.linspace(0.0, history.duration, GAPS), f"gap:{contact.name}")
-            yield never_met(contact.name, contact.gap, float(gap.min()), math.inf)
+            gaps = history.evaluate(np.linspace(0.0, history.duration, GAPS), f"gap:{contact.name}")
+            yield never_met(contact.name, contact.gap, gaps, math.inf)
 
 
 class Place(NamedTuple):
