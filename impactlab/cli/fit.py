@@ -10,7 +10,7 @@ import typer
 
 from impactlab.cli.lazy_modules import console, fits
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
-from impactlab.cli.reporting import reporting
+from impactlab.cli.reporting import given_by, reporting
 from impactlab.errors import CaseError
 
 
@@ -97,10 +97,11 @@ def fit(
         instruments = {"gain": gain, "offset": offset, "shift": shift}
         signals = fits.read_tables(tables, columns, {name: texts or [] for name, texts in instruments.items()})
         console.log_compiling(*(each.simulation() for each in cases))
-        found = fits.fit(
-            list(zip(cases, signals, strict=True)), parameters=bounds, loss=loss, noise=noise, bandwidth=bandwidth,
-            intervals=intervals, resamples=resamples, seed=seed,
-        )  # fmt: skip
+        with given_by("--parameters"):
+            found = fits.fit(
+                list(zip(cases, signals, strict=True)), parameters=bounds, loss=loss, noise=noise, bandwidth=bandwidth,
+                intervals=intervals, resamples=resamples, seed=seed,
+            )  # fmt: skip
         if out is not None:
             found.write(out, _again(context))
             console.say(f"written: {out}")

@@ -18,6 +18,7 @@ from impactlab.errors import ImpactlabError, StepError, SweepError
 if TYPE_CHECKING:
     from impactlab.casefile import Case
 
+BY_WITH = "with_()"  # gave a value that no file and no option holds
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of an output whose disk is full
 
 
@@ -40,6 +41,18 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
             raise
         _report(case, as_json, error, words(error))
         raise Left(code_of(error)) from None
+
+
+@contextlib.contextmanager
+def given_by(option: str) -> Iterator[None]:
+    """Name the option in faults of values that it gave, in place of the function of Python that put them in."""
+    try:
+        yield
+    except ImpactlabError as error:
+        for each in (error, *error.others):
+            if each.given_by == BY_WITH:
+                each.given_by = option
+        raise
 
 
 def output_fault(leaving: BaseException) -> OSError | None:

@@ -154,3 +154,17 @@ def test_a_new_kind_without_its_keys_says_that_it_takes_none_of_the_old_ones(tmp
     assert (raised.value.path, raised.value.line) == ("contacts.0.law.stiffness", None)
     assert raised.value.remedy.endswith("takes none of the keys of the old one: give them with it, as one block.")
     assert "given by with_()" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (["sensitivities", "axial_impact", "--parameters", "bodies.hammer.velocty"], "--parameters"),
+        (["choose", "axial_impact", "--tolerance", "1e-9"], "--tolerance"),
+    ],
+)
+def test_a_value_of_an_option_is_not_said_to_be_given_by_a_function_of_python(words: list[str], option: str) -> None:
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 2
+    assert f"given by {option}: " in result.output
+    assert "with_()" not in result.output
