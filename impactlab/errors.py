@@ -6,6 +6,8 @@ import traceback
 from collections.abc import Sequence
 from typing import Any
 
+MAX_OTHERS = 3  # further faults of a file that a message shows
+
 
 class ImpactlabError(Exception):
     """A fault that a user can fix; carries its place.
@@ -43,15 +45,22 @@ class ImpactlabError(Exception):
         return self
 
     def __str__(self) -> str:
+        remedies = (self.remedy.strip(), *(f"Also {each.in_a_line()}" for each in self.others[:MAX_OTHERS]))
+        if (left := len(self.others) - MAX_OTHERS) > 0:
+            remedies += (f"... and {left} more fault{'s' if left > 1 else ''}: `impactlab check FILE` lists all.",)
+        return "\n".join((self._fault(), *filter(None, remedies)))
+
+    def in_a_line(self) -> str:
+        """Return place, fault and remedy, without the faults that were found with this one."""
+        return ". ".join(filter(None, (self._fault().rstrip("."), self.remedy.strip())))
+
+    def _fault(self) -> str:
         place = ""
         if self.file:
             line = f":{self.line}" if self.line is not None else ""
             place = f"{self.file}{line}{f', given by {self.given_by}' if self.given_by else ''}: "
         where = f"{self.path}: " if self.path else ""
-        count = len(self.others)
-        more = f"({count} more fault{'s' if count > 1 else ''} after this one.)" if count else ""
-        remedy = "".join(f"\n{text}" for text in (" ".join((self.remedy, more)).strip(),) if text)
-        return f"{place}{where}{self.text}{remedy}"
+        return f"{place}{where}{self.text}"
 
 
 class ExtraError(ImpactlabError, ImportError):  # type: ignore[misc] # both have a path

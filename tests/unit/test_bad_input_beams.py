@@ -89,6 +89,13 @@ def test_a_bad_beam_is_refused_with_a_remedy(changes: dict[str, str], line: int,
         assert word in str(caught.value), str(caught.value)
 
 
+@pytest.mark.parametrize("key", ["width", "height", "diameter"])
+def test_a_size_of_the_section_beside_it_says_where_it_stands(key: str) -> None:
+    with pytest.raises(CaseError, match=f"'{key}' is not known here") as caught:
+        case_with(theory=f"timoshenko\n    {key}: 0.01")
+    assert f"It stands inside 'section': write section: {{{key}: ..., ...}}" in str(caught.value)
+
+
 def test_a_preload_that_buckles_is_refused() -> None:
     """Euler's load of a pinned beam is pi2 EI/L2 = 19.19 kN: just below it is a beam, just above none."""
     load = 3.141592653589793**2 * 2.1e11 * 0.01**4 / 12.0 / 0.3**2
