@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from impactlab.cli.lazy_modules import console, fits
+from impactlab.cli.lazy_modules import console, fits, output
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import given_by, reporting
 from impactlab.errors import CaseError
@@ -89,6 +89,8 @@ def fit(
 ) -> None:
     """Fit numbers of a case to measured signals, and print them with their 95 % intervals."""  # fmt: skip
     with reporting(case, as_json):
+        if out is not None:
+            output.check_writable(out)
         pairs = [(case, data), *(_pair(text) for text in experiment or [])]
         cases = [load(each, sets, method, variant) for each, _ in pairs]
         bounds = dict(fits.read_bounds(text) for text in parameters)

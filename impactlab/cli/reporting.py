@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import sys
 from collections.abc import Iterator
@@ -13,13 +12,12 @@ from typing import TYPE_CHECKING
 import typer
 
 from impactlab.cli.lazy_modules import api, console
-from impactlab.errors import ImpactlabError, StepError, SweepError
+from impactlab.errors import NO_ROOM, ImpactlabError, StepError, SweepError
 
 if TYPE_CHECKING:
     from impactlab.casefile import Case
 
 BY_WITH = "with_()"  # gave a value that no file and no option holds
-NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of an output whose disk is full
 
 
 class Left(SystemExit):
