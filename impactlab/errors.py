@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import errno
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of an output whose disk is full
+MAX_COMPARED = 80  # characters of a name whose nearest ones are looked for
 MAX_OTHERS = 3  # further faults of a file that a message shows
 
 
@@ -63,6 +65,12 @@ class ImpactlabError(Exception):
             place = f"{self.file}{line}{f', given by {self.given_by}' if self.given_by else ''}: "
         where = f"{self.path}: " if self.path else ""
         return f"{place}{where}{self.text}"
+
+
+def closest(name: str, names: Iterable[str], alike: float = 0.6) -> str:
+    """Return `` Did you mean 'x'?`` for the nearest of the names, or nothing; ``alike`` is 1 for equal names."""
+    close = get_close_matches(name[:MAX_COMPARED], list(names), n=1, cutoff=alike)
+    return f" Did you mean {close[0]!r}?" if close else ""
 
 
 class ExtraError(ImpactlabError, ImportError):  # type: ignore[misc] # both have a path

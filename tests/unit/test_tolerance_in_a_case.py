@@ -207,3 +207,13 @@ solve: {duration: 1.0e-3, tolerance: 1.0e-3}
     with pytest.raises(CaseError, match="masses in hard contact part by a restitution") as caught:
         il.run(il.load_case(file))
     assert "a law with a stiffness" in str(caught.value)
+
+
+def test_a_choice_is_printed_as_in_the_summary(tmp_path):
+    """It was the repr of a record with all laws of the case."""
+    choice = il.run(load(tmp_path)).choice
+    lines = str(choice).splitlines()
+    assert lines[0] == f"tolerance 0.001: {choice.chosen}"
+    assert lines[1].startswith("  expected error")
+    assert lines[-1].endswith("ms spent choosing")
+    assert "AdditionDeletion" not in str(choice)
