@@ -139,7 +139,7 @@ def method(history: AbstractHistory) -> dict[str, Any]:
     ``stepping`` says how a run with a step and without an integrator is stepped: by its models.
     """
     used = history.method if history.choice is None else history.choice.method
-    found = {
+    found: dict[str, Any] = {
         "models": {name: describe(model) for name, model in models_of(history.scene, used).items()},
         "laws": [_law(law) for law in laws_of(history.scene, used)],
         "integrator": describe(used.integrator) if used.integrator and history.integrator_used else None,
