@@ -67,9 +67,9 @@ class ImpactlabError(Exception):
         return f"{place}{where}{self.text}"
 
 
-def closest(name: str, names: Iterable[str], alike: float = 0.6) -> str:
-    """Return `` Did you mean 'x'?`` for the nearest of the names, or nothing; ``alike`` is 1 for equal names."""
-    close = get_close_matches(name[:MAX_COMPARED], list(names), n=1, cutoff=alike)
+def closest(name: str, names: Iterable[str]) -> str:
+    """Return `` Did you mean 'x'?`` for the nearest of the names, or nothing."""
+    close = get_close_matches(name[:MAX_COMPARED], list(names), n=1)
     return f" Did you mean {close[0]!r}?" if close else ""
 
 

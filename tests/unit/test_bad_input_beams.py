@@ -8,6 +8,7 @@ import pytest
 
 import impactlab as il
 from impactlab.errors import CaseError
+from impactlab.scene.bodies.beam import MAX_WAVE_NUMBER
 
 CASE = """\
 schema_version: 1
@@ -137,8 +138,16 @@ def test_short_waves_make_a_slender_beam_stocky() -> None:
     segment = case.scene().bodies["beam"].segments[0]
     radius = 0.01 / 12.0**0.5
     expected = (3.141592653589793 * radius / (segment.wave_speed * shortest)) ** 0.5
-    assert f"r k = {expected:.2g}" in text
+    assert f"r k = {expected:.3g} (allowed: up to 0.15; " in text
     assert "times as long as high" not in text
+
+
+def test_a_number_just_above_its_limit_is_not_shown_as_the_limit() -> None:
+    beam = case_with().scene().bodies["beam"]
+    segment = beam.segments[0]
+    at_limit = 3.141592653589793 * segment.gyration / (segment.wave_speed * MAX_WAVE_NUMBER**2)
+    (text,) = beam.theory_doubts("ball|beam", at_limit * (1.0 - 1e-4))
+    assert "r k = 0.15001 (allowed: up to 0.15; " in text
 
 
 def test_a_hard_contact_on_an_euler_bernoulli_beam_is_singular() -> None:

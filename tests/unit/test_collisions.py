@@ -211,3 +211,15 @@ def test_final_velocity_of_a_held_rod_is_its_momentum_over_its_mass() -> None:
     velocity, momentum = (found[name].sel(body="rod").to_numpy() for name in ("final_velocity", "final_momentum"))
     assert abs(velocity).min() > 1e-3
     assert velocity * mass == pytest.approx(momentum, rel=1e-12)
+
+
+def test_impulses_agree_within_a_share_in_per_cent() -> None:
+    """It read: within 0.1."""
+
+    def summary(impulse: float) -> dict[str, Any]:
+        one = {"bodies": "a|b", "sub_impacts": 1, "impulse": impulse}
+        return {"status": "completed", "contacts": [], "collisions": [one]}
+
+    (said,) = agreements([("fine", summary(1.0)), ("coarse", summary(1.1))])
+    assert said["text"].endswith("impulses agree within 10 %")
+    assert said["impulses_within"] == pytest.approx(0.1)
