@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from typing import Any
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of an output whose disk is full
+MAX_COMPARED = 80  # characters of a name whose nearest ones are looked for
+MAX_OTHERS = 3  # further faults of a file that a message shows
 
 
 class ImpactlabError(Exception):
@@ -43,15 +49,28 @@ class ImpactlabError(Exception):
         return self
 
     def __str__(self) -> str:
+        remedies = (self.remedy.strip(), *(f"Also {each.in_a_line()}" for each in self.others[:MAX_OTHERS]))
+        if (left := len(self.others) - MAX_OTHERS) > 0:
+            remedies += (f"... and {left} more fault{'s' if left > 1 else ''}: `impactlab check FILE` lists all.",)
+        return "\n".join((self._fault(), *filter(None, remedies)))
+
+    def in_a_line(self) -> str:
+        """Return place, fault and remedy, without the faults that were found with this one."""
+        return ". ".join(filter(None, (self._fault().rstrip("."), self.remedy.strip())))
+
+    def _fault(self) -> str:
         place = ""
         if self.file:
             line = f":{self.line}" if self.line is not None else ""
             place = f"{self.file}{line}{f', given by {self.given_by}' if self.given_by else ''}: "
         where = f"{self.path}: " if self.path else ""
-        count = len(self.others)
-        more = f"({count} more fault{'s' if count > 1 else ''} after this one.)" if count else ""
-        remedy = "".join(f"\n{text}" for text in (" ".join((self.remedy, more)).strip(),) if text)
-        return f"{place}{where}{self.text}{remedy}"
+        return f"{place}{where}{self.text}"
+
+
+def closest(name: str, names: Iterable[str]) -> str:
+    """Return `` Did you mean 'x'?`` for the nearest of the names, or nothing."""
+    close = get_close_matches(name[:MAX_COMPARED], list(names), n=1)
+    return f" Did you mean {close[0]!r}?" if close else ""
 
 
 class ExtraError(ImpactlabError, ImportError):  # type: ignore[misc] # both have a path

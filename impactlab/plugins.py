@@ -11,13 +11,12 @@ import inspect
 import re
 import sys
 from collections.abc import Callable, Iterable
-from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from importlib.metadata import distributions
 from typing import Any, NamedTuple
 
-from impactlab.errors import PluginError
+from impactlab.errors import PluginError, closest
 
 
 class Group(NamedTuple):
@@ -136,9 +135,7 @@ class Registry:
         return part  # type: ignore[no-any-return]
 
     def _unknown(self, group: Group, name: str) -> str:
-        close = get_close_matches(name, self.names(group), n=1)
-        hint = f" Did you mean {close[0]!r}?" if close else ""
-        return f"{name[:80]!r} is not {group.noun}.{hint}"
+        return f"{name[:80]!r} is not {group.noun}.{closest(name, self.names(group))}"
 
     def _installed(self, group: Group) -> str:
         names = ", ".join(self.names(group))

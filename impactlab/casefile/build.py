@@ -215,13 +215,7 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
     path = f"contacts.{number}.law"
     law = read_part(block.law or HARD_CONTACT, path, LAWS, registry)
     if case.solve.tolerance is not None:
-        for field in dataclasses.fields(law):
-            if isinstance(getattr(law, field.name), Relative):
-                raise CaseError(
-                    f"{field.name} is relative to the elements of a mesh, which a tolerance leaves open",
-                    remedy="Give it in SI, or leave the law out for hard contact.",
-                    path=f"{path}.{field.name}",
-                )
+        _refuse_relative(law, block.law or HARD_CONTACT, path)
         if law.two_sided and law.branches() is None:
             raise CaseError(
                 f"the automatic choice supports only links with an exact solution, and law {kind_of(law)!r} as given "
@@ -237,6 +231,27 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
     except PairingError as error:
         error.path = path
         raise
+
+
+def _refuse_relative(law: Any, given: Mapping[str, Any], path: str) -> None:
+    """Raise `CaseError` where an option of a law, as given or by default, is relative to the elements of a mesh."""
+    for field in dataclasses.fields(law):
+        if not isinstance(getattr(law, field.name), Relative):
+            continue
+        if field.name in given:
+            raise CaseError(
+                f"{field.name} is relative to the elements of a mesh, which a tolerance leaves open",
+                remedy="Give it in SI, or leave the law out for hard contact.",
+                path=f"{path}.{field.name}",
+            )
+        kind, unit = given["kind"], field.metadata["unit"]
+        raise CaseError(
+            f"law {kind!r} needs a {field.name} in {unit} here: its default is relative to the elements of a mesh, "
+            "which a tolerance leaves open",
+            remedy=f"Give both, as in --set '{path}={{kind: {kind}, {field.name}: 1e9}}', or leave the law out for "
+            "hard contact.",
+            path=path,
+        )
 
 
 def _integrator(case: CaseBlock, models: Mapping[str, AbstractRodModel], registry: Registry) -> Any:

@@ -32,6 +32,7 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+_INDENTED_BY_TAB = re.compile(r" *\t")
 _JSON_WORD = re.compile(r'"(?:\\.|[^"\\])*"|-?Infinity|NaN')
 _DOTTED = re.compile(rf"""(?:[\w"'-]+\s*\.\s*){{{MAX_DEPTH + 1}}}""")
 _BRACKETS = re.compile(r"""[\[\]{}]|"(?:\\.|[^"\\\n])*"?|'(?:\\.|[^'\\\n])*'?""")  # brackets, and texts to skip
@@ -99,7 +100,8 @@ def _text(path: Path) -> str:
 def _neighbour(path: Path) -> str:
     if not path.parent.is_dir():
         return f" There is no folder {shown(str(path.parent))}."
-    return closest(path.name, (other.name for other in path.parent.iterdir() if other.is_file()))
+    files = (other for other in path.parent.iterdir() if other.is_file())
+    return closest(path.name, (other.name for other in files if closest(path.stem, [other.stem])))  # endings are alike
 
 
 def parse_yaml(text: str, kind: Kind = CASE) -> Document:
@@ -253,9 +255,12 @@ def _yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
         problem = str(error.problem or error.context or "the text cannot be read")[:120]
         if "<block end>" in problem:
             problem = "this line is indented differently from the lines that it belongs to"
-        raise CaseError(
-            f"not YAML: {problem}", remedy="Fix the text there (or just above).", line=mark.line + 1 if mark else None
-        ) from error
+        remedy = "Fix the text there (or just above)."
+        if mark and any(
+            _INDENTED_BY_TAB.match(line) for line in text.splitlines()[max(0, mark.line - 1) : mark.line + 1]
+        ):
+            remedy = "Indent with spaces, not tabs."
+        raise CaseError(f"not YAML: {problem}", remedy=remedy, line=mark.line + 1 if mark else None) from error
     except YAMLError as error:
         raise CaseError(
             f"not YAML: {str(error)[:120]}", remedy="Remove the characters that are not printable."

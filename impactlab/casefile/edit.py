@@ -169,10 +169,13 @@ def _key_in(holder: Any, key: str, path: str) -> Any:
     if isinstance(holder, list):
         if key.isdecimal() and len(key) < 6 and int(key) < len(holder):
             return int(key)
-        count = f"0 to {len(holder) - 1}" if holder else "none, the list is empty"
+        allowed = f"Allowed: 0 to {len(holder) - 1}" if holder else "Allowed: none, the list is empty"
+        if len(holder) == 1:
+            first, second, *_ = path.split(".")
+            allowed = f"It has one {first.removesuffix('s') if key == second else 'entry'}, number 0"
         names = [str(each["name"]) for each in holder if isinstance(each, dict) and each.get("name")]
-        count += f", or a name: {listed(names)}" if names else ""
-        text = f"{shown(key)} is not an entry of this list.{closest(key, names)} Allowed: {count}"
+        allowed += f", or a name: {listed(names)}" if names else ""
+        text = f"{shown(key)} is not an entry of this list.{closest(key, names)} {allowed}"
         many = any(isinstance(each, dict) and ("repeat" in each or "chain" in each) for each in holder)
         one = " One that makes many is one entry: give KEY={each: [...]} in it, or a formula of their number i."
         raise CaseError(text, remedy=f"Entries are counted from 0.{one if many else ''}", path=path)

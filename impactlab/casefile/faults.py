@@ -65,8 +65,9 @@ def _words(
             names = _allowed_at(keys[:-1], data, allowed)
             name = keys[-1]
             comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
+            inside = _key_inside(name, _blocks_at(keys[:-1], data, allowed))
             return (
-                f"the key {shown(name)} is not known here.{closest(name, names)}{comma}",
+                f"the key {shown(name)} is not known here.{inside or closest(name, names)}{comma}",
                 f"Allowed: {listed(names)}." if names else "This block takes no parameters: remove the key.",
             )
         case "missing":
@@ -130,6 +131,15 @@ def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseM
     return f"Add {keys[-1]}: {described}." if described else "Add it; `impactlab schema` lists every key with its unit."
 
 
+def _key_inside(name: str, blocks: Sequence[type[BaseModel]]) -> str:
+    """Return a sentence on the block inside these that has a key, or nothing."""
+    for block in blocks:
+        for key, field in block.model_fields.items():
+            if not _is_of_many(field.annotation) and any(name in b.model_fields for b in _blocks_in(field.annotation)):
+                return f" It stands inside {key!r}: write {key}: {{{name}: ..., ...}}."
+    return ""
+
+
 def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[str]:
     """Return the keys that may stand in the block at a path.
 
@@ -150,12 +160,17 @@ def _blocks_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseMod
         if not among_many:
             types = [block.model_fields[key].annotation for block in blocks if key in block.model_fields]
             blocks = [inside for annotation in types for inside in _blocks_in(annotation)]
-            among_many = any(get_origin(each) in (dict, tuple) for one in types for each in (one, *get_args(one)))
+            among_many = any(_is_of_many(one) for one in types)
         else:
             among_many = False
         kind = data.get("kind") if isinstance(data, dict) else None
         blocks = [block for block in blocks if kind in _kinds_of(block)] or blocks
     return blocks
+
+
+def _is_of_many(annotation: Any) -> bool:
+    """Return whether a type holds several blocks, by name or by number."""
+    return any(get_origin(each) in (dict, tuple) for each in (annotation, *get_args(annotation)))
 
 
 def _blocks_in(annotation: Any) -> list[type[BaseModel]]:

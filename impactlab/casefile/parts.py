@@ -17,7 +17,8 @@ from typing import Annotated, Any, Literal, Union
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic_core import PydanticCustomError
 
-from impactlab.casefile.faults import case_error
+from impactlab.casefile.faults import FIX_VALUE, case_error
+from impactlab.casefile.units import to_si, with_power
 from impactlab.casefile.values import Allowed, Reader, refuse
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, PluginError
@@ -48,10 +49,12 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
             given[field.name] = _read_inside(inside, f"{path}.{field.name}", group_inside, registry)
         if records_of(field) and inside is not None:
             given[field.name] = _read_record(inside, f"{path}.{field.name}", records_of(field))
+        if isinstance(inside, str) and field.metadata.get("unit", "").endswith("^n"):
+            given[field.name] = _with_exponent(inside, f"{path}.{field.name}", field.metadata["unit"], part, given)
     try:
         checked = model.model_validate(given)
     except ValidationError as error:
-        raise case_error(error, given, path, allowed=model.model_fields) from error
+        raise case_error(error, given, path, allowed=model) from error
     values = {name: getattr(checked, name) for name in model.model_fields}
     try:
         return part(**values)
@@ -64,6 +67,17 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
             remedy="`impactlab plugins` says what the part is for; its options stand in `impactlab schema`.",
             path=path,
         ) from error
+
+
+def _with_exponent(text: str, path: str, unit: str, part: Any, given: Mapping[str, Any]) -> float | str:
+    """Return a number with a unit in SI, whose power is the option ``exponent`` of the part."""
+    n = given.get("exponent", getattr(part, "exponent", None))
+    if isinstance(n, bool) or not isinstance(n, (int, float)):
+        return text
+    try:
+        return to_si(text, with_power(unit, n))
+    except ValueError as error:
+        raise CaseError(str(error), remedy=FIX_VALUE, path=path) from error
 
 
 def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any:

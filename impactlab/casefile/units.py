@@ -16,7 +16,7 @@ from impactlab.casefile.words import shown
 
 MAX_LENGTH = 64  # characters
 
-_TERM = r"[A-Za-zµμ]{1,16}(?:(?:\^|\*\*)?-?[1-9])?"
+_TERM = r"[A-Za-zµμ]{1,16}(?:(?:\^|\*\*)?-?[1-9](?:\.[0-9]{1,3})?)?"
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _PATTERN = re.compile(
     rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)\s*({_TERM}(?:\s*[*/·]\s*{_TERM}|\s+{_TERM}){{0,5}})"
@@ -30,6 +30,11 @@ def takes_texts(unit: str) -> bool:
     It cannot where its power is an option.
     """
     return unit != "1" and not unit.endswith("^n")
+
+
+def with_power(unit: str, n: float) -> str:
+    """Return a unit whose power is an option, such as N/m^n, with its number."""
+    return f"{unit.removesuffix('n')}{n:g}"
 
 
 def to_si(text: str, unit: str) -> float:
@@ -69,7 +74,7 @@ def to_si(text: str, unit: str) -> float:
 
 def _example(unit: str) -> str:
     examples = {"m": "30 cm", "Pa": "210 GPa", "s": "58 us", "m2": "9 cm^2", "kg": "2 g", "m/s": "1 mm/s"}
-    examples |= {"kg/m3": "7.9 g/cm^3", "N/m": "1 kN/mm"}
+    examples |= {"kg/m3": "7.9 g/cm^3", "N/m": "1 kN/mm", "N/m^1.5": "1 kN/mm^1.5"}
     return repr(examples.get(unit, f"1 {unit}"))
 
 

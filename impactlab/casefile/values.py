@@ -18,7 +18,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from impactlab.casefile.formula import Formula, parse
 from impactlab.casefile.loads import FORMS, is_over_time, load_schema, read_load
-from impactlab.casefile.units import takes_texts, to_si
+from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, shown
 from impactlab.scene.bodies import AbstractLoad, End, Table
 from impactlab.scene.ranges import COUNTS, Range, range_of
@@ -132,7 +132,7 @@ class Allowed:
             choices.append({"type": "integer", **limits})
         if self.number:
             choices.append({"type": "number", **limits})
-            if takes_texts(self.unit):
+            if self.unit != "1":
                 choices.append({"type": "string", "description": f"number and unit, as in '1 {self.unit}'"})
         if self.relative:
             choices.append(object_schema({"relative": {"type": "number", **limits}}, "relative"))

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from difflib import get_close_matches
 from typing import Any
+
+from impactlab.errors import closest
+
+__all__ = ["closest", "listed", "listed_bodies", "rows_of", "shown"]
 
 MAX_SHOWN = 80  # characters of a value that a message may show
 MAX_LISTED, FIRST_LISTED = 120, 20  # names in a message; of more, those that it shows
@@ -28,12 +31,6 @@ def shown(value: Any) -> str:
     else:
         text = repr(value)
     return text if len(text) <= MAX_SHOWN else text[: MAX_SHOWN - 3] + "..."
-
-
-def closest(name: str, names: Iterable[str]) -> str:
-    """Return `` Did you mean 'x'?`` for the nearest of the names, or nothing."""
-    close = get_close_matches(name[:MAX_SHOWN], list(names), n=1)
-    return f" Did you mean {close[0]!r}?" if close else ""
 
 
 def rows_of(names: Iterable[str]) -> dict[str, int]:

@@ -65,13 +65,13 @@ for command, summary, examples in (
         [
             "impactlab run my_case.yaml",
             "impactlab run hopkinson_chain --method continuous --out out",
-            "impactlab run my_case.yaml --set contacts.0.law.kind=penalty --json",
+            "impactlab run my_case.yaml --set 'contacts.0.law={kind: penalty, stiffness: 1e9}' --json",
         ],
     ),
     (
         run_compare.compare,
         "Run all methods of a case and compare their errors.",
-        ["impactlab compare axial_impact --out out", "impactlab compare my_case.yaml --methods base,continuous"],
+        ["impactlab compare axial_impact --out out", "impactlab compare my_case.yaml --methods base,elements"],
     ),
     (
         bench.bench,
@@ -83,7 +83,7 @@ for command, summary, examples in (
         "Run a case over a grid of values.",
         [
             "impactlab sweep axial_impact --method continuous --over 'bodies.hammer.mass=0.2 kg:20 kg:50log'",
-            "impactlab sweep my_case.yaml --over contacts.0.gap=0,1e-4 --over method=base,penalty --out out/sweep",
+            "impactlab sweep my_case.yaml --over contacts.0.gap=0,1e-4 --over method=base,elements --out out/sweep",
         ],
     ),
     (

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.lazy_modules import bench_report, benching, cells, console, figure_files, stability_report
+from impactlab.cli.lazy_modules import bench_report, benching, cells, console, figure_files, output, stability_report
 from impactlab.cli.lazy_modules import grid as grids
 from impactlab.cli.options import Figures, Json, found
 from impactlab.cli.reporting import reporting
@@ -73,6 +73,7 @@ def bench(
             if as_json:
                 console.print_json({"schema_version": 1, "report": str(page)})
             return
+        output.check_writable(out)
         files = cells.case_files([found(case) for case in cases or []], suite)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
         families = grids.chosen(grids.read_grid(grid or grids.of_suite(suite)), names)

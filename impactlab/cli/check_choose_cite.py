@@ -68,7 +68,9 @@ def choose(
     with reporting(case, as_json):
         loaded = load(case, sets, None, variant)
         if tolerance is not None or loaded.simulation().method.tolerance is None:
-            loaded = loaded.with_("solve.tolerance", 1e-3 if tolerance is None else tolerance)
+            loaded = loaded.with_settings(
+                {"solve.tolerance": 1e-3 if tolerance is None else tolerance}, by="--tolerance"
+            )
         console.log_compiling()
         document = choices.choose(loaded.label, loaded.simulation(), api.physics_of(loaded))
         console.print_json(document) if as_json else print(choices.ladder_text(document))

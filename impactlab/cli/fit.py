@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from impactlab.cli.lazy_modules import console, fits
+from impactlab.cli.lazy_modules import console, fits, output
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
-from impactlab.cli.reporting import reporting
+from impactlab.cli.reporting import given_by, reporting
 from impactlab.errors import CaseError
 
 
@@ -89,6 +89,8 @@ def fit(
 ) -> None:
     """Fit numbers of a case to measured signals, and print them with their 95 % intervals."""  # fmt: skip
     with reporting(case, as_json):
+        if out is not None:
+            output.check_writable(out)
         pairs = [(case, data), *(_pair(text) for text in experiment or [])]
         cases = [load(each, sets, method, variant) for each, _ in pairs]
         bounds = dict(fits.read_bounds(text) for text in parameters)
@@ -97,10 +99,11 @@ def fit(
         instruments = {"gain": gain, "offset": offset, "shift": shift}
         signals = fits.read_tables(tables, columns, {name: texts or [] for name, texts in instruments.items()})
         console.log_compiling(*(each.simulation() for each in cases))
-        found = fits.fit(
-            list(zip(cases, signals, strict=True)), parameters=bounds, loss=loss, noise=noise, bandwidth=bandwidth,
-            intervals=intervals, resamples=resamples, seed=seed,
-        )  # fmt: skip
+        with given_by("--parameters"):
+            found = fits.fit(
+                list(zip(cases, signals, strict=True)), parameters=bounds, loss=loss, noise=noise, bandwidth=bandwidth,
+                intervals=intervals, resamples=resamples, seed=seed,
+            )  # fmt: skip
         if out is not None:
             found.write(out, _again(context))
             console.say(f"written: {out}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import sys
 from collections.abc import Iterator
@@ -13,12 +12,12 @@ from typing import TYPE_CHECKING
 import typer
 
 from impactlab.cli.lazy_modules import api, console
-from impactlab.errors import ImpactlabError, StepError, SweepError
+from impactlab.errors import NO_ROOM, ImpactlabError, StepError, SweepError
 
 if TYPE_CHECKING:
     from impactlab.casefile import Case
 
-NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of an output whose disk is full
+BY_WITH = "with_()"  # gave a value that no file and no option holds
 
 
 class Left(SystemExit):
@@ -40,6 +39,18 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
             raise
         _report(case, as_json, error, words(error))
         raise Left(code_of(error)) from None
+
+
+@contextlib.contextmanager
+def given_by(option: str) -> Iterator[None]:
+    """Name the option in faults of values that it gave, in place of the function of Python that put them in."""
+    try:
+        yield
+    except ImpactlabError as error:
+        for each in (error, *error.others):
+            if each.given_by == BY_WITH:
+                each.given_by = option
+        raise
 
 
 def output_fault(leaving: BaseException) -> OSError | None:

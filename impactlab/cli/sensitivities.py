@@ -8,7 +8,7 @@ import typer
 
 from impactlab.cli.lazy_modules import console, derivatives
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
-from impactlab.cli.reporting import reporting
+from impactlab.cli.reporting import given_by, reporting
 
 
 def sensitivities(
@@ -35,7 +35,8 @@ def sensitivities(
         loaded = load(case, sets, method, variant)
         console.log_compiling(loaded.simulation())
         names = derivatives.DEFAULT if quantities is None else _listed(quantities)
-        found = derivatives.sensitivities(loaded, _listed(parameters), names)
+        with given_by("--parameters"):
+            found = derivatives.sensitivities(loaded, _listed(parameters), names)
         if as_json:
             console.print_json(found.to_dict())
         else:

@@ -15,6 +15,10 @@ MAX_EXPLICIT = 4.0  # stiffness times compliance of the faces: the stability lim
 COARSE_WARN = 0.25  # the same, and damping times compliance, from which a step is long against the contact's own times
 MIN_COMPLIANCE = 1e-300  # m/N, to divide by
 MAX_TURNS = 1000  # of Newton's iteration; a few are enough except for extreme exponents
+STIFFNESS = (
+    "K, force per indentation to the power n; of spheres and rounded ends that of "
+    "impactlab.granular.sphere_stiffness(young, poisson, radius)"
+)
 TOO_STIFF = "the power law's tangent stiffness passed the stability limit of an explicit step: 4 over m/N of the faces"
 SLOW = Noted(
     slot=2,
@@ -206,7 +210,7 @@ class Hertz(AbstractContactLaw):
     why_failed = TOO_STIFF
     noted = (COARSE,)
 
-    stiffness: float = option(unit="N/m^n", above=0.0, description="K, force per indentation to the power n")
+    stiffness: float = option(unit="N/m^n", above=0.0, description=STIFFNESS)
     exponent: float = option(1.5, at_least=1.0, at_most=10.0, description="power n of the indentation")
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
@@ -234,7 +238,7 @@ class AbstractHystereticLaw(AbstractContactLaw):
     noted = (SLOW, COARSE)
     examples = ({"stiffness": 1e13, "restitution": 0.5}, {"stiffness": 1e13, "restitution": 0.05})
 
-    stiffness: float = option(unit="N/m^n", above=0.0, description="K, force per indentation to the power n")
+    stiffness: float = option(unit="N/m^n", above=0.0, description=STIFFNESS)
     exponent: float = option(1.5, at_least=1.0, at_most=10.0, description="power n of the indentation")
     restitution: float = option(
         1.0, above=0.0, at_most=1.0, description="nominal coefficient of restitution; the true one is in the summary"

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.casefile.edit import numbered
+from impactlab.casefile.units import to_si
 from impactlab.errors import CaseError
 from impactlab.sweeps.axes import takes_whole
 
@@ -83,25 +84,52 @@ def _read(case: Case, path: str) -> Parameter:
     if path == "schema_version":
         text = "the version of the format of the file is not a number of the case"
         raise CaseError(text, path=path, remedy="Name a number of the case, such as bodies.hammer.mass.")
-    found: Any = case.resolved()
-    for key in numbered(case.document.data, path).split("."):
-        if isinstance(found, list) and key.isdecimal() and int(key) < len(found):
-            found = found[int(key)]
-        elif isinstance(found, dict) and key in found:
-            found = found[key]
-        else:
+    keys = numbered(case.document.data, path).split(".")
+    unit = case.unit_of(path)
+    found = _at(case.resolved(), keys)
+    if found is None:
+        found = _in_si(_at(case.document.data, keys), unit)  # such as a diameter, of which the case makes an area
+        if found is None:
             _refuse_whole(case, path)
             case.with_(path, 1.0)  # names the closest paths where there is none
-            raise CaseError(
-                "the case turns this key into others, or it has no value yet",
-                path=path,
-                remedy="Name a number of the resolved case, such as an area in place of a diameter.",
-            )
+            raise CaseError("the case gives this key no number", path=path, remedy="Name a number that it gives.")
     if type(found) is int:
         _refuse_whole(case, path)
     if isinstance(found, bool) or not isinstance(found, (int, float)) or not math.isfinite(found):
         raise CaseError("not a number with a derivative", path=path, remedy="Name a number of the case.")
-    return Parameter(path, float(found), case.unit_of(path))
+    parameter = Parameter(path, float(found), unit)
+    try:
+        parameter.case(case, parameter.value)
+    except CaseError as error:
+        raise CaseError(
+            f"the case cannot change this number alone ({error.path}: {error.text})",
+            path=path,
+            remedy="Name a number that the case gives, such as a diameter in place of its area; or give the constants "
+            "of a material in place of its name.",
+        ) from error
+    return parameter
+
+
+def _at(data: Any, keys: Sequence[str]) -> Any:
+    """Return the value at a path of plain values; None where there is none."""
+    for key in keys:
+        if isinstance(data, list) and key.isdecimal() and int(key) < len(data):
+            data = data[int(key)]
+        elif isinstance(data, dict):
+            data = data.get(key)
+        else:
+            return None
+    return data
+
+
+def _in_si(given: Any, unit: str) -> float | None:
+    """Return a number as a case file gives it, in SI; None of anything else."""
+    if isinstance(given, str):
+        try:
+            return to_si(given, unit or "1")
+        except ValueError:
+            return None
+    return given if isinstance(given, (int, float)) and not isinstance(given, bool) else None
 
 
 def _refuse_whole(case: Case, path: str) -> None:

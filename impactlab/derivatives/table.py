@@ -43,6 +43,7 @@ class Sensitivity(NamedTuple):
         return f"{self.quantity} {self.label}".strip()
 
 
+BOUND = "\N{PLUS-MINUS SIGN}"  # before a bound of a derivative that is smaller than its error
 MAX_NAMED = 3  # quantities that a note lists
 COLUMNS = ("quantity", "parameter", "value", "derivative", "d ln/d ln", "error", "found", "same contacts for")
 
@@ -101,6 +102,8 @@ class Sensitivities:
         lines = [
             "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table
         ]
+        if any(_is_unknown(row) for row in self.rows):
+            lines.append(f"{BOUND}: the error is larger than the derivative; this bounds its size, its sign is unknown")
         notes: dict[str, list[str]] = {}
         for row in self.rows:
             if row.reason:
@@ -116,6 +119,17 @@ def few(names: list[str]) -> str:
 
 def _number(value: float, digits: int = 6) -> str:
     return "" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def _is_unknown(row: Sensitivity) -> bool:
+    """Return whether the error of a derivative is larger than the derivative, so that no digit of it is known."""
+    return 0.0 < abs(row.derivative) < row.error < math.inf
+
+
+def _bound(size: float) -> str:
+    """Return a bound of a size in one digit, rounded up."""
+    unit = 10.0 ** math.floor(math.log10(size))
+    return f"{BOUND}{unit * math.ceil(size / unit - 1e-9):.1g}"
 
 
 def _per(unit: str, by: str) -> str:
@@ -141,7 +155,12 @@ def _interval(lower: float, upper: float, unit: str) -> str:
 
 def _cells(row: Sensitivity) -> tuple[str, ...]:
     unit, parameter_unit = ("" if each == "1" else each for each in (row.unit, row.parameter_unit))
-    derivative = f"{_number(row.derivative)} {_per(unit, parameter_unit)}".rstrip()
+    digits, logarithmic = _number(row.derivative), _number(row.logarithmic)
+    if _is_unknown(row):
+        digits = _bound(abs(row.derivative) + row.error)
+        share = abs(row.logarithmic) * (1.0 + row.error / abs(row.derivative))
+        logarithmic = _bound(share) if share > 0.0 else ""
+    derivative = f"{digits} {_per(unit, parameter_unit)}".rstrip()
     if math.isnan(row.derivative):
         derivative = " | ".join(_number(side) for side in (row.below, row.above) if not math.isnan(side)) or "-"
     return (
@@ -149,7 +168,7 @@ def _cells(row: Sensitivity) -> tuple[str, ...]:
         row.parameter,
         f"{_number(row.value)} {unit}".rstrip(),
         derivative,
-        _number(row.logarithmic),
+        logarithmic,
         _number(row.error, 1),
         row.found,
         _interval(row.lower, row.upper, parameter_unit),

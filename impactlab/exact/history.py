@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, closest
 from impactlab.exact.arrays import CHANGE, CLOSE
 from impactlab.exact.branch_tables import FIRST
 from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, sample_times
@@ -58,8 +58,8 @@ def without_touch(history: AbstractHistory, contacts: Iterable[Contact]) -> Iter
     touched = touched_in(history)
     for contact in contacts:
         if contact.name not in touched:
-            gap = history.evaluate(np.linspace(0.0, history.duration, GAPS), f"gap:{contact.name}")
-            yield never_met(contact.name, contact.gap, float(gap.min()), math.inf)
+            gaps = history.evaluate(np.linspace(0.0, history.duration, GAPS), f"gap:{contact.name}")
+            yield never_met(contact.name, contact.gap, gaps, math.inf)
 
 
 class Place(NamedTuple):
@@ -242,7 +242,7 @@ class ContinuousHistory(AbstractHistory):
             return {"velocity": v, "momentum": mass * v, "energy": 0.5 * mass * v * v}[quantity]
         anywhere = "|".join(QUANTITIES_OF_ROD)
         raise CaseError(
-            f"'{channel}' is not a channel of this history",
+            f"'{channel}' is not a channel of this history.{closest(channel, self.channels())}",
             remedy=f"Channels: {', '.join(self.channels())}, and {anywhere}:rod@x at any x of a rod.",
         )
 
@@ -347,7 +347,8 @@ class ContinuousHistory(AbstractHistory):
         links = self.layout.links.get(body, ())
         if not links or quantity not in self.scene.bodies[body].quantities:
             raise CaseError(
-                f"no field '{quantity}' of '{body}'", remedy=f"Fields: {', '.join(QUANTITIES_OF_ROD)} of a rod."
+                f"no field '{quantity}' of '{body}'.{closest(quantity, QUANTITIES_OF_ROD)}",
+                remedy=f"Fields: {', '.join(QUANTITIES_OF_ROD)} of a rod.",
             )
         read, factor = self.scene.bodies[body].reading(quantity)
         length = self.scene.bodies[body].length

@@ -11,7 +11,7 @@ ADVICE: Mapping[str, str] = {
     "energy_gain": "Take a smaller step, or another pair of law and integrator.",
     "energy_loss": "Take a smaller step, or a scheme without numerical damping.",
     "near_grazing": "Compare two methods before you quote the number of contacts.",
-    "no_contact": "If they should meet, check velocities, gap, duration and step.",
+    "no_contact": "Check velocities, gap, duration and step.",
     "overlap": "Take a law that holds positions, such as addition_deletion, or a smaller step.",
     "slow_touch": "Give a larger slowest_approach, or a law whose damping is constant.",
     "stated_error": "Trust the measured error, and set a smaller tolerance.",

@@ -129,9 +129,8 @@ def within_run(t: ArrayLike, duration: float) -> Array:
     outside = times[~((times >= -slack) & (times <= duration + slack))]
     if outside.size:
         raise ImpactlabError(
-            f"{float(outside.flat[0]):.6g} s lies outside the run, 0 to {duration:.6g} s",
+            f"the time t = {float(outside.flat[0]):.6g} s lies outside the run, 0 to {duration:.6g} s",
             remedy="Give times of the run, or run the case with a longer duration.",
-            path="solve.duration",
         )
     return np.asarray(np.clip(times, 0.0, duration))
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from impactlab import __version__
-from impactlab.errors import ExtraError, ImpactlabError
+from impactlab.errors import NO_ROOM, ExtraError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Cased, ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.energy import CarriedEnergy
 from impactlab.history.instruments import Measured, measured_signals
@@ -194,11 +194,27 @@ def _attributes(history: AbstractHistory) -> dict[str, Any]:
 
 
 def write(path: Path, dataset: xarray.Dataset, group: str | None = None) -> None:
-    """Write a dataset to a NetCDF file, or into a group of it."""
+    """Write a dataset to a NetCDF file, or into a group of it.
+
+    Raises
+    ------
+    ImpactlabError
+        If there is no folder to write in, or the file cannot be written.
+    """
     needed("h5netcdf")
+    folder = Path(path).absolute().parent
+    if not folder.is_dir():
+        raise ImpactlabError(f"there is no folder '{folder}' to write in", remedy="Make it, or give another path.")
     encoding = {name: COMPRESSED for name, each in dataset.data_vars.items() if each.dtype == float and each.size > 1}
     mode: Any = "w" if group is None else "a"
-    dataset.to_netcdf(path, mode=mode, group=group, engine="h5netcdf", encoding=encoding)
+    try:
+        dataset.to_netcdf(path, mode=mode, group=group, engine="h5netcdf", encoding=encoding)
+    except OSError as error:
+        if error.errno in NO_ROOM:
+            raise
+        raise ImpactlabError(
+            f"the file '{path}' cannot be written: {str(error)[:300]}", remedy="Give another path."
+        ) from error
 
 
 def read(path: Path, group: str | None = None) -> xarray.Dataset:

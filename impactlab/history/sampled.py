@@ -12,7 +12,7 @@ from typing import NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.errors import ImpactlabError
+from impactlab.errors import ImpactlabError, closest
 from impactlab.history.base import (
     END_ROUNDING,
     AbstractHistory,
@@ -89,9 +89,8 @@ class SampledHistory(AbstractHistory):
         times = within_run(t, self.duration)
         if channel not in self.values:
             raise ImpactlabError(
-                f"channel '{channel}' was not kept; kept: {', '.join(self.values)}",
+                f"channel '{channel}' was not kept.{closest(channel, self.values)} Kept: {', '.join(self.values)}",
                 remedy="A quantity at another place needs a probe in the case.",
-                path="probes",
             )
         return np.asarray(np.interp(times, self.time, self.values[channel]))
 

@@ -3,24 +3,34 @@
 from __future__ import annotations
 
 from impactlab.history.base import Warned
+from impactlab.types import Array
 
 NOISE_TOL = 1e-6  # of the largest change of a gap: overlaps of contacts below the noise floor are smaller by far
+MIN_OPENING = 1e-12  # m, by which a gap grows that is not rounding of positions of about a metre
 
 
-def never_met(contact: str, initial_gap: float, smallest: float, travel: float) -> Warned:
+def never_met(contact: str, initial_gap: float, gaps: Array, travel: float) -> Warned:
     """Return the warning of a contact without a touch.
 
     Parameters
     ----------
     contact : str
         Its name.
-    initial_gap, smallest : float
-        Gap at t = 0, and the smallest of the run [m].
+    initial_gap : float
+        Gap at t = 0 [m].
+    gaps : array
+        Gaps of the run in order of time [m].
     travel : float
         Largest change of a gap in the run [m].
     """
+    smallest = float(gaps.min())
     if smallest >= min(0.0, initial_gap):
         text = f"the faces never met; the smallest gap was {smallest:.6g} m"
+        if smallest >= gaps[0] - MIN_OPENING and gaps[-1] > gaps[0] + MIN_OPENING:
+            text += (
+                ", at the start: the bodies move apart. The first of `between` lies left of the second (of beams: "
+                "below it); if they should meet, swap the two, or change the sign of a velocity or of gravity"
+            )
     elif -smallest > NOISE_TOL * travel:
         text = f"the faces overlap by {-smallest:.2g} m at the end of the run: they meet within its last step"
     else:

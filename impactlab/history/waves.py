@@ -15,7 +15,7 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError, closest
 from impactlab.scene.bodies import Body, WaveBody
 from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.problem import Scene
@@ -39,9 +39,8 @@ class Waves(NamedTuple):
         read, factor = body.reading(quantity)
         if read == "displacement" or body.waves is None:
             raise CaseError(
-                f"the waves of '{body.name}' carry no {quantity}",
+                f"the waves of '{body.name}' carry no {quantity}.{closest(quantity, carried(body))}",
                 remedy=f"They carry: {', '.join(carried(body))}.",
-                path="probes",
             )
         if read == "velocity":
             return cls(body.name, x, quantity, time, factor * right, factor * left)

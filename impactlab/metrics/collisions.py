@@ -296,7 +296,7 @@ def _agreement(bodies: str, by_name: Mapping[str, Sequence[Mapping[str, Any]]]) 
         sums = [sum(float(each["impulse"]) for each in group) for group in by_name.values()]
         within = max(abs(each - sums[0]) for each in sums) / abs(sums[0]) if sums[0] else 0.0
         text = f"{bodies}: number of sub-impacts {next(iter(counts.values()))} by all {len(counts)} methods, "
-        text += f"impulses agree within {within:.1g}"
+        text += f"impulses agree within {100.0 * within:.2g} %"
     else:
         listed = ", ".join(f"{count} by {name}" for name, count in counts.items())
         text = f"{bodies}: methods disagree, number of sub-impacts not resolved: {listed}"

@@ -11,7 +11,6 @@ import contextlib
 import dis
 import logging
 from collections.abc import Callable, Iterator
-from difflib import get_close_matches
 from multiprocessing import parent_process
 from types import FunctionType
 from typing import Any
@@ -25,7 +24,7 @@ from numba.core.errors import NumbaError
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
-from impactlab.errors import PluginError
+from impactlab.errors import PluginError, closest
 from impactlab.numerics.cache import FOREIGN, cache_of, is_kept
 from impactlab.numerics.pointers import by_pointers, form_of, pointed
 from impactlab.numerics.windows import VECTOR
@@ -263,8 +262,7 @@ def _place(function: Callable[..., None], error: Exception) -> str:
 def _fault(error: Exception) -> str:
     if isinstance(error, KeyError):
         names = [name for record in (Port, Reply, Side) for name, *_ in record._fields_]
-        close = get_close_matches(str(error.args[0]), names, n=1)
-        return f"its records have no field {error.args[0]!r}." + (f" Did you mean {close[0]!r}?" if close else "")
+        return f"its records have no field {error.args[0]!r}.{closest(str(error.args[0]), names)}"
     said = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("Failed in")]
     return said[0] if said else type(error).__name__
 

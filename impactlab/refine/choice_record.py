@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, NamedTuple, final, overload
 
+from impactlab.lazy import above
 from impactlab.scene.method import Method
 
 Verdict = Literal["chosen", "kept", "rejected", "trial", "not run", "refused"]
@@ -81,6 +82,10 @@ class Choice:
     def met(self) -> bool:
         """Whether the expected and the measured error lie within the tolerance."""
         return max(self.expected_error, self.measured_error or 0.0) <= self.tolerance
+
+    def __str__(self) -> str:
+        lines: list[str] = above("report.choice").choice_lines(self.document({}))
+        return "\n".join(line.removeprefix("  choice    ").removeprefix(" " * 10) for line in lines)
 
     def document(self, described: dict[str, Any]) -> dict[str, Any]:
         """Return the choice for the summary; ``described`` is the summary's block of the same name."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from impactlab.plugins import kind_of
 from impactlab.report.style import scaled
-from impactlab.report.summary import cell, has_numbers, in_round_trips, model_label
+from impactlab.report.summary import STEPPED, cell, has_numbers, in_round_trips, model_label
 from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
 from impactlab.scene.problem import Contact, Scene
 
@@ -145,7 +145,8 @@ def _end(end: End) -> str:
 def method_facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return how a run was computed as (name, words)."""
     used = summary["method"]
-    models = {name: model_label(model) for name, model in used["models"].items()}
+    stepped = used.get("stepping", STEPPED) if used["dt"] and not used["integrator"] else ""
+    models = {name: ", ".join(filter(None, (model_label(each), stepped))) for name, each in used["models"].items()}
     if len(models) > 1 and len(set(models.values())) == 1:
         models = {"all bodies": next(iter(models.values()))}
     facts = [(f"model of {name}", model) for name, model in models.items()]
@@ -153,9 +154,8 @@ def method_facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     facts += [
         ("contact law", words if count == 1 else f"{words}, at {count} contacts") for words, count in laws.items()
     ]
-    facts.append(
-        ("integrator", _options(used["integrator"]) if used["integrator"] else "none: solved from event to event")
-    )
+    without = f"none: {stepped or 'solved from event to event'}"
+    facts.append(("integrator", _options(used["integrator"]) if used["integrator"] else without))
     if used["dt"]:
         share = in_round_trips(used["dt"], summary)
         facts.append(("step", si(used["dt"], "s") + (f" = {cell(share)} T" if share else "")))

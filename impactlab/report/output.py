@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from impactlab.errors import CaseError
+from impactlab.errors import NO_ROOM, CaseError
 
 DRAFT = ".impactlab-"  # in the names of folders that are being written; host and process follow
 DAY = 86400.0  # s, after which a draft of another machine, or of a number that a process has again, is left over
@@ -29,6 +29,7 @@ def check_target(folder: Path) -> None:
     parent = folder.absolute().parent
     if not parent.is_dir():
         raise CaseError(f"there is no folder {str(parent)!r} to write in", remedy="Make it, or give another --out.")
+    check_writable(parent)
     if folder.is_dir():
         strangers = sorted(files_in(folder) - written_in(folder) - {MANIFEST})
         if strangers:
@@ -36,6 +37,19 @@ def check_target(folder: Path) -> None:
                 f"the output {str(folder)!r} holds files not written by impactlab, such as {strangers[0][:80]!r}",
                 remedy="Give a new folder with --out.",
             )
+
+
+def check_writable(folder: Path) -> None:
+    """Raise `CaseError` unless a folder, or the nearest one above it that exists, takes new files: before a run."""
+    place = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
+    try:
+        new_draft(place, "check").rmdir()
+    except OSError as error:
+        if error.errno in NO_ROOM:
+            raise
+        raise CaseError(
+            f"the folder {str(place)!r} cannot be written: {error.strerror}", remedy="Give another --out."
+        ) from error
 
 
 @contextlib.contextmanager

@@ -21,7 +21,7 @@ from impactlab.refine.outlook import Outlook, of
 from impactlab.refine.reference import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
 from impactlab.report.counts import counted
-from impactlab.scene.bodies import Body, Mechanism, PartMechanism
+from impactlab.scene.bodies import Body, Mechanism, PartMechanism, WaveBody
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, models_of
 from impactlab.scene.problem import Scene
@@ -40,6 +40,7 @@ KNOWN_BY = {
     "event_times": ("event_times", "events_missed", "events_extra", "opening_time"),
 }
 """Uncertainties of the reference that bound each error."""
+STEPPED = "stepped waves"  # of continuous beams, and of runs that were saved without words for it
 BOOKED = ("contact", "unresolved")  # always named in the energy block, also where nothing was booked
 
 
@@ -133,14 +134,21 @@ def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict
 
 
 def method(history: AbstractHistory) -> dict[str, Any]:
-    """Return the models, laws and integrator of the history, and its step [s]; None where it does not use one."""
+    """Return the models, laws and integrator of the history, and its step [s]; None where it does not use one.
+
+    ``stepping`` says how a run with a step and without an integrator is stepped: by its models.
+    """
     used = history.method if history.choice is None else history.choice.method
-    return {
+    found: dict[str, Any] = {
         "models": {name: describe(model) for name, model in models_of(history.scene, used).items()},
         "laws": [_law(law) for law in laws_of(history.scene, used)],
         "integrator": describe(used.integrator) if used.integrator and history.integrator_used else None,
         "dt": history.dt,
     }
+    if found["integrator"] is None and history.dt is not None:
+        lines = all(isinstance(body, WaveBody) for body in history.scene.elastic.values())
+        found["stepping"] = "stepped delay line" if lines else STEPPED
+    return found
 
 
 def _law(law: AbstractContactLaw) -> dict[str, Any]:

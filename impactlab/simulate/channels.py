@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impactlab.errors import ImpactlabError
+from impactlab.errors import ImpactlabError, closest
 from impactlab.history.base import END_ROUNDING, AbstractHistory, Cost, Field, places_on, within_run
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
@@ -114,9 +114,9 @@ class AbstractRecordedHistory(AbstractHistory):
             names = sorted(self.recorded)
             many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
             raise ImpactlabError(
-                f"channel '{channel}' was not recorded; recorded: {', '.join(names[:MAX_NAMED])}{many}",
+                f"channel '{channel}' was not recorded.{closest(channel, names)} "
+                f"Recorded: {', '.join(names[:MAX_NAMED])}{many}",
                 remedy="A quantity at another place needs a probe in the case.",
-                path="probes",
             )
         times, values, stepped, middles = self.recorded[channel]
         if not stepped:

@@ -103,7 +103,7 @@ def without_touch(history: AbstractRecordedHistory, contacts: Sequence[Contact])
     travel = max((float(np.ptp(values)) for values in gaps.values()), default=0.0)
     for contact in contacts:
         if contact.name not in touched:
-            yield never_met(contact.name, contact.gap, float(gaps[contact.name].min()), travel)
+            yield never_met(contact.name, contact.gap, gaps[contact.name], travel)
 
 
 def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:

@@ -275,6 +275,21 @@ def test_not_text(folder):
     assert "not YAML" in refused(["run", "case.yaml"], folder)
 
 
+def test_a_missing_file_names_no_unlike_neighbour(folder):
+    """Endings alone made names alike: 'neg.yaml' for 'missing.yaml'."""
+    (folder / "neg.yaml").write_text(GOOD)
+    (folder / "a.yaml").write_text(GOOD)
+    for name in ("missing.yaml", "b.yaml"):
+        assert "Did you mean" not in refused(["check", name], folder)
+
+
+def test_a_tab_that_indents_is_named(folder):
+    (folder / "case.yaml").write_text("schema_version: 1\nbodies:\n\thammer: {kind: mass}\n")
+    message = refused(["run", "case.yaml"], folder)
+    assert "case.yaml:3: not YAML" in message
+    assert "Indent with spaces, not tabs." in message
+
+
 def test_long_values_are_cut(folder):
     (folder / "case.yaml").write_text(GOOD.replace("gap: 0.0", "gap: " + "z" * 100_000))
     message = refused(["run", "case.yaml"], folder)
@@ -287,7 +302,7 @@ def test_settings_are_refused_alike(folder):
     for setting, text in [
         ("solve.step.dt", "is not PATH=VALUE"),
         ("solve.stepp.dt=1e-7", "Did you mean 'step'?"),
-        ("contacts.3.law.kind=penalty", "'3' is not an entry of this list. Allowed: 0 to 0"),
+        ("contacts.3.law.kind=penalty", "'3' is not an entry of this list. It has one contact, number 0"),
         ("solve..dt=1", "is not a path"),
         ("bodies.rod.length=.nan", "not a finite number"),
         ("bodies.rod.length=&a 3", "the anchor &a"),

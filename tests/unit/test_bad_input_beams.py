@@ -8,6 +8,7 @@ import pytest
 
 import impactlab as il
 from impactlab.errors import CaseError
+from impactlab.scene.bodies.beam import MAX_WAVE_NUMBER
 
 CASE = """\
 schema_version: 1
@@ -89,6 +90,13 @@ def test_a_bad_beam_is_refused_with_a_remedy(changes: dict[str, str], line: int,
         assert word in str(caught.value), str(caught.value)
 
 
+@pytest.mark.parametrize("key", ["width", "height", "diameter"])
+def test_a_size_of_the_section_beside_it_says_where_it_stands(key: str) -> None:
+    with pytest.raises(CaseError, match=f"'{key}' is not known here") as caught:
+        case_with(theory=f"timoshenko\n    {key}: 0.01")
+    assert f"It stands inside 'section': write section: {{{key}: ..., ...}}" in str(caught.value)
+
+
 def test_a_preload_that_buckles_is_refused() -> None:
     """Euler's load of a pinned beam is pi2 EI/L2 = 19.19 kN: just below it is a beam, just above none."""
     load = 3.141592653589793**2 * 2.1e11 * 0.01**4 / 12.0 / 0.3**2
@@ -130,8 +138,16 @@ def test_short_waves_make_a_slender_beam_stocky() -> None:
     segment = case.scene().bodies["beam"].segments[0]
     radius = 0.01 / 12.0**0.5
     expected = (3.141592653589793 * radius / (segment.wave_speed * shortest)) ** 0.5
-    assert f"r k = {expected:.2g}" in text
+    assert f"r k = {expected:.3g} (allowed: up to 0.15; " in text
     assert "times as long as high" not in text
+
+
+def test_a_number_just_above_its_limit_is_not_shown_as_the_limit() -> None:
+    beam = case_with().scene().bodies["beam"]
+    segment = beam.segments[0]
+    at_limit = 3.141592653589793 * segment.gyration / (segment.wave_speed * MAX_WAVE_NUMBER**2)
+    (text,) = beam.theory_doubts("ball|beam", at_limit * (1.0 - 1e-4))
+    assert "r k = 0.15001 (allowed: up to 0.15; " in text
 
 
 def test_a_hard_contact_on_an_euler_bernoulli_beam_is_singular() -> None:

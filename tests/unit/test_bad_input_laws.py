@@ -38,9 +38,45 @@ def refused(folder, law: str) -> ImpactlabError:
 
 
 @pytest.mark.parametrize("kind", ["hertz", "hunt_crossley", "lankarani_nikravesh", "flores"])
-def test_a_unit_whose_power_is_another_option_is_refused(tmp_path, kind):
+def test_a_stiffness_with_a_unit_of_another_power_is_refused(tmp_path, kind):
     message = str(refused(tmp_path, f"{{kind: {kind}, stiffness: 1 GN/m}}"))
-    assert "stiffness: '1 GN/m' is not a number. Allowed: a plain number in N/m^n, whose n is another option" in message
+    assert "stiffness: '1 GN/m' has a unit of another dimension; allowed: a number in N/m^1.5" in message
+    message = str(refused(tmp_path, f"{{kind: {kind}, exponent: 2, stiffness: 1 N/m^1.5}}"))
+    assert "allowed: a number in N/m^2" in message
+
+
+@pytest.mark.parametrize(
+    ("given", "stiffness"),
+    [
+        ("stiffness: 2e10 N/m^1.5", 2e10),
+        ("stiffness: 2 kN/mm^1.5", 2e3 * 1e3**1.5),
+        ("stiffness: 3 kN/mm^2, exponent: 2", 3e9),
+        ("stiffness: 3 kN/mm, exponent: 1", 3e6),
+    ],
+)
+def test_a_stiffness_takes_the_unit_of_its_exponent(tmp_path, given, stiffness):
+    path = tmp_path / "ball.yaml"
+    path.write_text(CASE.replace("LAW", f"{{kind: hertz, {given}}}"))
+    assert laws_of(*il.load_case(path).simulation())[0].stiffness == pytest.approx(stiffness, rel=1e-12)
+
+
+@pytest.mark.parametrize("exponent", ["many", "true"])
+def test_a_unit_beside_an_exponent_that_is_no_number_is_refused(tmp_path, exponent):
+    message = str(refused(tmp_path, f"{{kind: hertz, stiffness: 1 GN/m, exponent: {exponent}}}"))
+    assert "is not a number" in message or "is not allowed here" in message
+
+
+def test_a_missing_stiffness_says_how_to_get_it(tmp_path):
+    message = str(refused(tmp_path, "{kind: hertz}"))
+    assert "stiffness: this key is missing" in message
+    assert "Add stiffness: K, force per indentation to the power n; of spheres and rounded ends" in message
+    assert "impactlab.granular.sphere_stiffness(young, poisson, radius)" in message
+
+
+def test_a_radius_in_place_of_a_stiffness_says_how_to_get_it(tmp_path):
+    message = str(refused(tmp_path, "{kind: hertz, radius: 5 mm}"))
+    assert "the key 'radius' is not known here" in message
+    assert "impactlab.granular.sphere_stiffness(young, poisson, radius)" in message
 
 
 def test_a_relative_stiffness_needs_a_rod(tmp_path):

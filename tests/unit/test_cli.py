@@ -346,6 +346,22 @@ def test_output_folder_needs_a_place(tmp_path):
         output.check_target(tmp_path / "no" / "such")
 
 
+def test_an_output_folder_that_cannot_be_written_is_refused_before_the_run(tmp_path, monkeypatch):
+    """The run was done and its figures drawn before the folder was looked at; the fault was called one of impactlab."""
+
+    def read_only(**_options):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(output.tempfile, "mkdtemp", read_only)
+    monkeypatch.setattr(api, "run", lambda *_: pytest.fail("a run was started"))
+    result = invoke("run", AXIAL, "--out", str(tmp_path / "out"))
+    assert result.exit_code == 2
+    assert f"the folder '{tmp_path}' cannot be written: Permission denied" in result.output
+    assert "Give another --out." in result.output
+    with pytest.raises(CaseError, match="cannot be written"):  # of a fit or a bench, whose folders are made whole
+        output.check_writable(tmp_path / "no" / "such")
+
+
 def test_several_settings_are_checked_once_all_are_in_place():
     """A law that needs a constant is named by one setting and given it by the next."""
     settings = ["--set", "contacts.0.law.kind=hertz", "--set", "contacts.0.law.stiffness=2.0e13"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -224,3 +225,15 @@ def test_a_contact_that_is_closed_when_the_run_ends_says_that_its_values_are_tho
     text = summary_text(summarise("short", history.scene, history))
     assert "values so far" in next(line for line in text.splitlines() if line.startswith("  contact "))
     assert "0 s on, still in contact" in text
+
+
+def test_impulses_agree_within_a_share_in_per_cent() -> None:
+    """It read: within 0.1."""
+
+    def summary(impulse: float) -> dict[str, Any]:
+        one = {"bodies": "a|b", "sub_impacts": 1, "impulse": impulse}
+        return {"status": "completed", "contacts": [], "collisions": [one]}
+
+    (said,) = agreements([("fine", summary(1.0)), ("coarse", summary(1.1))])
+    assert said["text"].endswith("impulses agree within 10 %")
+    assert said["impulses_within"] == pytest.approx(0.1)

@@ -94,7 +94,21 @@ def test_check_lists_all_faults_of_a_file_at_once(tmp_path: Path, text: str, pat
     assert answered.exit_code == 2
     for path in paths:
         assert f"{path}: " in answered.stderr
-    assert "more fault" not in answered.stderr
+    assert "Also " not in answered.stderr
+
+
+def test_a_refusal_shows_three_more_faults_in_a_line_each(tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(SEVERAL.replace("solve:", "gravty: 1\nmetrix: []\nsolve:"), encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        il.load_case(file)
+    also = [line for line in str(caught.value).splitlines() if line.startswith("Also ")]
+    assert len(also) == 3
+    assert all(f"Also {file}:" in line for line in also)
+    hidden = len(caught.value.others) - 3
+    assert hidden > 0
+    assert f"... and {hidden} more fault" in str(caught.value)
+    assert "`impactlab check FILE` lists all" in str(caught.value)
 
 
 def test_a_lone_surrogate_is_refused_with_its_place(tmp_path: Path) -> None:
@@ -188,3 +202,17 @@ def test_a_setting_that_takes_the_place_of_a_tolerance_says_so(settings, named, 
     notes = [line for line in result.stderr.splitlines() if line.startswith("note: ")]
     expected = [f"note: --set {named} takes the place of solve.tolerance 0.001: "] if named else []
     assert [note[: len(start)] for note, start in zip(notes, expected, strict=True)] == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (["sensitivities", "axial_impact", "--parameters", "bodies.hammer.velocty"], "--parameters"),
+        (["choose", "axial_impact", "--tolerance", "1e-9"], "--tolerance"),
+    ],
+)
+def test_a_value_of_an_option_is_not_said_to_be_given_by_a_function_of_python(words: list[str], option: str) -> None:
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 2
+    assert f"given by {option}: " in result.output
+    assert "with_()" not in result.output

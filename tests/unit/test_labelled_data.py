@@ -99,6 +99,14 @@ RUNS = [
 ]
 
 
+def test_a_file_that_cannot_be_written_is_an_error_of_ours(tmp_path: Path) -> None:
+    history = ran(*RUNS[0])
+    with pytest.raises(ImpactlabError, match=r"there is no folder '.*no' to write in"):
+        history.to_netcdf(tmp_path / "no" / "run.nc")
+    with pytest.raises(ImpactlabError, match="cannot be written"):
+        history.to_netcdf(tmp_path)
+
+
 @pytest.mark.parametrize(("name", "method"), RUNS, ids=lambda each: each)
 def test_a_file_opened_again_is_the_same_run(tmp_path: Path, name: str, method: str) -> None:
     history = ran(name, method)

@@ -387,6 +387,46 @@ def test_wrong_parameters_are_refused_by_name(paths, said, monkeypatch):
     assert raised.value.remedy
 
 
+def of_section(**section: Any) -> il.Case:
+    scene = struck()
+    del scene["bodies"]["rod"]["area"]
+    scene["bodies"]["rod"] |= section
+    return il.Case.from_dict(scene)
+
+
+@pytest.mark.parametrize(
+    ("section", "power"),
+    [({"diameter": "50 cm"}, 2.0), ({"width": 0.5, "height": 0.25}, 1.0)],
+    ids=("circle", "rectangle"),
+)
+def test_a_number_that_the_case_turns_into_others_is_a_parameter(section, power):
+    """F = Z v0 at the touch, and Z grows as the area: as the square of a diameter, as a width or a height."""
+    for key in section:
+        (row,) = il.sensitivities(of_section(**section), [f"bodies.rod.{key}"], ["peak_force"])
+        assert row.parameter_unit == "m"
+        (of_area,) = il.sensitivities(
+            il.Case.from_dict(with_area(of_section(**section).resolved()["bodies"]["rod"]["area"])),
+            ["bodies.rod.area"],
+            ["peak_force"],
+        )
+        assert row.logarithmic == pytest.approx(power * of_area.logarithmic, rel=1e-6)
+
+
+def with_area(area: float) -> dict[str, Any]:
+    scene = struck()
+    scene["bodies"]["rod"]["area"] = area
+    return scene
+
+
+def test_a_number_that_the_case_makes_from_others_is_refused_with_a_remedy(monkeypatch):
+    """Both sides of an area beside a diameter were refused: the sequence of contacts was said to change there."""
+    monkeypatch.setattr(api, "run", lambda *_: pytest.fail("a run was started"))
+    with pytest.raises(CaseError, match="cannot change this number alone") as raised:
+        il.sensitivities(of_section(diameter=0.5), ["bodies.rod.area"])
+    assert "a diameter in place of its area" in raised.value.remedy
+    assert raised.value.path == "bodies.rod.area"
+
+
 def test_the_python_of_the_page_runs(monkeypatch):
     root = Path(__file__).parents[2]
     monkeypatch.chdir(root)

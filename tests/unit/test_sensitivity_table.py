@@ -49,3 +49,28 @@ def test_a_dimensionless_value_has_no_unit() -> None:
 )
 def test_an_interval_without_an_end_is_said_in_words(lower: float, upper: float, interval: str) -> None:
     assert cells("s", "kg", lower, upper)[2] == interval
+
+
+def row(derivative: float, error: float) -> Sensitivity:
+    sides = (math.nan,) * 4
+    return Sensitivity("force", "", "N", "bodies.a.mass", 2.0, "kg", 1e5, derivative, error, "differences", *sides)
+
+
+def test_a_derivative_below_its_error_is_printed_as_a_bound_of_its_size() -> None:
+    """It was printed with six digits, as the others."""
+    table = Sensitivities("case", (row(15.2371, 20.0), row(15.2371, 0.3)))
+    unknown, known = table.cells()
+    assert unknown[3:6] == ("±4e+01 N/kg", "±0.0008", "2e+01")
+    assert known[3:5] == ("15.2371 N/kg", "0.000304742")
+    assert str(table).count("the error is larger than the derivative") == 1
+    assert "larger" not in str(Sensitivities("case", (row(15.2371, 0.3), row(0.0, 1e-9))))
+    first = table.to_dict()["sensitivities"][0]
+    assert (first["derivative"], first["error"]) == (15.2371, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("derivative", "error", "bound"), [(0.5, 0.5001, "±2"), (-1.0, 1.5, "±3"), (6.0, 7.0, "±2e+01")]
+)
+def test_the_bound_is_rounded_up(derivative: float, error: float, bound: str) -> None:
+    ((*_, cell, _, _, _, _),) = Sensitivities("case", (row(derivative, error),)).cells()
+    assert cell == f"{bound} N/kg"

@@ -264,6 +264,7 @@ def test_values_outside_the_run_are_refused_and_not_those_of_its_end(kind: str) 
             with pytest.raises(ImpactlabError, match=r"lies outside the run, 0 to 0\.0001 s") as refused:
                 history.evaluate([5e-5, outside], channel)
             assert "longer duration" in refused.value.remedy
+            assert refused.value.path == ""  # an argument of the call, and no key of the case
         # The end of the run, as sums and products of its steps give it.
         ends = history.evaluate([END, math.nextafter(END, 1.0), END * (1.0 + 1e-12)], channel)
         assert np.all(ends == ends[0])
@@ -272,6 +273,17 @@ def test_values_outside_the_run_are_refused_and_not_those_of_its_end(kind: str) 
     for outside in (-1e-6, 2.0 * END, math.nan):
         with pytest.raises(ImpactlabError, match="lies outside the run"):
             history.field("rod", outside, "displacement")
+
+
+@pytest.mark.parametrize("kind", ["exact", "stepped", "adaptive"])
+def test_a_misspelt_quantity_or_channel_names_the_closest(kind: str) -> None:
+    history = run(*until_end(kind))
+    with pytest.raises(ImpactlabError, match=r"Did you mean 'stress'\?") as refused:
+        history.field("rod", 5e-5, "stres")
+    assert refused.value.path == ""
+    with pytest.raises(ImpactlabError, match=r"Did you mean 'position:hammer'\?") as refused:
+        history.evaluate(5e-5, "positon:hammer")
+    assert refused.value.path == ""
 
 
 @pytest.mark.parametrize("law", [{"kind": "penalty", "stiffness": 1e8}, {"kind": "hertz", "stiffness": 1e10}])

@@ -187,6 +187,16 @@ def test_faces_that_never_meet_are_named_by_exact_runs_as_by_stepped_ones():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RunWarning)
             texts = [each.text for each in il.run(case.method(method)).warnings if each.code == "no_contact"]
+        (text,) = texts
+        assert "the faces never met; the smallest gap was 0.0001 m, at the start" in text, method
+        assert "the bodies move apart" in text
+        assert "swap the two, or change the sign of a velocity or of gravity" in text
+
+
+def test_faces_that_stay_where_they_are_do_not_move_apart():
+    case = il.load_case("axial_impact").with_("bodies.hammer.velocity", 0.0).with_("contacts.0.gap", 1e-4)
+    for method in ("continuous", "finite_element"):
+        texts = [each.text for each in il.run(case.method(method)).warnings if each.code == "no_contact"]
         assert texts == ["hammer|rod.left: the faces never met; the smallest gap was 0.0001 m"], method
 
 

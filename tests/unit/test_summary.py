@@ -9,9 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+import impactlab as il
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.plugins import kind_of
 from impactlab.report.console import summary_text
+from impactlab.report.facts import method_facts
 from impactlab.report.summary import cell, comparison, describe, extremes, plain, summarise, table, table_rows
 from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
@@ -250,3 +252,20 @@ def test_a_warning_of_all_methods_is_told_once() -> None:
 )
 def test_cells_are_short(value: Any, text: str) -> None:
     assert cell(value) == text
+
+
+def test_a_stepped_delay_line_is_not_said_to_be_solved_from_event_to_event() -> None:
+    case = il.load_case("axial_impact").method("continuous")
+    hertz = case.with_settings(
+        {"contacts.0.law": {"kind": "hertz", "stiffness": 1e10}, "solve.step": {"points_per_period": 20}}
+    )
+    stepped = summarise("stepped", hertz.scene(), il.run(hertz))
+    assert stepped["method"]["stepping"] == "stepped delay line"
+    assert "; stepped delay line; dt " in summary_text(stepped)
+    facts = dict(method_facts(stepped))
+    assert facts["integrator"] == "none: stepped delay line"
+    assert facts["model of rod"] == "continuous, stepped delay line"
+    exact = summarise("exact", case.scene(), il.run(case))
+    assert "stepping" not in exact["method"]
+    assert dict(method_facts(exact))["integrator"] == "none: solved from event to event"
+    assert dict(method_facts(exact))["model of rod"] == "continuous"

@@ -79,6 +79,15 @@ def test_a_stiffness_relative_to_a_mesh_is_refused(tmp_path):
     assert caught.value.path == "contacts.0.law.stiffness"
 
 
+def test_a_law_whose_default_is_relative_names_the_value_to_give(tmp_path):
+    """Nobody gave a stiffness: the message named one, at a line without it."""
+    with pytest.raises(CaseError, match="'penalty' needs a stiffness in N/m here: its default is relative") as caught:
+        load(tmp_path).with_settings({"contacts.0.law.kind": "penalty"}, by="--set")
+    assert "given by --set: contacts.0.law: law" in str(caught.value)
+    assert "--set 'contacts.0.law={kind: penalty, stiffness: 1e9}'" in caught.value.remedy
+    load(tmp_path).with_("contacts.0.law", {"kind": "penalty", "stiffness": 1e9})
+
+
 def test_setting_a_tolerance_drops_the_description(tmp_path):
     solve = "  model: {kind: modal, modes: 5}\n  step: {points_per_period: 20}\n  integrator: {kind: exact_modal}"
     case = load(tmp_path, solve, "{kind: wave_identification}")
@@ -198,3 +207,13 @@ solve: {duration: 1.0e-3, tolerance: 1.0e-3}
     with pytest.raises(CaseError, match="masses in hard contact part by a restitution") as caught:
         il.run(il.load_case(file))
     assert "a law with a stiffness" in str(caught.value)
+
+
+def test_a_choice_is_printed_as_in_the_summary(tmp_path):
+    """It was the repr of a record with all laws of the case."""
+    choice = il.run(load(tmp_path)).choice
+    lines = str(choice).splitlines()
+    assert lines[0] == f"tolerance 0.001: {choice.chosen}"
+    assert lines[1].startswith("  expected error")
+    assert lines[-1].endswith("ms spent choosing")
+    assert "AdditionDeletion" not in str(choice)

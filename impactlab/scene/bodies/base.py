@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, closest
 from impactlab.scene.bodies.loads import AbstractLoad
 from impactlab.scene.bodies.pieces import UNDAMPED, End, Profile, Rayleigh, Segment
 from impactlab.scene.bodies.rotation import Rotation
@@ -107,9 +107,8 @@ class Body(ABC):
         """
         if quantity not in self.quantities:
             raise CaseError(
-                f"the {self.kind} '{self.name}' has no {quantity}",
+                f"the {self.kind} '{self.name}' has no {quantity}.{closest(quantity, self.quantities)}",
                 remedy=f"It has: {', '.join(self.quantities) or 'nothing, as it never moves'}.",
-                path="probes",
             )
         return self.quantities[quantity]
 

@@ -138,9 +138,11 @@ class Beam(ElasticBody):
             given = "" if segment.height > 0.0 else ", the height taken as sqrt(12 I/A)"
             doubts.append(f"it is {slender:.3g} times as long as high (slender from {MIN_SLENDERNESS:g} on{given})")
         if radius * wave > MAX_WAVE_NUMBER:
+            shown = (f"{radius * wave:.{digits}g}" for digits in range(3, 18))
+            above = next(text for text in shown if float(text) > MAX_WAVE_NUMBER)  # fewer digits may show the limit
             doubts.append(
-                f"{contact} lasts {duration:.3g} s and excites waves with r k = {radius * wave:.2g} "
-                f"(allowed: {MAX_WAVE_NUMBER:g}; r = {radius:.3g} m)"
+                f"{contact} lasts {duration:.3g} s and excites waves with r k = {above} "
+                f"(allowed: up to {MAX_WAVE_NUMBER:g}; r = {radius:.3g} m)"
             )
         return tuple(doubts)
 
