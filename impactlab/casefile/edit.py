@@ -170,9 +170,7 @@ def _key_in(holder: Any, key: str, path: str) -> Any:
         if key.isdecimal() and len(key) < 6 and int(key) < len(holder):
             return int(key)
         allowed = f"Allowed: 0 to {len(holder) - 1}" if holder else "Allowed: none, the list is empty"
-        if len(holder) == 1:
-            first, second, *_ = path.split(".")
-            allowed = f"It has one {first.removesuffix('s') if key == second else 'entry'}, number 0"
+        allowed = "Allowed: 0, the only one" if len(holder) == 1 else allowed
         names = [str(each["name"]) for each in holder if isinstance(each, dict) and each.get("name")]
         allowed += f", or a name: {listed(names)}" if names else ""
         text = f"{shown(key)} is not an entry of this list.{closest(key, names)} {allowed}"

@@ -302,7 +302,7 @@ def test_settings_are_refused_alike(folder):
     for setting, text in [
         ("solve.step.dt", "is not PATH=VALUE"),
         ("solve.stepp.dt=1e-7", "Did you mean 'step'?"),
-        ("contacts.3.law.kind=penalty", "'3' is not an entry of this list. It has one contact, number 0"),
+        ("contacts.3.law.kind=penalty", "'3' is not an entry of this list. Allowed: 0, the only one"),
         ("solve..dt=1", "is not a path"),
         ("bodies.rod.length=.nan", "not a finite number"),
         ("bodies.rod.length=&a 3", "the anchor &a"),
