@@ -13,7 +13,7 @@ import typer
 
 from impactlab.cli.lazy_modules import bench_report, benching, cells, console, figure_files, output, stability_report
 from impactlab.cli.lazy_modules import grid as grids
-from impactlab.cli.options import Figures, Json, found
+from impactlab.cli.options import Figures, Json, found, names_in
 from impactlab.cli.reporting import reporting
 
 
@@ -75,7 +75,7 @@ def bench(
             return
         output.check_writable(out)
         files = cells.case_files([found(case) for case in cases or []], suite)
-        names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
+        names = names_in(methods) if methods is not None else None
         families = grids.chosen(grids.read_grid(grid or grids.of_suite(suite)), names)
         options = benching.Options(jobs, repeats, not no_timing, time_limit)
         console.log_compiling()

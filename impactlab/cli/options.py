@@ -78,6 +78,11 @@ def command_line(
     return shlex.join([*words, *others]) + " --out DIR"
 
 
+def names_in(text: str) -> list[str]:
+    """Return the names of an option that takes several, with commas between."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
 def found(case: Path) -> Path:
     """Return the file of a case, which may be named alone where it comes with the package."""
     return case if case.suffix or case.exists() or len(case.parts) > 1 else starter.case_named(str(case))

@@ -31,6 +31,7 @@ from impactlab.cli.options import (
     Width,
     command_line,
     load,
+    names_in,
 )
 from impactlab.cli.reporting import Left, code_of, reporting, say_hints, words
 from impactlab.errors import ImpactlabError
@@ -117,7 +118,7 @@ def compare(
     with reporting(case, as_json):
         loaded = load(case, sets, None, variant, metric)
         say_hints(loaded)
-        names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
+        names = names_in(methods) if methods is not None else None
         drawn_as = figure_files.figure_files(figures, width, out)
         if out is not None:
             output.check_target(out)

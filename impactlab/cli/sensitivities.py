@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import console, derivatives
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load, names_in
 from impactlab.cli.reporting import given_by, reporting
 
 
@@ -34,14 +34,10 @@ def sensitivities(
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
         console.log_compiling(loaded.simulation())
-        names = derivatives.DEFAULT if quantities is None else _listed(quantities)
+        names = derivatives.DEFAULT if quantities is None else names_in(quantities)
         with given_by("--parameters"):
-            found = derivatives.sensitivities(loaded, _listed(parameters), names)
+            found = derivatives.sensitivities(loaded, names_in(parameters), names)
         if as_json:
             console.print_json(found.to_dict())
         else:
             print(found)
-
-
-def _listed(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",") if name.strip()]

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in
 from impactlab.cli.reporting import Left, reporting
 
 MAX_COLUMNS = 24  # of a table on the screen: more are left out in its middle
@@ -84,9 +84,7 @@ def sweep(
         loaded = load(case, sets, method, variant)
         read = [axes.read_over(loaded, text) for text in over or []]
         given_twice.refuse_twice(loaded, [path for path, _ in read])
-        names = (
-            sweeps.DEFAULT if quantities is None else [name.strip() for name in quantities.split(",") if name.strip()]
-        )
+        names = sweeps.DEFAULT if quantities is None else names_in(quantities)
         others = [*(f"--over={text}" for text in over or []), *([f"--points={points}"] if points is not None else [])]
         others += [f"--quantities={','.join(names)}"]
         console.log_compiling(loaded.simulation())

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import console, given_twice, sweeps, uncertainties
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in
 from impactlab.cli.reporting import Left, reporting
 from impactlab.cli.sweep import Cluster, Kept, Quantities, Shard, Workers
 from impactlab.errors import CaseError
@@ -50,7 +50,7 @@ def uncertainty(
         loaded = load(case, sets, method, variant)
         read = [uncertainties.read_vary(text) for text in vary]
         given_twice.refuse_twice(loaded, [path for path, _ in read])
-        names = uncertainties.DEFAULT if quantities is None else _listed(quantities)
+        names = uncertainties.DEFAULT if quantities is None else names_in(quantities)
         options = [*(f"--vary={text}" for text in vary), f"--samples={samples}", f"--seed={seed}"]
         options += [f"--quantities={','.join(names)}", f"--percentiles={percentiles}", f"--failed={failed}"]
         options += [] if indices else ["--no-indices"]
@@ -62,7 +62,7 @@ def uncertainty(
                 names,
                 samples=samples,
                 seed=seed,
-                percentiles=[_percent(text) for text in _listed(percentiles)],
+                percentiles=[_percent(text) for text in names_in(percentiles)],
                 indices=indices,
                 failed=failed,
                 workers=workers,
@@ -81,10 +81,6 @@ def uncertainty(
             print(found)
         if not sweeps.counts(found.data).keys() & {"missing", "completed", "tolerance_not_met"}:
             raise Left(1)
-
-
-def _listed(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def _percent(text: str) -> float:

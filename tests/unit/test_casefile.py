@@ -383,7 +383,9 @@ def test_a_contact_may_be_named_in_a_path():
     changed = case.with_("contacts.cushion.law.stiffness", "2e8 N/m")
     assert changed.document.data == case.with_("contacts.0.law.stiffness", "2e8 N/m").document.data
     assert case.unit_of("contacts.cushion.law.stiffness") == "N/m"
-    with pytest.raises(CaseError, match=re.escape("Did you mean 'cushion'? Allowed: 0, the only one, or a name: cushion")):
+    with pytest.raises(
+        CaseError, match=re.escape("Did you mean 'cushion'? Allowed: 0, the only one, or a name: cushion")
+    ):
         case.with_("contacts.cushon.gap", 1e-5)
     found = il.sweep(case, {"contacts.cushion.law.stiffness": ["1e8 N/m", 2e8]}, quantities=["impulse"])
     assert found["contacts.cushion.law.stiffness"].to_numpy().tolist() == [1e8, 2e8]
