@@ -398,3 +398,15 @@ def test_a_rod_that_moves_or_has_weight_has_no_infinite_end(tmp_path: Path, solv
     for text in (given, given.replace(*held)):
         file.write_text(text.replace("{kind: addition_deletion}", law), encoding="utf-8")
         assert il.load_case(file).scene().bodies["rod"].right.kind == "dashpot"
+
+
+@pytest.mark.parametrize(
+    ("end", "named"), [("infinite", "the infinite end (right)"), ("{dashpot: 1.0e4}", "the dashpot at the right end")]
+)
+def test_modes_name_the_end_that_they_cannot_hold(tmp_path: Path, end: str, named: str) -> None:
+    file = tmp_path / "pile.yaml"
+    given = PILE.format(law="{kind: addition_deletion}", solve=ROD_SOLVES[-1])
+    file.write_text(given.replace("right: infinite", f"right: {end}"), encoding="utf-8")
+    with pytest.raises(PairingError) as caught:
+        il.run(il.load_case(file))
+    assert f"model 'modal' cannot hold {named} of 'rod'" in str(caught.value)
