@@ -1,18 +1,28 @@
-"""Rods and shafts with an infinite end: whether they rest at t = 0 and have no weight."""
+"""Rods and shafts with an infinite end: whether they rest at t = 0, unstrained at that end, and have no weight."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import ElasticBody
 
+SLOPES = 401  # places along a body whose slopes are compared
+SLOPE_STEP = (
+    1e-5  # of a length: differences of the second order have an error of 1e-9, with rounding, of a smooth shape
+)
+MAX_SLOPE = 1e-6  # of the largest slope: what an end may have, such as the tail of a pulse
+MAX_ROUNDING = 1e-14  # of the largest displacement, in the sum of three of them
+
 
 def check_rest(case: CaseBlock, body: ElasticBody, gravity: float) -> None:
-    """Raise `CaseError` where a rod or shaft with an infinite end moves as a whole, or has weight by gravity [m/s2].
+    """Raise `CaseError` where a rod or shaft with an infinite end moves, is strained there, or has weight [m/s2].
 
     The end is a dashpot of the impedance, which stands for a far part at rest: it would brake a body that moves with
-    its far part, and bear a weight that nothing bears. Beams are checked where they are built, in all models.
+    its far part, let go of one that is strained with it, and bear a weight that nothing bears. Beams are checked where
+    they are built, in all models.
     """
     block = case.bodies[body.name]
     if body.bends or not isinstance(block, ElasticBlock):
@@ -31,6 +41,8 @@ def check_rest(case: CaseBlock, body: ElasticBody, gravity: float) -> None:
                 f"within the run; where a dashpot is meant, whose force acts on the velocity, give {dashpot}.",
                 path=f"{path}.{key}",
             )
+        if slope := slope_at_end(body, side):
+            raise _strained(body, side, slope, path, dashpot)
         if gravity != 0.0 and body.falls:
             raise CaseError(
                 f"'{body.name}' has weight and an infinite end ({side}), beyond which the weight has no bound. Allowed "
@@ -39,6 +51,35 @@ def check_rest(case: CaseBlock, body: ElasticBody, gravity: float) -> None:
                 f"run; where a dashpot is meant, whose force acts on the velocity, give {dashpot}.",
                 path=f"{path}.ends.{side}",
             )
+
+
+def _strained(body: ElasticBody, side: str, slope: float, path: str, dashpot: str) -> CaseError:
+    """Return the error of a body with a slope of its displacement at an infinite end."""
+    key, given = "displacement", f"strain of {slope:.6g}"
+    if body.kind == "shaft":
+        key, given = "twist", f"twist of {slope / getattr(body, 'lever_arm', 1.0):.6g} rad/m"
+    return CaseError(
+        f"'{body.name}' has a {given} at t = 0 at its infinite end ({side}), a dashpot that stands for a far part "
+        f"without strain and would let go. Allowed with an infinite end: a {key} whose slope is 0 there",
+        remedy=f"Let the {key} be constant near that end, or give a longer {body.kind}, from whose end nothing comes "
+        f"back within the run; where a dashpot is meant, whose force acts on the velocity, give {dashpot}.",
+        path=f"{path}.{key}",
+    )
+
+
+def slope_at_end(body: ElasticBody, side: str) -> float:
+    """Return the slope of the displacement at an end at t = 0; 0 where it is rounding, or next to the largest slope."""
+    if body.displacement is None:
+        return 0.0
+    step = SLOPE_STEP * body.length
+    steps = np.array([0.0, step, 2.0 * step])
+    u = body.displacement(steps if side == "left" else body.length - steps)
+    slope = float(-1.5 * u[0] + 2.0 * u[1] - 0.5 * u[2]) / step * (1.0 if side == "left" else -1.0)
+    x = np.linspace(0.0, body.length, SLOPES)
+    along = body.displacement(x)
+    largest = float(np.abs(np.diff(along)).max()) / (x[1] - x[0])
+    least = max(MAX_SLOPE * largest, MAX_ROUNDING * float(np.abs(along).max()) / step)
+    return slope if abs(slope) > least else 0.0
 
 
 def _impedance(body: ElasticBody, side: str) -> float:

@@ -116,4 +116,4 @@ def bounded(end: End, segment: Segment) -> End:
 
     An infinite end is held by a dashpot of its impedance.
     """
-    return End("dashpot", segment.impedance) if end.kind == "infinite" else end
+    return End("dashpot", segment.impedance, unbounded=True) if end.kind == "infinite" else end

@@ -9,7 +9,25 @@ from typing import final
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.relative import in_si
 from impactlab.errors import PairingError
+from impactlab.numerics.compiling import UNPACK
 from impactlab.types import Level, Port, PowerForce, Relative, Reply, SideFacts, Start, option
+
+# Share of the overlap at the end of a step that the dashpot may take away in an explicit scheme. It slows faces and
+# parts none; with a third left, faces on meshes part in no later step, either.
+MAX_CLOSED = 2.0 / 3.0
+
+
+@UNPACK
+def early_share(port: Port) -> float:
+    """Return the part of a step between a touch in its first half and its middle; 0 without such a touch.
+
+    In an explicit scheme the force at the start of a step stands for half of the step before and half of the step
+    itself: so long is a dashpot closed in that time. Left to the next step, its force would be up to half too large.
+    """
+    gap, free_gap = port.gap, port.free_gap
+    if gap < 0.0 or free_gap >= 0.0:
+        return 0.0
+    return max(0.0, free_gap / (free_gap - gap) - 0.5)
 
 
 @final
@@ -19,7 +37,8 @@ class Penalty(AbstractContactLaw):
 
     F = k d + c d' with the penetration d where the force acts, solved with the compliance of the bodies: any stiffness
     is stable under an implicit scheme. On a massless face the spring is in series with its flexibility. In the step of
-    a touch the dashpot gives the impulse c times the penetration at its end, which keeps the order of the scheme.
+    a touch the dashpot gives the impulse c times the penetration at its end, which keeps the order of the scheme. In
+    an explicit scheme it gives shares of its force in the two steps around a touch, and never parts the faces.
 
     References
     ----------
@@ -67,13 +86,25 @@ class Penalty(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        stiffness, damping = port.parameters[0], port.parameters[1] * port.first_weight
+        stiffness, damping, weight = port.parameters[0], port.parameters[1], port.first_weight
         gap, free_gap, compliance = port.gap, port.free_gap, port.gap_per_force
         averaged = port.averaged != 0.0
         explicit = not averaged and port.acting_gap_per_force == 0.0
+        early = early_share(port) if explicit and damping > 0.0 else 0.0
+        if not explicit:
+            damping *= weight
+        elif early > 0.0:
+            weight = early
         spring, dash = stiffness * port.acting_gap_per_force, damping * port.acting_rate_per_force
         # Spring and dashpot as if they could also pull: a linear equation, whose sign dates the opening.
-        force = -(stiffness * port.acting_gap + damping * port.acting_rate) / (1.0 + spring + dash)
+        overlapping = stiffness * (port.acting_gap if early == 0.0 else 0.0)
+        force = -(overlapping + damping * port.acting_rate) / (1.0 + spring + dash)
+        if explicit and weight != 1.0:
+            # A share of the force that the dashpot has in a whole step, not the force of a share of the dashpot: a face
+            # whose mass is that of half an element then gives way as the wave that the force sends out does.
+            force -= (1.0 - weight) * (force + overlapping)
+        if explicit and compliance > 0.0 > free_gap and force + overlapping > 0.0:
+            force = min(force, max(-overlapping, -MAX_CLOSED * free_gap / compliance))
         reply.trial = force
         end = free_gap + compliance * force
         if averaged and free_gap < 0.0 <= gap:
@@ -90,15 +121,17 @@ class Penalty(AbstractContactLaw):
             force = (end - free_gap) / compliance
         elif not explicit and end > 0.0:
             force, end = -free_gap / compliance, 0.0  # a dashpot stops a touch, no more
-        if force > 0.0 and (port.first_gap < 0.0 or port.last_gap < 0.0):
+        if force > 0.0 and (port.first_gap < 0.0 or port.last_gap < 0.0 or early > 0.0):
             last = gap if explicit else end  # where the force ceases to act
             reply.force = force
-            reply.in_contact = 1.0 if last <= 0.0 else 0.0
+            reply.in_contact = 1.0 if last <= 0.0 or early > 0.0 else 0.0
             reply.stored = 0.5 * stiffness * min(last, 0.0) * min(end, 0.0)
             reply.offset = -port.parameters[2] * min(end, 0.0)
             travel = port.free_travel + port.travel_per_force * force
             if averaged and gap >= 0.0:
                 reply.dissipated = damping * end * travel / port.dt
+            elif explicit:
+                reply.dissipated = max(0.0, -(force + overlapping) * travel)
             else:  # only faces in contact move the dashpot
                 rate = port.acting_rate + port.acting_rate_per_force * force
                 reply.dissipated = max(0.0, damping * rate * (travel + max(gap, 0.0)))

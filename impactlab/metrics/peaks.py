@@ -17,6 +17,8 @@ from impactlab.types import Array
 GRID = 2000  # equal cells of the run on which a peak is searched, besides the instants below
 MAX_SPANS = 20  # periods of contact, those of the largest impulse, that are searched in a grid of their own
 PER_SPAN = 200  # cells of that grid
+MAX_MAXIMA = 16  # of these samples, around which the peak of a force that is known at any time is sought further
+FINER, REFINEMENTS = 10, 8  # cells of a finer grid between two samples; grids in each other, to 5^-8 of a cell
 MIN_PEAK = 1e-9  # of the largest peak: smaller ones, as ahead of a wave in a chain, are rounding
 MAX_ECHOES = 1000  # round trips after a touch whose fronts are left out
 
@@ -55,7 +57,8 @@ def find_peak(
 ) -> Peak:
     """Return the largest force of a contact outside intervals (k, 2) [s]; see `smooth_force`.
 
-    It is sought in the middles of steps, and in so many equal cells of the run and of each period of contact.
+    It is sought in the middles of steps, and in so many equal cells of the run and of each period of contact; that of a
+    run without steps of its own also between these.
     """
     name = f"force:{contact.name}"
     spans = sorted(history.spans(contact.name), key=lambda each: -each.impulse)
@@ -72,7 +75,34 @@ def find_peak(
         return Peak(0.0, 0.0)
     values = smooth_force(history, t, contact, hard)
     at = int(np.argmax(values))
-    return Peak(float(t[at]), max(0.0, float(values[at])))
+    peak = Peak(float(t[at]), max(0.0, float(values[at])))
+    return peak if history.dt is not None else _refined(history, name, t, values, left_out, peak)
+
+
+def _refined(history: AbstractHistory, name: str, t: Array, values: Array, left_out: Array, peak: Peak) -> Peak:
+    """Return the largest force between the samples of a force that is known at any time.
+
+    The largest local maxima of the samples are sought again in ever finer grids between their neighbours: a kink, where
+    a wave arrives, lies up to half a cell from the nearest sample, and the force there differs by its slope times that.
+    """
+    order = np.argsort(t, kind="stable")
+    t, values = t[order], values[order]
+    before, after = np.append(t[0], t[:-1]), np.append(t[1:], t[-1])
+    for start, end in left_out:
+        before[t >= end] = np.maximum(before[t >= end], end)
+        after[t <= start] = np.minimum(after[t <= start], start)
+    rising, falling = np.append(-math.inf, values[:-1]), np.append(values[1:], -math.inf)
+    maxima = np.flatnonzero((values > 0.0) & (values >= rising) & (values >= falling))
+    maxima = maxima[np.argsort(-values[maxima], kind="stable")[:MAX_MAXIMA]]
+    low, high, rows = before[maxima], after[maxima], np.arange(maxima.size)
+    for _ in range(REFINEMENTS if maxima.size else 0):
+        grids = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FINER + 1)
+        forces = history.evaluate(grids.ravel(), name).reshape(grids.shape)
+        best = np.argmax(forces, axis=1)
+        row = int(np.argmax(forces[rows, best]))
+        peak = max(peak, Peak(float(grids[row, best[row]]), float(forces[row, best[row]])), key=lambda each: each.force)
+        low, high = grids[rows, np.maximum(best - 1, 0)], grids[rows, np.minimum(best + 1, FINER)]
+    return peak
 
 
 def _instants(history: AbstractHistory, name: str) -> Array:

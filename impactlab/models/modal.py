@@ -95,11 +95,12 @@ class Modal(AbstractRodModel):
         return self._reduced(mesh, gravity, False, faces)
 
     def _check_ends(self, body: ElasticBody) -> None:
-        for end in (body.left, body.right):
+        for side, end in (("left", body.left), ("right", body.right)):
             if end.kind in ("dashpot", "infinite"):
-                what = "the dashpot at an end" if end.kind == "dashpot" else "the infinite end"
+                infinite = end.unbounded or end.kind == "infinite"
+                held = f"the infinite end ({side})" if infinite else f"the dashpot at the {side} end"
                 raise PairingError(
-                    f"model 'modal' cannot hold {what} of '{body.name}': it has no undamped modes",
+                    f"model 'modal' cannot hold {held} of '{body.name}': it has no undamped modes",
                     remedy="Use finite_element or continuous for this body.",
                     path="solve.model",
                 )

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from impactlab.history.base import Warned
+from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.modal_body import ModalBody
 from impactlab.scene.facts import impedance_of, striker_of
 from impactlab.scene.method import dashpot_of, is_relative, stiffness_at, stiffness_of
@@ -17,6 +20,9 @@ COMPLIANCE_WARN = 0.05  # of the bodies' own compliance, for a spring in place o
 # Flexibility that the modes kept leave out at a contact, of that of the contact, with which it stands in series. Peak
 # forces on beams are wrong by 0.4 to 0.7 of this share, on rods by 0.1 to 0.3.
 LEFT_OUT_WARN, LEFT_OUT_WANTED = 0.03, 0.003
+# First force of a dashpot on a mesh over that of the waves, and transits of an element after a touch in which it is the
+# peak: the end nodes of mass m give way as the rods of impedance Z do after m/Z, half of such a transit.
+FIRST_FORCE_WARN, FIRST_FORCE_TIME = 1.1, 4.0
 MIN_STORED = 0.01  # of the energy, in an initial overlap: less (a tenth of the speeds) need not be resolved
 
 
@@ -27,6 +33,7 @@ def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
         if contact.name in touched:
             yield from _too_coarse(history, contact)
             yield from _too_compliant(history, contact)
+            yield from _first_force(history, contact)
             yield from _few_modes(history, contact)
 
 
@@ -97,6 +104,43 @@ def _too_compliant(history: AbstractRecordedHistory, contact: Contact) -> Iterat
             "elements"
         )
         yield Warned("soft_contact", text)
+
+
+def _first_force(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
+    """Warn of a dashpot whose first force on an explicit mesh is too large, and is the peak of the run.
+
+    A rod of impedance Z struck at v gives a dashpot c the force c v/(1 + c/Z) at once. The end node of a mesh with the
+    mass m does so after m/Z; in the first step of dt it gives c v/(1 + c dt/(2 m)). Both are equal where the waves
+    cross an element in a step, and where an end carries a mass that is no part of the mesh.
+    """
+    dashpot, scheme, dt = dashpot_of(history.scene, history.method, contact), history.method.integrator, history.dt
+    if not dashpot > 0.0 or dt is None or not isinstance(scheme, AbstractIntegrator) or not scheme.needs_diagonal_mass:
+        return
+    of_waves, of_nodes = 0.0, 0.0  # mobilities, m/(N s)
+    for point in (contact.left, contact.right):
+        body, built = history.scene.bodies[point.body], history.built[point.body]
+        heavy = any(end.kind == "mass" and end.value > 0.0 for x, end in body.ends if x == point.x)
+        if body.waves is None or heavy:
+            continue
+        row = built.model.row(point.x, "displacement")
+        mobility = 0.5 * dt * float(np.sum(row * row / built.system.mass[0]))
+        own = 1.0 / body.impedance_at(point.x)
+        of_waves, of_nodes = of_waves + own, of_nodes + min(own, mobility)
+    ratio = (1.0 + dashpot * of_waves) / (1.0 + dashpot * of_nodes)
+    if ratio < FIRST_FORCE_WARN:
+        return
+    force = history.recorded[f"force:{contact.name}"]
+    peak = float(force.times[int(np.argmax(force.values))])
+    transit = dt * of_waves / of_nodes
+    touches = (event.time for event in history.events if event.contact == contact.name and event.kind == "close")
+    if any(-dt <= peak - time <= FIRST_FORCE_TIME * transit for time in touches):
+        yield Warned(
+            "first_force",
+            f"{contact.name}: the peak of the force is that at a touch, where the dashpot acts on the mass of the end "
+            f"nodes before waves carry its force away. It is too large by up to {100.0 * (ratio - 1.0):.0f} %, for any "
+            "number of elements; impulses and displacements converge. Give courant: 1, with elements that waves cross "
+            "in one step, or model: {kind: continuous}",
+        )
 
 
 def _few_modes(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:

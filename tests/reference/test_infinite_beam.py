@@ -383,9 +383,30 @@ def test_a_rod_that_moves_or_has_weight_has_no_infinite_end(tmp_path: Path, solv
     error = refused(("schema_version: 1", "schema_version: 1\ngravity: 9.81"))
     assert error.path == "bodies.rod.ends.right"
     assert "'rod' has weight and an infinite end (right)" in str(error)
-    # What is given as a dashpot stays allowed, and so does an infinite end of a rod at rest.
+    error = refused(("rod: {kind: rod,", "rod: {kind: rod, displacement: 1e-5*x,"))
+    assert error.path == "bodies.rod.displacement"
+    assert "'rod' has a strain of 1e-05 at t = 0 at its infinite end (right)" in str(error)
+    assert "ends: {right: {dashpot: 36657.7}}" in error.remedy
+    # Allowed: a shape without slope at that end, what is given as a dashpot, and an infinite end of a rod at rest.
+    shapes = "1e-5*cos(pi*x/L)", "1e-5", "1e-5*exp(-((x/L - 0.5)/0.05)**2)", "{x: [0, 0.1, 0.3], u: [0, 1e-5, 1e-5]}"
+    for shape in shapes:
+        text = given.replace("rod: {kind: rod,", f"rod: {{kind: rod, displacement: {shape},")
+        file.write_text(text, encoding="utf-8")
+        assert il.load_case(file).scene().bodies["rod"].displacement is not None
     law = "{kind: penalty, stiffness: 1.0e9}"
     held = ("ends: {right: infinite}", "velocity: -1.0, ends: {right: {dashpot: 36657.7}}")
     for text in (given, given.replace(*held)):
         file.write_text(text.replace("{kind: addition_deletion}", law), encoding="utf-8")
         assert il.load_case(file).scene().bodies["rod"].right.kind == "dashpot"
+
+
+@pytest.mark.parametrize(
+    ("end", "named"), [("infinite", "the infinite end (right)"), ("{dashpot: 1.0e4}", "the dashpot at the right end")]
+)
+def test_modes_name_the_end_that_they_cannot_hold(tmp_path: Path, end: str, named: str) -> None:
+    file = tmp_path / "pile.yaml"
+    given = PILE.format(law="{kind: addition_deletion}", solve=ROD_SOLVES[-1])
+    file.write_text(given.replace("right: infinite", f"right: {end}"), encoding="utf-8")
+    with pytest.raises(PairingError) as caught:
+        il.run(il.load_case(file))
+    assert f"model 'modal' cannot hold {named} of 'rod'" in str(caught.value)

@@ -235,3 +235,6 @@ def test_a_shaft_that_turns_has_no_infinite_end(tmp_path: Path) -> None:
     assert caught.value.path == "bodies.bar.twist_rate"
     assert f"ends: {{right: {{dashpot: {IMPEDANCE:.6g}}}}}" in caught.value.remedy
     assert case_of(tmp_path, RIGHT="infinite").scene().bodies["bar"].right.kind == "dashpot"
+    with pytest.raises(ImpactlabError, match=r"'bar' has a twist of 0.01 rad/m at t = 0 at its infinite end") as caught:
+        case_of(tmp_path, BAR=f"{OF_SHAFT}, twist: 0.01*x", RIGHT="infinite").scene()
+    assert caught.value.path == "bodies.bar.twist"

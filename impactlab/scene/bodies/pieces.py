@@ -80,7 +80,8 @@ class End:
 
     It is none, a clamp, a grounded spring or dashpot, or a mass that moves with the end.
 
-    A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may be infinite.
+    A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may be infinite. The
+    infinite end of a rod or shaft is a dashpot of its impedance.
     A force may act on an end that is not clamped or pinned.
     """
 
@@ -89,6 +90,7 @@ class End:
     force: float = 0.0  # N, along +x (of a beam along +u), constant from t = 0 on
     rotational: float = 0.0  # N m/rad, of a spring against rotation at the end of a beam
     load: AbstractLoad | None = None  # a force over time, in place of the constant one
+    unbounded: bool = False  # of a dashpot: the infinite end of a rod or shaft, whose impedance it has
 
     @property
     def is_loaded(self) -> bool:
