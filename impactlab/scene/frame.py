@@ -109,8 +109,9 @@ def _group(scene: Scene, names: Sequence[str], held: set[str]) -> Group:
 
 
 def touched_in(history: AbstractHistory) -> frozenset[str]:
-    """Return the names of the contacts that were closed in a run."""
-    return frozenset(span.contact for span in history.contacts)
+    """Return the names of the contacts that were closed in a run; links are, from the start."""
+    links = (name for name, law in history.method.laws.items() if law.two_sided)
+    return frozenset(span.contact for span in history.contacts).union(links)
 
 
 def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> dict[str, float]:
