@@ -173,6 +173,16 @@ def test_a_damped_beam_decays_as_its_mode(model, integrator, damping):
     assert math.exp(-rate * duration) < 0.6
 
 
+@pytest.mark.parametrize("elements", [1, 7])
+def test_an_initial_deflection_has_its_slope_at_the_ends_too(elements):
+    """A parabola, of which differences of second order are exact: to the left of an end there is no value to take."""
+    beam = Beam("beam", (STEEL,), End("free"), End("free"), displacement=lambda x: 1e-3 * (x / LENGTH - 0.3) ** 2)
+    mesh = BeamMesh(beam, elements, "consistent", 0.0)
+    found = mesh.coordinates(beam.displacement)
+    slopes = 2e-3 * (mesh.nodes / LENGTH - 0.3) / LENGTH
+    assert found[1::2] == pytest.approx(slopes, rel=1e-10, abs=1e-10 * np.abs(slopes).max())
+
+
 def test_viscosity_damps_the_bending_of_a_beam_under_tension_and_not_its_tension():
     """Modes took the tension for a part of the material, and the rate of decay was 4 times too large here."""
     number, tension = np.pi / LENGTH, 3.0 * EI * (np.pi / LENGTH) ** 2  # twice the frequency of the beam alone
