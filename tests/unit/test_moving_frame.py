@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,6 +109,25 @@ def test_bodies_joined_by_contacts_share_a_frame_and_a_wall_holds_it() -> None:
 def test_bodies_that_only_drift_keep_the_energy_of_their_drift_as_scale() -> None:
     scene = balls().but(bodies={"a": Mass("a", 2.0, 3.0)}, gravity=0.0, integrator=None, step=StepRule(dt=0.1))
     assert math.isclose(run(*scene).energy.scale, 9.0)
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [{"kind": "hht_alpha"}, {"kind": "newmark", "beta": 0.3025, "gamma": 0.6}, {"kind": "bathe"}],
+    ids=lambda each: each["kind"],
+)
+def test_a_rod_that_falls_freely_neither_gains_nor_loses(integrator: dict[str, Any]) -> None:
+    """The rounding of its energy less that of its fall was the scale: 1e5 steps had losses of 190 %."""
+    solve = {
+        "duration": 2e-3,
+        "model": {"kind": "finite_element", "elements": 10},
+        "integrator": integrator,
+        "step": {"dt": 1e-7},
+    }
+    rod = il.Rod(length=1.0, area=1e-4, material="steel")
+    book = il.run(il.Case(bodies={"rod": rod}, gravity=9.81, solve=solve)).energy
+    assert book.scale == pytest.approx(0.5 * 0.785 * (9.81 * 2e-3) ** 2, rel=1e-6)  # J, of the fall
+    assert max(book.largest_gain, book.largest_loss) < 1e-6
 
 
 def test_the_error_of_a_body_that_only_falls_is_relative_to_its_way() -> None:
