@@ -31,6 +31,7 @@ class Bilinear(AbstractContactLaw):
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("Smith1960", "HustrulidFairhurst1971")
     examples = ({"stiffness": 1e9, "restitution": 0.8}, {"stiffness": 1e9, "unloading_stiffness": 1e9})
+    acts_at_start = True
     fixed_step = True
     why_fixed = "meets the other face at its dent, and steps are cut where the gap is zero"
 

@@ -32,6 +32,7 @@ class ElasticPlastic(AbstractContactLaw):
         {"stiffness": 1e9, "yield_force": 2e4},
         {"stiffness": 1e9, "yield_force": 2e4, "hardening": 2e8},
     )
+    acts_at_start = True
     two_sided = True
 
     stiffness: float = option(unit="N/m", above=0.0, description="k, elastic")

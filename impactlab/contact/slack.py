@@ -26,6 +26,7 @@ class Slack(AbstractContactLaw):
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("Smith1960", "Gonzalez1996")
     examples = ({"stiffness": 1e9}, {"stiffness": 1e9, "slack": 1e-5})
+    acts_at_start = True
     two_sided = True
 
     stiffness: float = option(unit="N/m", above=0.0, description="k of the joint")

@@ -34,6 +34,7 @@ class Smith(AbstractContactLaw):
         {"capacity": 2e5, "quake": 2.5e-3, "damping": 0.5, "tension": False},
         {"capacity": 2e5, "quake": 1e-4, "damping": 0.5, "rule": "viscous", "set": 1e-4},
     )
+    acts_at_start = True
     two_sided = True
     exact_remedy = "Give rule: viscous, or damping: 0"
 

@@ -97,6 +97,7 @@ class Specimen(AbstractContactLaw):
         },
         {"length": 5e-3, "area": 7.854e-5, "young": 1.24e11, "flow": JohnsonCook(9e7, 2.92e8, 0.31, 0.025)},
     )  # fmt: skip
+    acts_at_start = True
     two_sided = True
     exact_remedy = "Give a flow of yield_stress and hardening without a rate"
 

@@ -160,8 +160,7 @@ class ContinuousHistory(AbstractHistory):
     @cached_property
     def energy(self) -> EnergyBook:  # type: ignore[override]
         """Energies at every break and on an equal grid."""
-        touched = touched_in(self) | self.joined
-        return replace(self.balanced, carried=carried_energy(self.scene, self.balanced.time, touched))
+        return replace(self.balanced, carried=carried_energy(self.scene, self.balanced.time, touched_in(self)))
 
     @cached_property
     def balanced(self) -> EnergyBook:

@@ -154,7 +154,7 @@ class Thinner:
         history.events, history.contacts = above_noise(self.scene, self.run.method.models, tuple(self.events), spans)
         book = _joined(self.books)
         joined = {name for name, law in self.run.method.laws.items() if law.two_sided}
-        history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history) | joined))
+        history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))
         history.links, history.changes = self.links, tuple(self.changes)
         history.fields = self.fields
         history.warnings.extend(without_touch(history, [c for c in self.scene.contacts if c.name not in joined]))

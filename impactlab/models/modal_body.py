@@ -13,7 +13,7 @@ from impactlab.errors import PairingError
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
 from impactlab.models.mesh.base import AbstractMesh, end_load
 from impactlab.models.messengers import Waves, arriving_row, waves_at
-from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.bodies import Beam, ElasticBody
 from impactlab.types import Array, Quantity
 
 MIN_RESIDUAL = 1e-9  # of the whole flexibility: a smaller one is rounding
@@ -177,9 +177,17 @@ def proportional_damping(rod: ElasticBody) -> tuple[float, float]:
     Only then do its undamped modes stay uncoupled.
     """
     times = {segment.viscosity / segment.young for segment in rod.segments}
-    spring = any(end.kind == "spring" for end in (rod.left, rod.right)) or (rod.bends and rod.rotation is not None)
-    if len(times) > 1 or (spring and times != {0.0}):
-        what = "a spring or a rotation that is not" if len(times) == 1 else "segments of other viscosity over young"
+    without = [
+        text
+        for text, acts in (
+            ("a spring", any(end.kind == "spring" for end in (rod.left, rod.right))),
+            ("a tension", isinstance(rod, Beam) and rod.tension != 0.0),
+            ("a rotation", rod.bends and rod.rotation is not None),
+        )
+        if acts
+    ]
+    if len(times) > 1 or (without and times != {0.0}):
+        what = f"{' and '.join(without)} that is not" if len(times) == 1 else "segments of other viscosity over young"
         raise PairingError(
             f"model 'modal' cannot hold the viscosity of '{rod.name}': beside {what}, it couples the modes",
             remedy="Use finite_element, or damping of the whole rod: damping: {mass: 1/s, stiffness: s}.",

@@ -109,8 +109,9 @@ def _group(scene: Scene, names: Sequence[str], held: set[str]) -> Group:
 
 
 def touched_in(history: AbstractHistory) -> frozenset[str]:
-    """Return the names of the contacts that were closed in a run."""
-    return frozenset(span.contact for span in history.contacts)
+    """Return the names of the contacts that were closed in a run; links are, from the start."""
+    links = (name for name, law in history.method.laws.items() if law.two_sided)
+    return frozenset(span.contact for span in history.contacts).union(links)
 
 
 def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> dict[str, float]:
@@ -167,13 +168,28 @@ def in_frame(found: Mapping[str, Group], name: str, t: Array, moved: Array | flo
     return np.asarray(moved - group.displacement(t))
 
 
-def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = None) -> CarriedEnergy:
-    """Return the energy (n,) [J] of the frames of free groups at times t [s].
+def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = None) -> CarriedEnergy | None:
+    """Return the energy (n,) [J] of the frames of free groups at times t [s]; None where all bodies drift alone.
 
     In its frame a group begins with its energy less M V^2/2; the work of a load is that on the motion within the frame:
     gravity does none, a force F on an end F (u - D) with D the way of the frame.
     """
-    return carried_by(groups(scene, touched), t)
+    found = groups(scene, touched)
+    return None if drifts_alone(scene, found) else carried_by(found, t)
+
+
+def drifts_alone(scene: Scene, found: Sequence[Group]) -> bool:
+    """Return whether each body that moves is a group of its own without strain at t = 0 and forces on its ends.
+
+    Nothing is exchanged then, and a scheme's energy less that of the drift is rounding, or a term of the scheme's own.
+    """
+    for group in found:
+        bodies = [scene.bodies[name] for name in group.bodies if scene.bodies[name].moves]
+        if len(bodies) > 1 or (bodies and (group.mass == 0.0 or group.force != 0.0 or group.loads)):
+            return False
+        if any(body.elastic is not None and body.elastic.displacement is not None for body in bodies):
+            return False
+    return True
 
 
 def carried_by(found: Sequence[Group], t: Array) -> CarriedEnergy:

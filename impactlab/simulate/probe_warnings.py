@@ -1,4 +1,4 @@
-"""Warnings of probes beside a load whose internal force lies in modes that a basis leaves out."""
+"""Warnings of probes beside a load whose internal force lies in modes left out, or in a node without mass."""
 
 from __future__ import annotations
 
@@ -17,12 +17,14 @@ MISSING_WARN = 0.1  # of the static force at a probe per force of a load
 def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
     """Give a warning for each body with probes that miss the internal force of a load beside them.
 
-    Modes of a free end have no force there, however many are kept, and those of an inner point no jump.
+    Modes of a free end have no force there, however many are kept, and those of an inner point no jump. Elements at a
+    node without mass have the strain of a node that nothing presses.
     """
     for name, body in scene.elastic.items():
         model = built[name].model
-        if not isinstance(model, ModalBody) or built[name].system.phases is not None:
+        if built[name].system.phases is not None:
             continue
+        lacking = "modes kept miss" if isinstance(model, ModalBody) else "nodes without mass miss"
         loads = {point.x for _, each in scene.met_by(name) for point in (each.left, each.right) if point.body == name}
         loads |= {x for x, end in body.ends if end.is_loaded}
         found: dict[str, float] = {}
@@ -38,7 +40,7 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
             more = f", and {len(found) - 1} more probes of '{name}' miss some" if len(found) > 1 else ""
             yield Warned(
                 "probe_near_load",
-                f"{worst}: the modes kept miss {100 * found[worst]:.0f} % of the static internal force that a load "
+                f"{worst}: the {lacking} {100 * found[worst]:.0f} % of the static internal force that a load "
                 f"beside it causes there{more}",
             )
 

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from impactlab import simulate
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
@@ -171,6 +171,32 @@ def test_a_damped_beam_decays_as_its_mode(model, integrator, damping):
     # Newmark's period error, (w dt)^2/12 = 3e-6, over three periods; straight lines between steps.
     assert np.abs(found - exact).max() < 2e-4 * 1e-5
     assert math.exp(-rate * duration) < 0.6
+
+
+@pytest.mark.parametrize("elements", [1, 7])
+def test_an_initial_deflection_has_its_slope_at_the_ends_too(elements):
+    """A parabola, of which differences of second order are exact: to the left of an end there is no value to take."""
+    beam = Beam("beam", (STEEL,), End("free"), End("free"), displacement=lambda x: 1e-3 * (x / LENGTH - 0.3) ** 2)
+    mesh = BeamMesh(beam, elements, "consistent", 0.0)
+    found = mesh.coordinates(beam.displacement)
+    slopes = 2e-3 * (mesh.nodes / LENGTH - 0.3) / LENGTH
+    assert found[1::2] == pytest.approx(slopes, rel=1e-10, abs=1e-10 * np.abs(slopes).max())
+
+
+def test_viscosity_damps_the_bending_of_a_beam_under_tension_and_not_its_tension():
+    """Modes took the tension for a part of the material, and the rate of decay was 4 times too large here."""
+    number, tension = np.pi / LENGTH, 3.0 * EI * (np.pi / LENGTH) ** 2  # twice the frequency of the beam alone
+    bending = math.sqrt(EI / LINE_MASS) * number**2
+    natural, rate = 2.0 * bending, 0.5 * 2e-5 * bending**2
+    segment = replace(STEEL, viscosity=2e-5 * STEEL.young)
+    shape = {"tension": tension, "displacement": lambda x: 1e-5 * np.sin(number * x)}
+    beam = Beam("beam", (segment,), PINNED, PINNED, **shape)
+    times, found = history_of(beam, FiniteElement(30), Newmark(), 3.0 * 2.0 * math.pi / natural, 3000)
+    turning = math.sqrt(natural**2 - rate**2)
+    exact = 1e-5 * np.exp(-rate * times) * (np.cos(turning * times) + rate / turning * np.sin(turning * times))
+    assert np.abs(found - exact).max() < 2e-4 * 1e-5
+    with pytest.raises(PairingError, match="beside a tension that is not, it couples the modes"):
+        Modal(30, 10).build_beam(beam, 0.0)
 
 
 def test_under_gravity_it_comes_to_rest_in_its_static_sag():

@@ -16,6 +16,7 @@ from impactlab.models.mesh.bar_elements import elements_per_segment, laid_out, p
 from impactlab.models.mesh.bars import Mesh
 from impactlab.numerics.banded import full, multiply
 from impactlab.scene import End, Rayleigh, Rod, Segment
+from impactlab.scene.bodies import SampledLoad
 
 FREE, CLAMPED = End("free"), End("clamped")
 STEEL = Segment(0.3, 9.0e-4, 2.1e11, 7900.0)
@@ -221,6 +222,8 @@ def test_the_first_frequency_with_a_massless_face_is_that_of_the_chain(elements)
         (FREE, 10, (Face(0.145, 0, 1.0),), "lies inside an element"),
         (End("mass", 0.2), 10, (LEFT,), "carries a mass"),
         (End("dashpot", 2.0), 10, (LEFT,), "carries a dashpot"),
+        (End("free", force=1e4), 10, (LEFT,), "carries a force"),  # its tip would be F h/(EA) off, a tenth in statics
+        (End("spring", 1e9, load=SampledLoad((0.0, 1.0), (0.0, 1e4))), 10, (LEFT,), "carries a force"),
         (FREE, 1, (LEFT,), "needs a node with mass"),
         (FREE, 2, (LEFT, Face(0.15, 1, 1.0)), "needs a node with mass"),
     ],

@@ -75,3 +75,79 @@ def test_a_precompressed_hertzian_chain_in_balance_rests():
 def test_the_velocity_at_the_start_is_that_of_the_case():
     history = pressed("central_difference", END / 40)
     assert history.evaluate([0.0], "velocity:bead_1")[0] == pytest.approx(0.0, abs=1e-6 * OVERLAP * OMEGA)
+
+
+SPEED, SOIL = 0.1, {"kind": "smith", "capacity": 100.0, "quake": 1e-4}  # m/s; 1e6 N/m
+DECAY = 0.1 * 100.0 / (2.0 * MASS)  # 1/s, of the dashpot J Ru beside it
+RINGING = math.sqrt(OMEGA**2 - DECAY**2)
+
+
+@pytest.mark.parametrize("integrator", ["central_difference", "generalised_alpha", "newmark"])
+@pytest.mark.parametrize(
+    ("law", "gap", "speed", "exact"),
+    [
+        # It unloads along k/e^2 = 4 k, from a force k times the overlap.
+        (
+            {"kind": "bilinear", "stiffness": STIFFNESS, "restitution": 0.5},
+            -OVERLAP,
+            0.0,
+            lambda t: -0.25 * OVERLAP * (1.0 - math.cos(2.0 * OMEGA * t)),
+        ),
+        ({**SOIL, "set": OVERLAP}, 0.0, 0.0, lambda t: OVERLAP * (1.0 - math.cos(OMEGA * t))),
+        (
+            {**SOIL, "damping": 0.1, "rule": "viscous"},
+            0.0,
+            SPEED,
+            lambda t: SPEED * math.exp(-DECAY * t) * math.sin(RINGING * t) / RINGING,
+        ),
+    ],
+)
+def test_laws_that_remember_act_from_the_start(integrator, law, gap, speed, exact):
+    """A cushion under preload, soil with a set, a dashpot that moves: they began without their force, 2 % off here."""
+    end = 0.7 / OMEGA
+    contact = il.Contact("mass", "wall", law, **({"gap": gap, "overlap": "allowed"} if gap else {}))
+    errors = []
+    for steps in (40, 80):
+        solve = {"duration": end, "integrator": {"kind": integrator}, "step": {"dt": end / steps}}
+        bodies = {"mass": il.Mass(MASS, velocity=speed), "wall": il.Wall()}
+        history = il.run(il.Case(bodies=bodies, contacts=[contact], solve=solve))
+        errors.append(abs(history.evaluate([end], "position:mass")[0] / exact(end) - 1.0))
+    assert errors[0] < (0.7 / 40) ** 2  # (w dt)^2
+    assert errors[1] < errors[0] / 3.5
+
+
+@pytest.mark.parametrize("integrator", ["central_difference", "generalised_alpha", "newmark"])
+@pytest.mark.parametrize("stretch", [1e-5, -1e-5])
+def test_a_joint_acts_from_the_start_on_a_rod_that_is_displaced(integrator, stretch):
+    """One bar of lumped mass, displaced as a whole, between a wall and nothing: two masses and two springs."""
+    length, area, young, density = 1.0, 1e-4, 2e11, 8000.0
+    bar, mass = young * area / length, 0.5 * density * area * length
+    stiffness = np.array([[bar + STIFFNESS, -bar], [-bar, bar]]) / mass
+    squared, shapes = np.linalg.eigh(stiffness)
+    end = 1.0 / math.sqrt(squared[1])
+    exact = shapes @ (np.cos(np.sqrt(squared) * end) * (shapes.T @ np.full(2, stretch)))
+    errors = []
+    for steps in (40, 80):
+        case = il.Case(
+            bodies={
+                "wall": il.Wall(),
+                "rod": il.Rod(
+                    length=length,
+                    area=area,
+                    material={"young": young, "density": density},
+                    displacement=f"{stretch!r} + 0*x",
+                ),
+            },
+            contacts=[il.Contact("wall", "rod.left", {"kind": "slack", "stiffness": STIFFNESS})],
+            probes=[{"body": "rod", "at": 0.0, "quantity": "displacement"}],
+            solve={
+                "duration": end,
+                "model": {"kind": "finite_element", "elements": 1, "mass": "lumped"},
+                "integrator": {"kind": integrator},
+                "step": {"dt": end / steps},
+            },
+        )
+        moved = il.run(case).evaluate([end], "displacement:rod@0")[0] - stretch
+        errors.append(abs(moved / (exact[0] - stretch) - 1.0))
+    assert errors[0] < (1.0 / 40) ** 2
+    assert errors[1] < errors[0] / 3.5

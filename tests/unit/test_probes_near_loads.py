@@ -56,6 +56,7 @@ def test_a_mesh_is_right_at_the_loaded_end():
         ({"kind": "modal", "elements": 40, "modes": 12, "basis": {"kind": "craig_bampton"}}, False),
         ({"kind": "modal", "elements": 40, "modes": 40}, False),
         ({"kind": "finite_element", "elements": 40}, False),
+        ({"kind": "finite_element", "elements": 40, "mass": "redistributed"}, True),
     ],
 )
 def test_the_face_of_a_contact_is_warned_of_where_its_force_is_left_out(model, lacks):

@@ -192,10 +192,13 @@ class BeamMesh(AbstractMesh):
         """Return the coordinates of an initial deflection: a rotation is its slope, as where nothing shears."""
         step = STEP * float(self.lengths.min())
         inside = np.clip(self.nodes, 0.0, self.beam.length)  # in a layer the end's deflection and slope go on
-        before, after = np.maximum(inside - step, 0.0), np.minimum(inside + step, self.beam.length)
+        # Differences of second order, one-sided at the ends.
+        middle = np.clip(inside, step, self.beam.length - step)
+        low, mean, high = (profile(middle + shift) for shift in (-step, 0.0, step))
+        slopes = (high - low) / (2.0 * step) + (high - 2.0 * mean + low) * (inside - middle) / step**2
         values = np.empty(2 * len(self.nodes))
-        values[1::2] = (profile(after) - profile(before)) / (after - before)
-        values[::2] = profile(inside) + values[1::2] * (self.nodes - inside)
+        values[1::2] = slopes
+        values[::2] = profile(inside) + slopes * (self.nodes - inside)
         return values[self._kept]
 
     def quotients(self, shapes: Array) -> Array:

@@ -100,8 +100,9 @@ def struck_nodes(rod: WaveBody, faces: Sequence[tuple[float, Array]]) -> Ints:
                 path="solve.model.mass",
             )
         struck.append(int(np.argmax(row)))
-        carried = {0.0: rod.left.kind, rod.length: rod.right.kind}.get(x, "free")
-        if carried in ("mass", "dashpot"):
+        # A spring is condensed with the node; a force that is no contact's would lack its F h/(EA).
+        carried = {0.0: rod.left, rod.length: rod.right}[x].carries if x in (0.0, rod.length) else "inner"
+        if carried in ("mass", "dashpot", "force"):
             raise CaseError(
                 f"mass 'redistributed' takes the inertia from a struck face, and that of '{name}' "
                 f"at x = {x:.6g} m carries a {carried}",

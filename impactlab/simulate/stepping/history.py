@@ -23,7 +23,7 @@ from impactlab.history.noise_floor import Found, above_noise, reach_of
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
-from impactlab.scene.frame import carried_by, groups, touched_in
+from impactlab.scene.frame import carried_by, drifts_alone, groups, touched_in
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times, readout
 from impactlab.simulate.stepping.arrays import SAMPLED
@@ -252,7 +252,7 @@ class RecordedHistory(AbstractRecordedHistory):
             stored=sample[:, 1],
             booked=dict(zip(("contact", "ends", "damping", "unresolved"), sample[:, 2:SAMPLED].T, strict=True)),
             work=work - work[:1].sum(),
-            carried=carried_by(joined, sample[:, 0]),
+            carried=None if drifts_alone(scene, joined) else carried_by(joined, sample[:, 0]),
         )
 
     def _read_links(self) -> Iterator[LinkResult]:

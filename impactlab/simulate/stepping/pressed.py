@@ -1,4 +1,4 @@
-"""Forces of faces that are pressed together at t = 0, under which schemes start whose forces act at an instant.
+"""Forces at t = 0 of faces that are pressed together or joined, which schemes need whose forces act at an instant.
 
 Leapfrog keeps the velocities of half a step before: under a force F they are v - dt F/(2 m) there. Generalised-alpha
 keeps accelerations. A start without F would be an error of first order in a scheme of second order.
@@ -17,7 +17,7 @@ from impactlab.types import Port, Reply, Start
 
 
 class Pressed(NamedTuple):
-    """A pair of overlapping faces at t = 0, under a law whose force follows from gap and rate."""
+    """A pair of overlapping or joined faces at t = 0, under a law whose force follows from gap, rate and memory."""
 
     law: AbstractContactLaw
     start: Start
@@ -52,13 +52,16 @@ def forces_at_start(
     for number, contact in enumerate(scene.contacts):
         law, start = laws[number], starts[number]
         elastic = any(scene.bodies[point.body].elastic is not None for point in (contact.left, contact.right))
-        if not law.smooth or (contact.gap >= 0.0 and not elastic):  # rigid bodies begin without displacements
+        if not (law.smooth or law.acts_at_start):
+            continue
+        if contact.gap >= 0.0 and not elastic and not law.two_sided:  # rigid bodies begin without displacements
             continue
         (left_u, left_v), (right_u, right_v) = _motion(built, contact.left), _motion(built, contact.right)
         gap, rate = contact.gap + right_u - left_u, right_v - left_v
         key = id(law), id(start), gap, rate
         if key not in known:
-            known[key] = Pressed(law, start, gap, rate).force(dt) if gap < 0.0 else 0.0
+            acts = gap < 0.0 or law.two_sided  # a link may pull, be deformed before, or have a dashpot that moves
+            known[key] = Pressed(law, start, gap, rate).force(dt) if acts else 0.0
         if known[key] != 0.0:
             found[number] = known[key]
     return found
