@@ -179,10 +179,13 @@ def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = Non
 
 
 def drifts_alone(scene: Scene, found: Sequence[Group]) -> bool:
-    """Return whether each body that moves is a group of its own without strain at t = 0 and forces on its ends.
+    """Return whether each body that moves is a group of its own without strain, overlap or forces on its ends.
 
     Nothing is exchanged then, and a scheme's energy less that of the drift is rounding, or a term of the scheme's own.
+    Faces that overlap at t = 0 may press without a period of contact.
     """
+    if any(contact.gap < 0.0 for contact in scene.contacts):
+        return False
     for group in found:
         bodies = [scene.bodies[name] for name in group.bodies if scene.bodies[name].moves]
         if len(bodies) > 1 or (bodies and (group.mass == 0.0 or group.force != 0.0 or group.loads)):

@@ -29,6 +29,7 @@ class Hard:
 
     answers_force: ClassVar[bool] = True
     hard: ClassVar[bool] = True
+    two_sided: ClassVar[bool] = False
 
 
 class Kicks(Hard):
@@ -103,10 +104,12 @@ def test_displacements_off_by_a_factor_are_wrong_by_that_factor() -> None:
 def test_the_worst_face_counts() -> None:
     left, right = (Rod(name, (UNIT,), FREE, FREE) for name in ("first", "second"))
     both = scene().but(bodies={"first": left, "second": right}, contacts=(touching(left, right),))
-    exact = SyntheticHistory(DURATION, {"displacement:first@1": np.cos, "displacement:second@0": np.cos})
+    moved = {"displacement:first@1": np.cos, "displacement:second@0": np.cos}
+    exact = SyntheticHistory(DURATION, moved, simulation=both)
     off = SyntheticHistory(
         DURATION,
         {"displacement:first@1": lambda t: 1.01 * np.cos(t), "displacement:second@0": lambda t: 1.3 * np.cos(t)},
+        simulation=both,
     )
     assert metrics.face_displacement(off, exact, both.scene) == pytest.approx(0.3)
     assert metrics.mass_displacement(off, exact, both.scene) is None  # no rigid mass in any contact
