@@ -186,7 +186,7 @@ def clamped_reflection() -> Finding:
     front, quarter, opening = reflected(1.0, 1e-9), reflected(1.0, 0.25), reflected(1.0, 0.5338)
     heavy = reflected(1e-3, 0.25)
     return Finding(
-        f"only the front does: the reflected share of the arriving wave is {front:.2f} at T, {quarter:+.2f} at 1.25 T "
+        f"only the front does: the reflected share of the arriving wave is {front:.2f} at T, {quarter:z.2f} at 1.25 T "
         f"and {opening:.2f} at the opening (1 - 4 (t/T - 1)). The mass balance of Eq. 7, which the paper then uses, "
         f"is right; the clamped end is its limit of a heavy mass ({heavy:.3f} at 1.25 T for alpha = 0.001)",
         {"front": front, "quarter": quarter, "opening": opening, "heavy": heavy},
