@@ -47,7 +47,9 @@ def _source(scene: Scene, method: Method, body: WaveBody) -> str:
             return f"the dashpot of its {side} end"
     for contact in scene.contacts:
         law = method.laws[contact.name]
-        if body.name in (contact.left.body, contact.right.body) and law.force_jumps and not law.hard:
+        # Faces that touch at t = 0 do so at the start of a step, and the dashpot acts over the whole of it.
+        touches_within = contact.gap != 0.0 and body.name in (contact.left.body, contact.right.body)
+        if touches_within and law.force_jumps and not law.hard:
             return f"the dashpot of {contact.name}"
     return ""
 
