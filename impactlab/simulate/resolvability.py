@@ -31,9 +31,10 @@ def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
     touched = {event.contact for event in history.events}
     for contact in history.scene.contacts:
         if contact.name in touched:
-            yield from _too_coarse(history, contact)
+            dashpot = dashpot_of(history.scene, history.method, contact)
+            yield from _too_coarse(history, contact, dashpot)
             yield from _too_compliant(history, contact)
-            yield from _first_force(history, contact)
+            yield from _first_force(history, contact, dashpot)
             yield from _few_modes(history, contact)
 
 
@@ -50,15 +51,14 @@ def resolution(history: AbstractRecordedHistory, contact: Contact, *, beams: boo
     return max(times)
 
 
-def _too_coarse(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
-    """Warn of a contact whose speeds change within less than a few time resolutions."""
+def _too_coarse(history: AbstractRecordedHistory, contact: Contact, dashpot: float) -> Iterator[Warned]:
+    """Warn of a contact whose speeds change within less than a few time resolutions; its ``dashpot`` in N s/m."""
     scene, stiffness = history.scene, _stiffness(history, contact)
     impedance, mass = impedance_of(scene, contact), striker_of(scene, contact)
     if not stiffness:
         return
     # A mass m on a rod of impedance Z loses its speed in m/Z; a spring k between them lets both swing with sqrt(m/k),
     # and a dashpot c beside the spring, if it is stiffer, stops them in m/c.
-    dashpot = dashpot_of(scene, history.method, contact)
     swing = min(math.sqrt(mass / stiffness), mass / dashpot if dashpot > 0.0 else math.inf)
     time = max(mass / impedance, swing) if mass < math.inf else math.inf
     words = "the speed of the striking body changes"
@@ -106,14 +106,14 @@ def _too_compliant(history: AbstractRecordedHistory, contact: Contact) -> Iterat
         yield Warned("soft_contact", text)
 
 
-def _first_force(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
+def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: float) -> Iterator[Warned]:
     """Warn of a dashpot whose first force on an explicit mesh is too large, and is the peak of the run.
 
     A rod of impedance Z struck at v gives a dashpot c the force c v/(1 + c/Z) at once. The end node of a mesh with the
     mass m does so after m/Z; in the first step of dt it gives c v/(1 + c dt/(2 m)). Both are equal where the waves
     cross an element in a step, and where an end carries a mass that is no part of the mesh.
     """
-    dashpot, scheme, dt = dashpot_of(history.scene, history.method, contact), history.method.integrator, history.dt
+    scheme, dt = history.method.integrator, history.dt
     if not dashpot > 0.0 or dt is None or not isinstance(scheme, AbstractIntegrator) or not scheme.needs_diagonal_mass:
         return
     of_waves, of_nodes = 0.0, 0.0  # mobilities, m/(N s)
