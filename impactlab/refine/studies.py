@@ -37,10 +37,10 @@ def begun(description: Description, error: float) -> Study:
     if not description.unit:
         return Study(description, 0)
     start = description.start_for(error)
-    begun = Study(description, _cheap(description, start), wanted=description.wanted_of(start, error))
+    study = Study(description, _cheap(description, start), wanted=description.wanted_of(start, error))
     if (least := reach.in_common(description)) > error:
-        begun.closed = reach.reason_in_common(least)
-    return begun
+        study.closed = reach.reason_in_common(least)
+    return study
 
 
 def _cheap(description: Description, start: int) -> int:
