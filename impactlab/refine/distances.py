@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, displaced, face_channels, mass_channels, midpoints
 from impactlab.metrics.peaks import MIN_PEAK, Laws, find_peak, near_jumps, smooth_force
 from impactlab.refine.convergence import Distance, Pairs
-from impactlab.refine.raw_records import Records, Sizes, records_of
+from impactlab.refine.raw_records import Records, Sizes, records_of, sizes_of
 from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.method import COUNTED, Counted, Simulation
 from impactlab.scene.problem import Scene
@@ -76,13 +76,10 @@ def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene, laws:
 def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records], scene: Scene) -> Iterator[Distance]:
     """Give the distances of the displacements of faces, relative L2 over [0, duration]."""
     t, touched, last = midpoints(scene.duration, CELLS), touched_in(histories[-1]), len(histories) - 1
-    masses, apart = mass_channels(scene), dict[str, dict[tuple[int, int], Sizes]]()
-    for name in (*masses, *face_channels(scene)):
-        drift = common_drift(scene, name, t, touched) if touched else np.zeros(CELLS)
-        if raw and name in raw[0].columns:
-            apart[name] = {(i, j): raw[j].sizes(raw[i], name, drift) for i, j in _all_pairs(histories)}
-        else:
-            apart[name] = _sizes([history.evaluate(t, name) for history in histories], drift)
+    masses = mass_channels(scene)
+    names = list(dict.fromkeys((*masses, *face_channels(scene))))
+    drifts = {name: common_drift(scene, name, t, touched) if touched else np.zeros(CELLS) for name in names}
+    apart = _all_sizes(histories, raw, t, drifts)
     moving = displaced({name: apart[name][0, last].own for name in masses})
     for name in (*moving, *face_channels(scene)):
         found, own = apart[name], apart[name][0, last]
@@ -93,13 +90,22 @@ def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records],
             yield Distance(of, _finite({pair: each.apart / scale for pair, each in found.items()}))
 
 
-def _sizes(values: Sequence[Array], drift: Array) -> dict[tuple[int, int], Sizes]:
-    """Return the norms of displacements of all pairs of runs at the same instants."""
-    size = [norm(each) for each in values]
-    return {
-        (i, j): Sizes(norm(values[i] - values[j]), size[i], size[j], norm(values[j] - drift))
-        for i, j in _all_pairs(values)
-    }
+def _all_sizes(
+    histories: Sequence[AbstractHistory], raw: Sequence[Records], t: Array, drifts: Mapping[str, Array]
+) -> dict[str, dict[tuple[int, int], Sizes]]:
+    """Return the norms of displacements, and of their differences, of all pairs of runs by channel and pair."""
+    recorded = [name for name in drifts if raw and name in raw[0].columns]
+    others = [name for name in drifts if name not in recorded]
+    values: list[Array] = []
+    for place, history in enumerate(histories):
+        evaluated = np.array([history.evaluate(t, name) for name in others]).reshape(len(others), t.size)
+        values.append(np.vstack((raw[place].displacements(recorded, t.size), evaluated)) if recorded else evaluated)
+    drift = np.array([drifts[name] for name in (*recorded, *others)]).reshape(len(drifts), t.size)
+    found: dict[str, dict[tuple[int, int], Sizes]] = {name: {} for name in (*recorded, *others)}
+    for i, j in _all_pairs(histories):
+        for name, sizes in zip(found, sizes_of(values[j], values[i], drift), strict=True):
+            found[name][i, j] = sizes
+    return found
 
 
 def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Distance]:
@@ -131,7 +137,7 @@ def _peaks(
         left_out = near_jumps(histories[-1], scene, laws, contact)
         if raw:
             forces = [each.force(number, law.hard) for each in raw]
-            times = [force.peak_time(left_out) for force in forces]
+            times = [each.peak_time(number, law.hard, left_out) for each in raw]
             found = [[force.at(t) for t in times] for force in forces]
         else:
             peaks = [find_peak(history, contact, left_out, law.hard, CELLS, PER_SPAN) for history in histories]

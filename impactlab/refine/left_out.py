@@ -95,10 +95,10 @@ def beside_displacements(asked: Simulation, history: AbstractHistory) -> list[Sh
         if channel not in sizes:
             drift = common_drift(scene, channel, t, touched) if touched else np.zeros(CELLS)
             if raw is not None and channel in raw.columns:
-                _, _, whole, own = raw.sizes(raw, channel, drift)
+                (moved,) = raw.displacements([channel], CELLS)
             else:
                 moved = history.evaluate(t, channel)
-                whole, own = norm(moved), norm(moved - drift)
+            whole, own = norm(moved), norm(moved - drift)
             sizes[channel] = own if touched and own > ZERO * whole else whole
         if name not in sizes:
             sizes[name] = (

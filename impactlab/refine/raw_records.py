@@ -1,17 +1,23 @@
 """What an estimate reads of a stepped run, by compiled passes over its records: no channel is made of them.
 
 Displacements are linear between records. Forces are means over steps, read with the slopes of
-`impactlab.numerics.slopes`; those of hard contacts are linear between the middles of steps.
+`impactlab.numerics.slopes`; those of hard contacts are linear between the middles of steps. Each run of a study is read
+once, however many others it is compared with.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.numerics.compiling import ENTRY, PART
 from impactlab.numerics.slopes import MIN_MEANS
+from impactlab.simulate.stepping.arrays import Ints
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.types import Array
 
@@ -48,36 +54,68 @@ class Steps(NamedTuple):
         return mean_size(*self[:5], cells)
 
 
-class Records(NamedTuple):
-    """The records of a run, and the column of each displacement."""
+class Records:
+    """The records of a run, the column of each displacement, and what was read of them.
 
-    history: RecordedHistory
-    record: Array  # (n, columns), time first
-    columns: dict[str, int]
+    Parameters
+    ----------
+    history : RecordedHistory
+        The run.
+    record : ndarray
+        Its records, (n, columns), time first.
+    columns : dict
+        Column of each displacement by the name of its channel.
+    """
 
-    def sizes(self, other: Records, channel: str, drift: Array) -> Sizes:
-        """Return norms in the middles of as many equal cells of the run as the drift has values, (cells,) [m]."""
-        column, duration = self.columns[channel], self.history.duration
-        found = displacement_sizes(self.record, other.record, column, other.columns[channel], duration, drift)
-        return Sizes(*found)
+    def __init__(self, history: RecordedHistory, record: Array, columns: dict[str, int]) -> None:
+        assembly = history.assembly
+        self.record, self.columns = record, columns
+        self._layout, self._dt, self._duration = assembly.layout, assembly.dt, history.duration
+        self._late = assembly.integrator.load_point - 0.5
+        self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}
+        self._peaks: dict[tuple[int, bool, bytes], float] = {}
+
+    def displacements(self, channels: Sequence[str], cells: int) -> Array:
+        """Return displacements in the middles of equal cells of the run [m], shape (n_channels, n_cells)."""
+        key = cells, tuple(channels)
+        if key not in self._moved:
+            self._moved[key] = np.empty((len(channels), cells))
+            columns = np.array([self.columns[name] for name in channels], dtype=np.int64)
+            write_displacements(self.record, columns, self._duration, self._moved[key])
+        return self._moved[key]
 
     def force(self, number: int, hard: bool) -> Steps:
         """Return the force of a contact by its number in the scene."""
-        assembly = self.history.assembly
-        late = assembly.integrator.load_point - 0.5
-        column = assembly.layout.column_of(number)
-        return Steps(self.record, column, late, assembly.dt, self.history.duration, hard)
+        column = self._layout.column_of(number)
+        return Steps(self.record, column, self._late, self._dt, self._duration, hard)
+
+    def peak_time(self, number: int, hard: bool, left_out: Array) -> float:
+        """Return the instant of the largest force of a contact outside intervals (k, 2) [s], as of `Steps`."""
+        key = number, hard, left_out.tobytes()
+        if key not in self._peaks:
+            self._peaks[key] = self.force(number, hard).peak_time(left_out)
+        return self._peaks[key]
+
+
+_known: WeakKeyDictionary[RecordedHistory, Records] = WeakKeyDictionary()
 
 
 def records_of(history: AbstractHistory) -> Records | None:
     """Return the records of a stepped run over the whole duration of its scene; else None."""
     if not isinstance(history, RecordedHistory) or "assembly" not in vars(history):
         return None
-    assembly = history.assembly
-    layout, count = assembly.layout, assembly.clock.n_records
+    count = history.assembly.clock.n_records
     if count <= MIN_MEANS + 1 or history.duration < history.scene.duration:
         return None
-    columns: dict[str, int] = {}
+    known = _known.get(history)
+    if known is None:
+        known = _known[history] = Records(history, history.assembly.memory.record[:count], _columns_of(history))
+    return known
+
+
+def _columns_of(history: RecordedHistory) -> dict[str, int]:
+    """Return the columns of the recorded displacements by channel."""
+    layout, columns = history.assembly.layout, dict[str, int]()
     for number, contact in enumerate(history.scene.contacts):
         for side, point in enumerate((contact.left, contact.right)):
             if history.scene.bodies[point.body].elastic is not None:
@@ -85,7 +123,7 @@ def records_of(history: AbstractHistory) -> Records | None:
     for probe in layout.recorded:
         if probe.quantity != "velocity":
             columns.setdefault(probe.channel, layout.probe_column(probe))
-    return Records(history, assembly.memory.record[:count], columns)
+    return columns
 
 
 @PART
@@ -96,25 +134,54 @@ def _value(record: Array, column: int, at: int, t: float) -> float:
     return value
 
 
+@PART
+def _record_before(record: Array, first: int, t: float) -> int:
+    """Return the last record at an instant or before, from ``first`` on; never the last one of all."""
+    low, reach, last = first, 1, len(record) - 2
+    while low + reach <= last and record[low + reach, 0] <= t:
+        low += reach
+        reach *= 2
+    high = min(low + reach, last + 1)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if record[middle, 0] <= t:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
 @ENTRY
-def displacement_sizes(
-    own: Array, other: Array, column: int, other_column: int, duration: float, drift: Array
-) -> tuple[float, float, float, float]:
-    """Return the norms of `Sizes` of a displacement of two runs."""
-    apart = whole = size = within = 0.0
-    i = j = 0
-    for k in range(drift.size):
-        t = (k + 0.5) * (duration / drift.size)
-        while i + 2 < len(own) and own[i + 1, 0] <= t:
-            i += 1
-        while j + 2 < len(other) and other[j + 1, 0] <= t:
-            j += 1
-        u, v = _value(own, column, i, t), _value(other, other_column, j, t)
-        apart += (u - v) ** 2
-        whole += v**2
-        size += u**2
-        within += (u - drift[k]) ** 2
-    return math.sqrt(apart), math.sqrt(whole), math.sqrt(size), math.sqrt(within)
+def write_displacements(record: Array, columns: Ints, duration: float, out: Array) -> None:
+    """Write displacements (n_columns, n_cells) [m] in the middles of equal cells of the run."""
+    at, cells = 0, out.shape[1]
+    for k in range(cells):
+        t = (k + 0.5) * (duration / cells)
+        at = _record_before(record, at, t)
+        for row in range(columns.size):
+            out[row, k] = _value(record, columns[row], at, t)
+
+
+@ENTRY
+def write_sizes(own: Array, other: Array, drift: Array, out: Array) -> None:
+    """Write the norms of `Sizes` of displacements (n, n_cells) of two runs: (n, 4)."""
+    for row in range(len(own)):
+        apart = whole = size = within = 0.0
+        for k in range(own.shape[1]):
+            u, v = own[row, k], other[row, k]
+            apart += (u - v) ** 2
+            whole += v**2
+            size += u**2
+            within += (u - drift[row, k]) ** 2
+        out[row, 0], out[row, 1] = math.sqrt(apart), math.sqrt(whole)
+        out[row, 2], out[row, 3] = math.sqrt(size), math.sqrt(within)
+
+
+def sizes_of(own: Array, other: Array, drift: Array) -> list[Sizes]:
+    """Return the norms of displacements (n, n_cells) of two runs [m], one for each."""
+    found = np.empty((len(own), len(Sizes._fields)))
+    write_sizes(own, other, drift, found)
+    return [Sizes(*each) for each in found.tolist()]
 
 
 @PART

@@ -18,6 +18,7 @@ from impactlab.scene.problem import RECORDS
 from impactlab.scene.sizes import default_records
 
 MAX_RECORDS = 200_000  # instants kept, as of every description
+STEPS_A_RECORD = 8  # at most, of the finest run: beyond the instants that are kept, a record is the mean of a few steps
 COARSEST = 2.0  # steps in the shortest rise sqrt(m/k): leapfrog is stable up to a step of twice that of a pair
 
 
@@ -30,8 +31,8 @@ def serves(asked: Simulation) -> bool:
 def row_of_beads(asked: Simulation) -> Description:
     """Return the description by its number of steps."""
     scene, duration, rise = asked.scene, asked.scene.duration, shortest_rise(*asked)
-    # Every step is kept. Runs that keep the same few instants would have an error in common, which none of them shows:
-    # that of a force which still rises at the end.
+    # Every step is kept where memory allows it. Runs that keep the same few instants would have an error in common,
+    # which none of them shows: that of a force which still rises at the end.
     most = default_records(scene, MAX_RECORDS)
 
     def simulation(steps: int) -> Simulation:
@@ -49,5 +50,5 @@ def row_of_beads(asked: Simulation) -> Description:
         error=lambda n: (duration / n / rise) ** 2,
         safety=3.0,
         min_fineness=max(40, math.ceil(COARSEST * duration / rise)),
-        max_fineness=max(most, math.ceil(2.0 * COARSEST * duration / rise)),
+        max_fineness=max(STEPS_A_RECORD * most, math.ceil(2.0 * COARSEST * duration / rise)),
     )

@@ -53,7 +53,8 @@ def probed(scene: Scene) -> Iterator[Probed]:
 ADD_IT = "Add the time to 'snapshots', or give equal ones: snapshots: {count: 200}."
 MAX_LISTED = 12  # times in a message
 MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
-OF_THE_RUN = ("assembly", "_record")  # fields that refer to the memory of a run
+# Fields that refer to the memory of a run.
+OF_THE_RUN = ("assembly", "_record", "_records", "_instants", "_last_bead_gaps")
 
 
 class AbstractRecordedHistory(AbstractHistory):

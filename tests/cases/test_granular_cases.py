@@ -99,6 +99,24 @@ def test_a_short_tapered_chain_converges_to_the_answer_of_scipy() -> None:
     assert (4.0 * answers[1] - answers[0]) / 3.0 == pytest.approx(exact.velocities, abs=3e-6)
 
 
+@pytest.mark.slow
+def test_a_long_chain_keeps_its_tolerance_up_to_the_front_of_its_wave() -> None:
+    """Forces at the front still rise, from 1e-9 of the largest: the choice takes more steps than it keeps records."""
+    bead = {"kind": "mass", "mass": 1e-3}
+    case = Case.from_dict({
+        "bodies": {"striker": {**bead, "velocity": 0.5}, "bead": {**bead, "repeat": 200}},
+        "contacts": [{"chain": ["striker", "bead"], "law": {"kind": "hertz", "stiffness": 5e9}}],
+        "solve": {"duration": 2.1e-3, "tolerance": 1e-3},
+    })  # fmt: skip
+    history = il.run(case)
+    assert history.choice is not None
+    assert history.choice.met
+    known = marched(*chain_of(case), 2.1e-3).forces
+    for contact, force in zip(history.scene.contacts, known, strict=True):
+        if force > 1e-9 * known.max():
+            assert max(each.peak_force or 0.0 for each in history.spans(contact.name)) == pytest.approx(force, rel=1e-3)
+
+
 def test_a_rod_hands_its_momentum_to_the_bar_through_the_beads() -> None:
     history = il.run(case_of("chain_between_rods").method("newmark"))
     given = [history.impulse_of(contact.name) for contact in history.scene.contacts]

@@ -30,7 +30,7 @@ from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.chain_waves import ChainWaves
 from impactlab.simulate.stepping.delay_waves import DelayWaves
-from impactlab.simulate.stepping.recorded_channels import Ends, read_channels
+from impactlab.simulate.stepping.recorded_channels import Ends, Instants, instants_of, read_channels
 from impactlab.types import Array
 
 
@@ -198,9 +198,9 @@ class RecordedHistory(AbstractRecordedHistory):
         A force that rises is largest there: more than the ``last`` mean over a step, or less where the middle of that
         step lies beyond the run.
         """
-        found = self.recorded[f"force:{self.scene.contacts[number].name}"]
-        if found.middles is not None and last >= peak and found.middles[-1] > self.duration:
-            within = found.values[(found.middles > start) & (found.middles <= self.duration)]
+        middles, record = self._instants.middles, self._records
+        if last >= peak and middles[-1] > self.duration:
+            within = record[(middles > start) & (middles <= self.duration), self.assembly.layout.column_of(number)]
             peak = float(within.max(initial=0.0))
         return max(peak, self._force_at_end(number))
 
@@ -209,12 +209,28 @@ class RecordedHistory(AbstractRecordedHistory):
 
         At the front of a wave along beads it may rise by some per cent in a step.
         """
-        contact, plan = self.scene.contacts[number].name, self.assembly.layout.plan
-        power = self.assembly.acting.laws[contact].power_force(plan.starts[number])
+        layout, contact = self.assembly.layout, self.scene.contacts[number].name
+        power = self.assembly.acting.laws[contact].power_force(layout.plan.starts[number])
         if power is None:
             return float(self.evaluate(self.duration, f"force:{contact}"))
-        overlap = max(0.0, -float(self.evaluate(self.duration, f"gap:{contact}")))
+        place = layout.column_of(number) - layout.first_bead_force
+        gaps = self._last_bead_gaps[place] if place >= 0 else self._records[-2:, layout.column_of(number) + 1]
+        overlap = max(0.0, -float(np.interp(self.duration, self._records[-2:, 0], gaps)))
         return float(power.stiffness * overlap**power.exponent)
+
+    @cached_property
+    def _records(self) -> Array:
+        """Records of the loop, (n_records, n_columns)."""
+        return self.assembly.memory.record[: self.assembly.clock.n_records]
+
+    @cached_property
+    def _instants(self) -> Instants:
+        return instants_of(self.assembly, self._integrator, self._records)
+
+    @cached_property
+    def _last_bead_gaps(self) -> Array:
+        """Gaps of the contacts of rows of beads in the last two records [m], (n_bead_contacts, 2)."""
+        return readout.bead_gaps(self.assembly, self._records[-2:])
 
     @property
     def _beyond(self) -> float:

@@ -27,16 +27,15 @@ class Instants(NamedTuple):
     velocities: Array
     forces: Array  # ends of the intervals over which they acted
     middles: Array  # of these
-    bead_gaps: Array  # m, of contacts of rows of beads, at the ends of steps
 
 
 def read_channels(assembly: Assembly, integrator: AbstractIntegrator) -> tuple[dict[str, Channel], Ends]:
     """Return the channels of a run by name, without those inside delay lines; and the records of these."""
     scene, layout, channels = assembly.scene, assembly.layout, dict[str, Channel]()
     record = assembly.memory.record[: assembly.clock.n_records]
-    at = instants_of(assembly, integrator, record)
+    at, bead_gaps = instants_of(assembly, integrator, record), readout.bead_gaps(assembly, record)
     for number in range(len(scene.contacts)):
-        channels.update(of_contact(assembly, number, record, at))
+        channels.update(of_contact(assembly, number, record, at, bead_gaps))
     for group, total in sums_of_groups(scene, channels):
         channels.setdefault(group, total)
     for probe in layout.recorded:
@@ -68,7 +67,7 @@ def instants_of(assembly: Assembly, integrator: AbstractIntegrator, record: Arra
     if integrator.load_point != 0.5:
         late = (integrator.load_point - 0.5) * last_steps
         of_force, middles = np.minimum(times + late, times[-1]), middles + late
-    return Instants(times, of_velocity, of_force, middles, readout.bead_gaps(assembly, record))
+    return Instants(times, of_velocity, of_force, middles)
 
 
 def velocity_times(assembly: Assembly, body: str, x: float, at: Instants) -> Array:
@@ -80,8 +79,13 @@ def velocity_times(assembly: Assembly, body: str, x: float, at: Instants) -> Arr
     return np.asarray(at.times - 0.5 * np.minimum(lengths, assembly.dt))
 
 
-def of_contact(assembly: Assembly, number: int, record: Array, at: Instants) -> Iterator[tuple[str, Channel]]:
-    """Give force and gap of a contact, and the motion of its faces on bodies that deform, by name."""
+def of_contact(
+    assembly: Assembly, number: int, record: Array, at: Instants, bead_gaps: Array
+) -> Iterator[tuple[str, Channel]]:
+    """Give force and gap of a contact, and the motion of its faces on bodies that deform, by name.
+
+    ``bead_gaps`` are those of the contacts of rows of beads [m], (n_bead_contacts, n_records).
+    """
     scene, layout = assembly.scene, assembly.layout
     contact, column = scene.contacts[number], layout.column_of(number)
     law = assembly.acting.laws[contact.name]
@@ -89,7 +93,7 @@ def of_contact(assembly: Assembly, number: int, record: Array, at: Instants) -> 
     # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
     yield f"force:{contact.name}", Channel(at.forces, force, True, None if law.hard else at.middles)
     if column >= layout.first_bead_force:
-        yield f"gap:{contact.name}", Channel(at.times, at.bead_gaps[column - layout.first_bead_force], False)
+        yield f"gap:{contact.name}", Channel(at.times, bead_gaps[column - layout.first_bead_force], False)
         return
     yield f"gap:{contact.name}", Channel(at.times, record[:, column + 1], False)
     for side, point in enumerate((contact.left, contact.right)):
