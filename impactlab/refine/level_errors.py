@@ -132,8 +132,10 @@ def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> s
         Whether the error that all levels have in common is too large.
     """
     description, levels = study.description, study.levels
-    if len(levels) > MAX_LEVELS or (not met and levels[-1].fineness >= description.max_fineness):
+    if len(levels) > MAX_LEVELS:
         return NOT_CONVERGING
+    if not met and levels[-1].fineness >= description.max_fineness:
+        return f"needs more than {description.max_fineness} {description.unit}, its most"
     if description.otherwise is not None and not met and too_few:
         return UNSEEN
     if study.next in [level.fineness for level in levels]:
