@@ -23,6 +23,7 @@ from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import DoubtfulResult, ImpactlabError, UnusualValue
+from impactlab.hopkinson.offsets import warn_of_offsets, zeroed
 from impactlab.hopkinson.separation import GUARD, parted, same_length
 from impactlab.hopkinson.windows import THRESHOLD, above, cut
 from impactlab.measurement.dispersion import Bar, expect_bar, shift
@@ -31,9 +32,8 @@ from impactlab.prefixes import prefixed, prefixed_range
 
 Array = NDArray[float64]
 
-MAX_QUIET = 0.1  # of its range: that of the incident signal, by noise, in an interval before the first pulse
-MIN_OFFSET = 2e-3  # of the largest strain: of a smaller offset the strain of a specimen changes by some 1 %
-MIN_BEFORE = 10  # samples before the first pulse, to tell an offset from noise
+HALF = 0.5  # of the largest transmitted strain: reached after its front, above noise and offsets
+MIN_OPPOSITE = 0.02  # of the impulse of the incident wave: a transmitted one of the other sign is more than noise
 SAME_SAMPLE = 1e-6  # of a sample: rounding of a time that falls on one
 WIDER = 1e-6  # relative, of two diameters that are one
 
@@ -224,7 +224,8 @@ def measured(
         If a wave at the specimen has not ended when the waves are cut, or where the record ends.
     UnusualValue
         If a strain is above 2 %, ``dt`` above 10 us, or a signal differs from zero before the first pulse, without
-        ``zero``, by more than noise and 0.2 % of its largest value.
+        ``zero``, by more than noise and 0.2 % of its largest value. If the transmitted wave reaches its gauge before
+        the incident one can, or has the other sign.
 
     References
     ----------
@@ -238,11 +239,11 @@ def measured(
     if far_ends is not None:
         far = [above_zero("a distance to a far end", each, "m") for each in pair("far_ends", far_ends)]
     if zero is not None:
-        front, back = _zeroed(front, back, dt, zero)
+        front, back = zeroed(dt, zero, incident=front, transmission=back)
     warn_samples(dt, front, back)
     started = int(above(front, threshold)[0])
     if zero is None:
-        _warn_of_offsets(front, back, dt, started)
+        warn_of_offsets(dt, started, incident=front, transmission=back)
     start = started * dt
     end = start + (ways[0] + 2.0 * (1.0 - GUARD) * min(far)) / bar.wave_speed  # at the specimen
     waves = parted(front, dt, bar, ways[0], threshold, end + ways[0] / bar.wave_speed)
@@ -259,6 +260,8 @@ def measured(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnusualValue)  # of the signals it is issued already
         test = Test(dt, bar, *(each[:count] for each in rows))
+    _warn_if_early(back, dt, start + sum(ways) / bar.wave_speed, GUARD * sum(ways) / bar.wave_speed)
+    _warn_if_opposite(test)
     before = GUARD * min(far) / bar.wave_speed
     if reach >= end:
         _warn_if_loud(test, end, before, threshold)
@@ -267,40 +270,27 @@ def measured(
     return test
 
 
-def _zeroed(front: Array, back: Array, dt: float, interval: tuple[float, float]) -> tuple[Array, Array]:
-    """Return the signals of the two gauges less their means in an interval [s] before the first pulse."""
-    start, end = (finite("a limit of the interval for zero", each, "s") for each in pair("zero", interval))
-    time = dt * np.arange(len(front))
-    inside = (time >= start) & (time <= end)
-    if not inside.any():
-        raise ImpactlabError(
-            f"the interval for zero, {start:.6g} to {end:.6g} s, holds no sample of the record, 0 to {time[-1]:.6g} s",
-            remedy="Give its start and its end in seconds from the first sample.",
-        )
-    moved, size = float(np.ptp(front[inside])), float(np.ptp(front))
-    if moved > MAX_QUIET * size:
-        raise ImpactlabError(
-            f"the incident gauge moves by {1e6 * moved:.4g} um/m inside the interval for zero, {start:.6g} to "
-            f"{end:.6g} s, and by {1e6 * size:.4g} um/m in the whole record",
-            remedy="End the interval before the first pulse.",
-        )
-    return np.asarray(front - front[inside].mean()), np.asarray(back - back[inside].mean())
-
-
-def _warn_of_offsets(front: Array, back: Array, dt: float, started: int) -> None:
-    """Issue an `UnusualValue` of a signal whose mean before the first pulse differs from zero by more than noise."""
-    count = started // 2
-    if count < MIN_BEFORE:
+def _warn_if_early(back: Array, dt: float, expected: float, guard: float) -> None:
+    """Issue an `UnusualValue` of a transmission gauge, shape (n,), that moves before a wave can reach it [s]."""
+    if not back.any():
         return
-    for name, signal in (("incident", front), ("transmission", back)):
-        quiet, size = signal[:count], float(np.abs(signal).max())
-        mean = float(quiet.mean())
-        if abs(mean) > max(MIN_OFFSET * size, 5.0 * float(quiet.std()) / math.sqrt(count)):
-            warn_unusual(
-                f"the {name} gauge has a mean of {1e6 * mean:.3g} um/m before the first pulse, "
-                f"{100.0 * abs(mean) / size:.2g} % of its largest strain. If that is an offset, give "
-                f"zero=(0, {dt * count:.3g}): strains of the specimen are integrals of it."
-            )
+    begins = float(above(back, HALF)[0]) * dt
+    if begins < expected - guard:
+        warn_unusual(
+            f"the transmission gauge has half of its largest strain at {begins:.6g} s, and the wave from the incident "
+            f"gauge reaches it at {expected:.6g} s at the earliest: check that both records begin at one instant, the "
+            "order of the gauges, and their distances from the specimen."
+        )
+
+
+def _warn_if_opposite(test: Test) -> None:
+    """Issue an `UnusualValue` of a transmitted wave whose sign is not that of the incident one."""
+    incident, transmitted = float(test.incident.sum()), float(test.transmitted.sum())
+    if transmitted * incident < 0.0 and abs(transmitted) > MIN_OPPOSITE * abs(incident):
+        warn_unusual(
+            "the transmitted wave has the other sign than the incident one, and a specimen passes a force on with its "
+            "sign: give both signals with compression positive."
+        )
 
 
 def _loud(test: Test, end: float, before: float, threshold: float) -> list[str]:

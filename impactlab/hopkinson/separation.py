@@ -9,6 +9,7 @@ from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import DoubtfulResult, ImpactlabError
+from impactlab.hopkinson.offsets import warn_of_drift, zeroed
 from impactlab.hopkinson.windows import THRESHOLD, above, cut
 from impactlab.measurement.dispersion import Bar, band_limit, checked_signal, expect_bar, padded, shift, wave_number
 from impactlab.measurement.inputs import above_zero, finite, pair, warn, warn_samples
@@ -134,7 +135,8 @@ def parted(values: Array, dt: float, bar: Bar, way: float, threshold: float, end
         raise ImpactlabError(
             f"the pulses overlap from {back:.6g} s on: the first one began at {start:.6g} s and has not ended when its "
             f"reflection comes back over {way:.6g} m",
-            remedy="Use a shorter striker, a gauge further from the end, or two gauges (hopkinson.two_gauges).",
+            remedy="Use a shorter striker, a gauge further from the end, or two gauges (hopkinson.two_gauges). If the "
+            f"start is noise, give a threshold above {threshold:g} of the largest value.",
         )
     middle = 0.5 * (passed + back - guard)
     forward = shift(cut(values, dt, 0.0, middle), dt, way, bar)
@@ -143,7 +145,13 @@ def parted(values: Array, dt: float, bar: Bar, way: float, threshold: float, end
 
 
 def two_gauges(
-    first: ArrayLike, second: ArrayLike, dt: float, bar: Bar, places: tuple[float | str, float | str], at: float | str
+    first: ArrayLike,
+    second: ArrayLike,
+    dt: float,
+    bar: Bar,
+    places: tuple[float | str, float | str],
+    at: float | str,
+    zero: tuple[float, float] | None = None,
 ) -> TwoWaves:
     """Return the waves at a place from two gauges, however long the pulses are.
 
@@ -164,11 +172,21 @@ def two_gauges(
     at : float or str
         x of the place [m]. Outside the two gauges the record loses the waves that pass there before its start or after
         its end.
+    zero : (float, float), optional
+        Start and end [s] of an interval before the first pulse. The mean of each signal there is subtracted from it:
+        the difference of their offsets is added to the waves every 2 T again.
 
     Raises
     ------
     ImpactlabError
-        If both gauges are at one place or the signals differ in length.
+        If both gauges are at one place, the signals differ in length, or the interval for zero holds no sample or the
+        front of a pulse.
+
+    Warns
+    -----
+    UnusualValue
+        If a pulse is in the gauges at the first sample, or, without ``zero``, an offset between them grows above noise
+        and 2 % of the largest strain.
 
     References
     ----------
@@ -187,6 +205,11 @@ def two_gauges(
         one, two, near, far = two, one, far, near
     warn_samples(dt, one, two)
     apart = far - near
+    if zero is not None:
+        one, two = zeroed(dt, zero, first=one, second=two)
+    elif one.any() or two.any():
+        started = int(above(np.maximum(np.abs(one), np.abs(two)), THRESHOLD)[0])
+        warn_of_drift(one, two, dt, started, apart / bar.wave_speed)
     n = len(one)
     count = padded(n, dt, max(apart, abs(x - near)), bar)
     rate = DECAY / (n * dt)

@@ -142,14 +142,16 @@ def transferred_energy(head: Head) -> float:
 def largest_stresses(history: AbstractHistory, pile: Pile) -> tuple[Peak, Peak]:
     """Return the largest compression and tension of a pile over a run, from its fields.
 
-    The stress jumps at a soil link, where fields are those on its right: it is also read just on its left.
+    The stress jumps at a soil link and where segments join; fields there are those on the right: it is also read just
+    on the left.
     """
     name = pile.body.name
     times = history.field_times(name)
     if times is None:
         times = np.array(history.scene.field_times)
     links = np.array([point.x for each in pile.soil for point in (each.left, each.right) if point.body == name])
-    before = links[(links > 0.0) & (links < pile.body.length)] - BESIDE * pile.body.length
+    jumps = np.r_[links, np.cumsum([segment.length for segment in pile.body.segments[:-1]])]
+    before = jumps[(jumps > 0.0) & (jumps < pile.body.length)] - BESIDE * pile.body.length
     x = np.union1d(history.field(name, float(times[0]), "stress").x, before)
     stress = np.array([history.field(name, float(time), "stress", x).values for time in times])
     return _peak(history, name, x, times, stress, 1.0), _peak(history, name, x, times, stress, -1.0)

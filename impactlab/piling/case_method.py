@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,10 +11,11 @@ from scipy.integrate import cumulative_trapezoid
 
 from impactlab.errors import ImpactlabError
 from impactlab.measurement.inputs import above_zero, finite, row_of_numbers
-from impactlab.piling.signs import check_pressed, check_work
+from impactlab.piling.signs import check_pressed, check_work, warn_of_offsets, warn_of_proportion, warn_of_times
 from impactlab.types import Array
 
 PEAK_SHARE = 0.5  # of the largest value: the first peak of the wave down is at least as high
+PEAK_FALL = 0.1  # of the largest value: the wave falls by more after a peak, by less under noise of 2 %
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,7 @@ class CaseMethod:
     peak_time: float  # s, of the first peak
     largest_time: float  # s, the start time of RMX
     transferred_energy: float  # J, the largest work of the head force up to any time (EMX)
+    proportionality: float  # F/(Z v) at the first peak: 1 where no wave has come back yet
     down: Array = field(repr=False)  # N, (n,) wave that runs towards the toe
     up: Array = field(repr=False)  # N, (n,) wave that comes back
 
@@ -43,7 +46,8 @@ def case_method(
 
     With W = (F + Z v)/2 down, U = (F - Z v)/2 up and t2 = t1 + 2 L/c: RTL = W(t1) + U(t2) is the total resistance, and
     RSP = RTL - J (2 W(t1) - RTL) the static one with the Case damping factor J. t1 is the first peak of the wave down;
-    RMX is the largest RSP over all t1.
+    RMX is the largest RSP over all t1. The first peak is at least half as high as the largest one, and after it the
+    wave falls by a tenth of that height: peaks of noise are smaller.
 
     Parameters
     ----------
@@ -66,6 +70,12 @@ def case_method(
         If the signals differ in length, times do not rise, a value is no number, has another unit, is not finite or not
         positive, force or velocity has the other sign, or the signals end within 2 L/c of their first peak.
 
+    Warns
+    -----
+    UnusualValue
+        If a sampling interval is above a tenth of 2 L/c or the record above 1000 times 2 L/c, if force and Z v differ
+        by a factor above 5 at the first peak, or if a signal does not begin at zero: units or offsets may be wrong.
+
     References
     ----------
     RauscheGobleLikins1985; GEC12.
@@ -83,13 +93,16 @@ def case_method(
     check_work(t, f, v)
     check_pressed(f)
     down, up = 0.5 * (f + impedance * v), 0.5 * (f - impedance * v)
-    first, trip = _first_peak(down), 2.0 * length / wave_speed
+    first, trip = first_peak(down), 2.0 * length / wave_speed
+    warn_of_times(t, trip)
+    warn_of_offsets(f, v)
+    warn_of_proportion(float(t[first]), float(f[first]), float(impedance * v[first]))
     last = int(np.searchsorted(t, t[-1] - trip, side="right"))  # start times whose echo was measured
     if first >= last:
         text = f"the signals end {t[-1] - t[first]:.6g} s after the first peak, before its echo from the toe returns"
         raise ImpactlabError(
             f"{text} ({trip:.6g} s)",
-            remedy="Measure for at least two round trips 2 L/c.",
+            remedy="Measure for at least two round trips 2 L/c, or check time (s), length (m) and wave speed (m/s).",
         )
     total = down[:last] + np.interp(t[:last] + trip, t, up)
     static = total - damping * (2.0 * down[:last] - total)
@@ -102,16 +115,17 @@ def case_method(
         peak_time=float(t[first]),
         largest_time=float(t[largest]),
         transferred_energy=float(work.max()),
+        proportionality=float(np.divide(f[first], impedance * v[first])) if v[first] else math.inf,
         down=down,
         up=up,
     )
 
 
-def _first_peak(down: Array) -> int:
-    """Return the number of the first local maximum of at least half of the largest value."""
-    inner = down[1:-1]
-    peaks = 1 + np.flatnonzero((inner >= down[:-2]) & (inner > down[2:]) & (inner >= PEAK_SHARE * down.max()))
-    return int(peaks[0]) if peaks.size else int(np.argmax(down))
+def first_peak(down: Array) -> int:
+    """Return the number of the first peak of at least half of the largest value, after which the wave falls."""
+    highest = np.maximum.accumulate(down)
+    fallen = np.flatnonzero((highest >= PEAK_SHARE * down.max()) & (highest - down > PEAK_FALL * down.max()))
+    return int(np.argmax(down[: fallen[0] + 1] if fallen.size else down))
 
 
 def _check(t: Array, f: Array, v: Array) -> None:

@@ -24,8 +24,9 @@ from impactlab.fits.search import solved
 from impactlab.fits.signals import Signal
 from impactlab.fits.trials import Trials, Values
 from impactlab.history.base import AbstractHistory
-from impactlab.piling.measured import checked, driven_by, soil_path
-from impactlab.piling.signs import check_work
+from impactlab.piling.case_method import first_peak
+from impactlab.piling.measured import Driven, checked, driven_by, soil_path
+from impactlab.piling.signs import check_work, warn_of_offsets, warn_of_proportion, warn_of_times
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
@@ -112,6 +113,11 @@ def match(
     ImpactlabError
         If the force does no work on the pile: a signal is zero, or has the other sign.
 
+    Warns
+    -----
+    UnusualValue
+        As `case_method`.
+
     References
     ----------
     RauscheGobleLikins1985.
@@ -122,6 +128,7 @@ def match(
     driven = driven_by(case, t, measured_force)
     numbers = list(_numbers(case, driven.blocks, free))
     check_work(t, measured_force, measured)
+    _warn_if_unusual(driven, t, measured_force, measured)
     signal = Signal(driven.velocity, t, driven.direction * measured)
     problem = MatchProblem(driven.case, signal, numbers)
     chosen = Options("linear", noise)
@@ -137,6 +144,17 @@ def match(
     computed = driven.direction * np.asarray(problem.fitted(np.asarray(found.x))[0])
     capacity = _capacity(fit, numbers)
     return Match(capacity, named, case.with_settings(values, by="match()"), fit.case, t, measured, computed, fit)
+
+
+def _warn_if_unusual(driven: Driven, time: Array, force: Array, velocity: Array) -> None:
+    """Issue an `UnusualValue` of signals whose units or offsets may be wrong."""
+    pile = driven.case.scene().elastic[driven.body].waves
+    assert pile is not None  # noqa: S101 - a rod
+    expected = pile.segment_at(0.0 if driven.direction > 0.0 else pile.length).impedance * velocity
+    first = first_peak(0.5 * (force + expected))
+    warn_of_times(time, pile.round_trip)
+    warn_of_offsets(force, velocity)
+    warn_of_proportion(float(time[first]), float(force[first]), float(expected[first]))
 
 
 def _numbers(case: Case, blocks: Mapping[int, int], free: Free) -> Iterable[Numbers]:

@@ -1,0 +1,93 @@
+"""Slips of a laboratory that the signals of gauges show: polarity, triggers, exchanged gauges, offsets, late starts."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy import float64
+from numpy.typing import NDArray
+
+from impactlab import hopkinson
+from impactlab.errors import ImpactlabError, UnusualValue
+
+Array = NDArray[float64]
+DT = 1e-6
+TIME = DT * np.arange(1200)
+BAR = hopkinson.Bar(diameter=0.02, wave_speed=5000.0, density=8000.0, poisson=0.29, dispersion="none")
+
+
+def pulse(start: float, size: float, length: float = 100e-6) -> Array:
+    """Return a pulse with fronts of 20 us, shape (1200,)."""
+    phase = np.clip(np.minimum(TIME - start, start + length - TIME) / 20e-6, 0.0, 1.0)
+    return np.asarray(0.5 * size * (1.0 - np.cos(np.pi * phase)))
+
+
+def gauges() -> tuple[Array, Array]:
+    """Return both gauges, 0.75 m from a specimen that passes on two fifths of the wave."""
+    return pulse(100e-6, 1e-3) - pulse(400e-6, 0.6e-3), pulse(400e-6, 0.4e-3)
+
+
+def evaluated(incident: Array, transmission: Array) -> hopkinson.Test:
+    return hopkinson.measured(incident, transmission, DT, BAR, (0.75, 0.75), far_ends=(2.0, 2.0))
+
+
+def test_signals_as_they_should_be_are_usual() -> None:
+    one, two = gauges()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for sign in (1.0, -1.0):
+            test = evaluated(sign * one, sign * two)
+            np.testing.assert_allclose(test.incident + test.reflected, test.transmitted, atol=1e-12)
+        evaluated(one, np.zeros_like(two))  # nothing passes
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda one, two: (one, -two), "transmitted wave has the other sign"),
+        (lambda one, two: (-one, two), "transmitted wave has the other sign"),
+        (lambda one, two: (one, np.roll(two, -30)), "half of its largest strain at 0.000381 s, .* at 0.000403 s"),
+        (lambda one, two: (two - pulse(700e-6, 1e-4), one), "the order of the gauges"),
+    ],
+)
+def test_polarity_trigger_and_order_are_named(change: Callable[[Array, Array], tuple[Array, Array]], said: str) -> None:
+    with pytest.warns(UnusualValue, match=said):
+        evaluated(*change(*gauges()))
+
+
+def test_noise_that_is_taken_for_a_pulse_leads_to_the_threshold() -> None:
+    one, two = gauges()
+    noisy = one + 8e-5 * np.random.default_rng(1).standard_normal(one.size)
+    with pytest.raises(ImpactlabError, match=r"give a threshold above 0\.05"):
+        evaluated(noisy, two)
+    waves = hopkinson.one_gauge(noisy, DT, BAR, 0.75, threshold=0.4)
+    assert waves.to_right[300:330].mean() == pytest.approx(1e-3, rel=0.1)
+
+
+def apart() -> tuple[Array, Array]:
+    """Return gauges at 0.5 and 0.6 m of a bar that a pulse of 400 us runs along, to the right."""
+    return pulse(200e-6, 1e-3, 400e-6), pulse(220e-6, 1e-3, 400e-6)
+
+
+def test_an_offset_between_two_gauges_is_named_with_its_drift_and_taken_away() -> None:
+    """5 um/m more in every 2 T = 40 us: 150 um/m in 1.2 ms."""
+    one, two = apart()
+    with pytest.warns(UnusualValue, match="differ by 5 um/m .* drift by 150 um/m"):
+        drifted = hopkinson.two_gauges(one + 5e-6, two, DT, BAR, (0.5, 0.6), 0.5)
+    assert np.abs(drifted.to_right - one).max() == pytest.approx(150e-6, rel=0.05)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        clean = hopkinson.two_gauges(one + 5e-6, two, DT, BAR, (0.5, 0.6), 0.5, zero=(0.0, 150e-6))
+        hopkinson.two_gauges(one, two, DT, BAR, (0.5, 0.6), 0.5)
+    np.testing.assert_allclose(clean.to_right, one, atol=1e-8)
+    with pytest.raises(ImpactlabError, match="first gauge moves by"):
+        hopkinson.two_gauges(one, two, DT, BAR, (0.5, 0.6), 0.5, zero=(0.0, 300e-6))
+
+
+def test_two_gauges_on_a_bar_that_is_not_at_rest_at_the_first_sample_are_named() -> None:
+    one, two = (row[300:] for row in apart())
+    with pytest.warns(UnusualValue, match="begin the record before the first pulse"):
+        hopkinson.two_gauges(one, two, DT, BAR, (0.5, 0.6), 0.5)
