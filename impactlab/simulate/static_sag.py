@@ -12,6 +12,7 @@ from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.numerics.banded import multiply, solve
 from impactlab.scene.bodies import Beam
+from impactlab.scene.facts import beams_of
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.types import Array
@@ -37,10 +38,10 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
     scene = history.scene
     if scene.gravity == 0.0:
         return
-    for name, body in scene.bodies.items():
-        if not isinstance(body, Beam) or body.displacement is not None or not _something_else_moves(scene, name):
+    for body in beams_of(scene):
+        if body.displacement is not None or not _something_else_moves(scene, body.name):
             continue
-        model, system = history.built[name].model, history.built[name].system
+        model, system = history.built[body.name].model, history.built[body.name].system
         if not _is_held(model, system) or system.load.size == 0:
             continue
         weight = model.momentum_row() * scene.gravity
