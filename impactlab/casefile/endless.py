@@ -1,4 +1,4 @@
-"""Rods and shafts with an infinite end: whether they rest at t = 0, unstrained at that end, and have no weight."""
+"""Bodies with an infinite end: whether they rest at t = 0, unstrained at that end, and have no weight."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import numpy as np
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import CaseError
-from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.bodies import Beam, ElasticBody
+from impactlab.types import Array
 
 SLOPES = 401  # places along a body whose slopes are compared
 SLOPE_STEP = (
@@ -15,17 +16,26 @@ SLOPE_STEP = (
 )
 MAX_SLOPE = 1e-6  # of the largest slope: what an end may have, such as the tail of a pulse
 MAX_ROUNDING = 1e-14  # of the largest displacement, in the sum of three of them
+BEND_STEPS = 4e-3, 1e-3, 2.5e-4  # of a length: a derivative of a shape is 0 where it is by one of these steps
+MAX_BEND = 1e-3  # of the largest of its kind along the beam: bending moment and shear force that an end may have
+MAX_BEND_ROUNDING = 1e-13  # of the largest deflection, in the sum of six of them
+# One-sided differences over six places: the second derivative to fourth order, the third to third order.
+CURVATURE = 15.0 / 4.0, -77.0 / 6.0, 107.0 / 6.0, -13.0, 61.0 / 12.0, -5.0 / 6.0
+ITS_SLOPE = -17.0 / 4.0, 71.0 / 4.0, -59.0 / 2.0, 49.0 / 2.0, -41.0 / 4.0, 7.0 / 4.0
 
 
 def check_rest(case: CaseBlock, body: ElasticBody, gravity: float) -> None:
-    """Raise `CaseError` where a rod or shaft with an infinite end moves, is strained there, or has weight [m/s2].
+    """Raise `CaseError` where a body with an infinite end moves, is strained there, or has weight [m/s2].
 
     The end is a dashpot of the impedance, which stands for a far part at rest: it would brake a body that moves with
-    its far part, let go of one that is strained with it, and bear a weight that nothing bears. Beams are checked where
-    they are built, in all models.
+    its far part, let go of one that is strained with it, and bear a weight that nothing bears. Of beams only the strain
+    is checked here; where they move or have weight is checked where they are built, in all models.
     """
     block = case.bodies[body.name]
-    if body.bends or not isinstance(block, ElasticBlock):
+    if isinstance(body, Beam):
+        _check_straight(body)
+        return
+    if not isinstance(block, ElasticBlock):
         return
     for side in ("left", "right"):
         if getattr(block.ends, side).kind != "infinite":
@@ -65,6 +75,52 @@ def _strained(body: ElasticBody, side: str, slope: float, path: str, dashpot: st
         f"back within the run; where a dashpot is meant, whose force acts on the velocity, give {dashpot}.",
         path=f"{path}.{key}",
     )
+
+
+def _check_straight(beam: Beam) -> None:
+    """Raise `CaseError` where a beam is bent at an infinite end at t = 0: its far part is straight, and lets go."""
+    for side in ("left", "right"):
+        if getattr(beam, side).kind != "infinite" or beam.displacement is None:
+            continue
+        stiffness = beam.segments[0 if side == "left" else -1].bending_stiffness
+        bent, sheared = (stiffness * found for found in bend_at_end(beam, side))
+        faults = [f"a bending moment of {bent:.6g} N m"] if bent else []
+        faults += [f"a shear force of {sheared:.6g} N"] if sheared else []
+        if faults:
+            raise CaseError(
+                f"'{beam.name}' has {' and '.join(faults)} at t = 0 at its infinite end ({side}), beyond which it is "
+                "straight and would let go. Allowed with an infinite end: a displacement without curvature, and "
+                "without slope of the curvature, there",
+                remedy="Let the displacement be a straight line near that end, or give a longer beam with another end, "
+                "from which nothing comes back within the run.",
+                path=f"bodies.{beam.name}.displacement",
+            )
+
+
+def bend_at_end(beam: Beam, side: str) -> tuple[float, float]:
+    """Return curvature [1/m] and minus its slope [1/m2] of the displacement at an end at t = 0; 0 where negligible."""
+    if beam.displacement is None:
+        return 0.0, 0.0
+    whole, profile = beam.length, beam.displacement
+    x = np.linspace(0.0, whole, SLOPES)
+    along = profile(x)
+    deepest, apart = float(np.abs(along).max()), float(x[1] - x[0])
+
+    def at_end(order: int, weights: tuple[float, ...]) -> float:
+        largest = float(np.abs(np.diff(along, order)).max()) / apart**order
+        found = 0.0
+        for step in (share * whole for share in BEND_STEPS):
+            steps: Array = step * np.arange(float(len(weights)))
+            u = profile(steps if side == "left" else whole - steps)
+            value = float(np.dot(weights, u)) / step**order
+            if abs(value) <= MAX_BEND * largest:
+                return 0.0
+            if abs(value) > MAX_BEND_ROUNDING * deepest / step**order:
+                found = found or value
+        return found
+
+    inwards = -1.0 if side == "right" else 1.0  # of x, to which odd derivatives turn
+    return at_end(2, CURVATURE), -inwards * at_end(3, ITS_SLOPE)
 
 
 def slope_at_end(body: ElasticBody, side: str) -> float:

@@ -11,6 +11,7 @@ from impactlab.scene.bodies import Body
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.resolvability import resolution
+from impactlab.simulate.static_sag import warnings as sagging
 
 RESOLVED = 3.0  # time resolutions: a contact that is shorter has no shape and no impulse of its own
 
@@ -22,6 +23,7 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
         if body.elastic is not None and (doubts := body.theory_doubts(*_shortest(history, name))):
             text = f"'{name}' has theory euler_bernoulli, and {' and '.join(doubts)}; use theory: timoshenko"
             yield Warned("stocky_beam", text)
+    yield from sagging(history)
     for contact in scene.contacts:
         beams = [body for body in (scene.bodies[point.body] for point in (contact.left, contact.right)) if body.bends]
         spans = history.spans(contact.name)

@@ -51,6 +51,7 @@ def probed(scene: Scene) -> Iterator[Probed]:
 
 
 ADD_IT = "Add the time to 'snapshots', or give equal ones: snapshots: {count: 200}."
+SAME_PLACE = 1e-9  # of a body's length: a place this near to a face is the face
 MAX_LISTED = 12  # times in a message
 MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
 # Fields that refer to the memory of a run.
@@ -168,7 +169,29 @@ class AbstractRecordedHistory(AbstractHistory):
         delays = np.array([0.0 if elastic is None else elastic.retardation(float(x), read) for x in places])
         if delays.any():
             values += delays * rows.times(self._motion(number, body, True))
+        if read == "displacement":
+            self._press(values, places, body, time)
         return Field(places, factor * values)
+
+    def _press(self, values: Array, places: Array, body: str, time: float) -> None:
+        """Set displacements at faces that a contact presses in beyond their coordinates: those of their channels.
+
+        The channel of a run that keeps every step is as exact as the coordinates; in others it counts at faces without
+        mass alone, where the compliance beyond the coordinates is large.
+        """
+        built = self.built[body]
+        points = (point for _, each in self.scene.met_by(body) for point in (each.left, each.right))
+        for x in {point.x for point in points if point.body == body}:
+            channel = built.body.face_channel(x)
+            at = np.flatnonzero(np.abs(places - x) <= SAME_PLACE * built.body.length)
+            if at.size == 0 or channel not in self.recorded or built.model.left_out(x, "displacement", x) <= 0.0:
+                continue
+            if x in dict(built.system.massless) or self._keeps_every_step(channel):
+                values[at] = self.evaluate(time, channel)
+
+    def _keeps_every_step(self, channel: str) -> bool:
+        times = self.recorded[channel].times
+        return self.dt is not None and times.size > 1 and float(np.diff(times).max()) <= (1.0 + END_ROUNDING) * self.dt
 
     def _check_body(self, body: str) -> None:
         if body not in self.built:

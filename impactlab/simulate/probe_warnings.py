@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from impactlab.history.base import Warned
 from impactlab.models.modal_body import ModalBody
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.problem import Scene
-from impactlab.simulate.stepping.preparation import BuiltBody
+from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.stepping.preparation import BuiltBody, left_out_per_force
 from impactlab.types import Quantity
 
 MISSING_WARN = 0.1  # of the static force at a probe per force of a load
@@ -37,12 +40,53 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
                     found[probe.channel] = missing
         if found:
             worst = max(found, key=lambda channel: found[channel])
-            more = f", and {len(found) - 1} more probes of '{name}' miss some" if len(found) > 1 else ""
             yield Warned(
                 "probe_near_load",
                 f"{worst}: the {lacking} {100 * found[worst]:.0f} % of the static internal force that a load "
-                f"beside it causes there{more}",
+                f"beside it causes there{_more(found, name)}",
             )
+
+
+def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Give a warning for each probe of a beam whose moment or shear force lacks a share by modes left out in the run.
+
+    It is their static answer to the contact force of each instant, beside the largest value of the probe: in a short
+    impact the moment is that of the struck place alone, and far smaller than in statics.
+    """
+    scene, laws = history.scene, history.method.laws
+    for name, body in scene.elastic.items():
+        model = history.built[name].model
+        if not body.bends or not isinstance(model, ModalBody) or history.built[name].system.phases is not None:
+            continue
+        pressing = [each for _, each in scene.met_by(name) if not laws[each.name].hard]
+        found: dict[str, tuple[float, float, float]] = {}
+        for probe in scene.probes:
+            quantity = body.quantities[probe.quantity][0] if probe.body == name else "displacement"
+            if quantity not in ("bending_moment", "shear_force"):
+                continue
+            whole, channel = of_unit_force(body, probe.x, quantity), history.recorded[probe.channel]
+            times = np.minimum(channel.times, history.duration)
+            missing = np.zeros(times.size)
+            for contact in pressing:
+                each = left_out_per_force(model, contact, name, probe.x, quantity)
+                if abs(each) <= MISSING_WARN * whole:  # above it the probe is warned of before the run
+                    missing += each * history.evaluate(times, f"force:{contact.name}")
+            most, largest = float(np.abs(missing).max()), float(np.abs(channel.values).max())
+            if most > MISSING_WARN * largest > 0.0:
+                found[probe.channel] = most / largest, most, largest
+        if found:
+            worst = max(found, key=lambda channel: found[channel])
+            _, most, largest = found[worst]
+            yield Warned(
+                "probe_near_load",
+                f"{worst}: the modes kept miss up to {most:.3g} of it, by statics under the contact forces of the run, "
+                f"beside a largest value of {largest:.3g}{_more(found, name)}",
+            )
+
+
+def _more(found: Mapping[str, object], body: str) -> str:
+    """Return the end of a text on the worst of several probes."""
+    return f", and {len(found) - 1} more probes of '{body}' miss some" if len(found) > 1 else ""
 
 
 def of_unit_force(body: ElasticBody, x: float, quantity: Quantity) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -344,6 +345,48 @@ def test_a_beam_that_moves_or_has_weight_has_no_infinite_end(theory: str, model:
     still = {**case.scene.bodies, moving.name: dataclasses.replace(moving, velocity=0.0)}
     with pytest.raises(PairingError, match="has weight, and has an infinite end"):
         prepare(*case.but(bodies=still, gravity=-9.81))
+
+
+BENT = (
+    ("1e-5*sin(pi*x)**2", "bending moment", EI * 2e-5 * math.pi**2),
+    ("1e-5*x**3", "shear force", -EI * 6e-5),
+    ("1e-7*x**2 + 1", "bending moment", EI * 2e-7),
+)
+STRAIGHT = "1e-4", "1e-4*(3 - 2*x)", "1e-5*exp(-((x - 0.5)/0.1)**2)", "1e-5*sin(10*pi*x)**4", "1 + 1e-5*sin(pi*x)**4"
+
+
+@pytest.mark.parametrize(("shape", "quantity", "value"), BENT)
+def test_a_beam_that_is_bent_at_an_infinite_end_is_refused(shape: str, quantity: str, value: float) -> None:
+    """Its far part is straight: the moment and the shear force at the end would be let go."""
+    with pytest.raises(ImpactlabError, match="would let go") as caught:
+        endless_beam(shape)
+    found = re.search(rf"a {quantity} of (\S+) N.* at t = 0 at its infinite end \(left\)", str(caught.value))
+    assert found is not None
+    assert float(found[1]) == pytest.approx(value, rel=1e-3)
+    assert caught.value.path == "bodies.beam.displacement"
+
+
+@pytest.mark.parametrize("shape", STRAIGHT)
+def test_a_beam_that_is_straight_at_its_infinite_ends_may_be_displaced(shape: str) -> None:
+    assert "beam" in endless_beam(shape).scene().bodies
+
+
+def endless_beam(displacement: str) -> il.Case:
+    section, ends = {"width": 0.01, "height": 0.01}, {"left": "infinite", "right": "infinite"}
+    beam = il.Beam(
+        length=1.0,
+        section=section,
+        material={"young": 2.1e11, "density": 7900},
+        ends=ends,
+        displacement=displacement,
+    )
+    solve = {
+        "duration": 1e-3,
+        "model": {"kind": "finite_element", "elements": 10},
+        "integrator": {"kind": "newmark"},
+        "step": {"dt": 1e-5},
+    }
+    return il.Case(bodies={"beam": beam}, solve=solve)
 
 
 def test_a_layer_under_tension_is_refused() -> None:

@@ -16,6 +16,7 @@ from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import Face
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.modal import Modal
@@ -321,3 +322,30 @@ def test_a_newmark_step_solves_its_equation(left, right, mass):
     # The condition of the matrix that is solved, 1 + (30/2)^2, times rounding.
     assert np.abs(left_over).max() < 1e-12 * size.max()
     assert new_u == pytest.approx(u + 0.5 * dt * (v + new_v), rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("theory", ["euler_bernoulli", "timoshenko"])
+def test_the_shear_force_of_a_load_along_the_beam_is_right_everywhere(theory):
+    """It is constant in an element, so that at a clamped end under weight it lacked half the weight of an element."""
+    section = (STEEL,) if theory == "euler_bernoulli" else (sheared(STEEL),)
+    body = BeamMesh(Beam("beam", section, CLAMPED, FREE, theory=theory), 10, "consistent", -9.81)
+    sag = body.static(body.operators().load)
+    whole = section[0].length
+    weight = 9.81 * section[0].density * section[0].area
+    for x in np.array([0.0, 0.02, 0.3, 0.37, 0.58, 0.96, 1.0]) * whole:
+        # The part on the right of a section pulls the part on its left down by its weight.
+        known = -weight * (whole - x)
+        assert body.row(x, "shear_force") @ sag == pytest.approx(known, rel=1e-6, abs=1e-6 * weight * whole)
+
+
+def test_the_shear_force_beside_a_contact_or_a_joint_is_that_of_its_own_side():
+    """A force at an inner node makes it jump there: nothing is taken from beyond the jump."""
+    face = 0.5 * LENGTH
+    body = BeamMesh(Beam("beam", (STEEL,), CLAMPED, FREE), 10, "consistent", 0.0, faces=(Face(face, 0, math.inf),))
+    pressed, h = body.static(body.row(face, "displacement")), LENGTH / 10
+    for x, known in ((0.0, 1.0), (face - 0.1 * h, 1.0), (face, 0.0), (face + 0.1 * h, 0.0), (LENGTH, 0.0)):
+        assert body.row(x, "shear_force") @ pressed == pytest.approx(known, abs=1e-9)
+    joined = BeamMesh(Beam("beam", TWO, CLAMPED, FREE), 20, "consistent", 0.0)
+    pressed = joined.static(joined.row(LENGTH + 0.07, "displacement"))
+    for x in (0.0, 0.99 * LENGTH, LENGTH, 1.01 * LENGTH, LENGTH + 0.07):
+        assert joined.row(x, "shear_force") @ pressed == pytest.approx(1.0, abs=1e-8)

@@ -27,6 +27,7 @@ from impactlab.models.mesh.beam_elements import (
     slope_of_curvature,
     stretched,
 )
+from impactlab.models.mesh.beam_sides import sides_of
 from impactlab.numerics.banded import grounded, multiply
 from impactlab.scene.bodies import Beam, BeamSegment, End, Profile
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
@@ -41,11 +42,11 @@ class BeamMesh(AbstractMesh):
     """A beam in deflections and rotations of its nodes, held ones left out.
 
     Deflection and rotation are those of elements without load between their nodes (`beam_elements`); bending moment and
-    shear force jump between elements: at a node inside a segment they are the mean of both sides, where segments join
-    and at a contact those of the right one. Damping is Rayleigh's, that of the material, which here damps shear and
-    bending alike, and the dashpots at the ends. At an infinite end the mesh goes on in an absorbing layer
-    (`absorbing`). Of a beam that turns the stiffness is K + K_N - Omega^2 M, with K_N by
-    the centrifugal tension and M the mass that the centrifugal force pulls along the motion.
+    shear force jump between elements (`beam_sides`), and where segments join and at a contact are those on the right.
+    Damping is Rayleigh's, that of the material, which here damps shear and bending alike, and the dashpots at the ends.
+    At an infinite end the mesh goes on in an absorbing layer (`absorbing`). Of a beam that turns the stiffness is
+    K + K_N - Omega^2 M, with K_N by the centrifugal tension and M the mass that the centrifugal force pulls along the
+    motion.
 
     Parameters
     ----------
@@ -160,12 +161,9 @@ class BeamMesh(AbstractMesh):
         start = float(self.nodes[element])
         place = (x - start) / float(self.lengths[element])
         place = 0.0 if abs(place) <= NODE_TOL else 1.0 if abs(place - 1.0) <= NODE_TOL else place
-        sides = [(element, place)]
-        if quantity in ("bending_moment", "shear_force") and self.is_shared(element, x, start):
-            sides.append((element - 1, 1.0))
         row = np.zeros(2 * len(self.nodes))
-        for number, at in sides:
-            row[2 * number : 2 * number + 4] += self._of_element(number, at, quantity) / len(sides)
+        for number, at, share in sides_of(self, self.nodes, (element, place, x), quantity):
+            row[2 * number : 2 * number + 4] += share * self._of_element(number, at, quantity)
         return row[self._kept]
 
     def _of_element(self, number: int, place: float, quantity: Quantity) -> Array:
