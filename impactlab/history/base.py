@@ -246,6 +246,10 @@ class AbstractHistory(Views, ABC):
         jumps = self.jumps(channel)
         return np.concatenate((jumps, np.nextafter(jumps, 0.0)))
 
+    def at_end(self, channel: str) -> float:
+        """Return the value of a channel at the end of the run."""
+        return float(self.evaluate(np.array([self.duration]), channel)[0])
+
     def largest(self, channel: str) -> float:
         """Return the largest value of a channel in the run.
 

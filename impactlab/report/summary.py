@@ -175,19 +175,15 @@ def final(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
 def _final(history: AbstractHistory, body: Body) -> dict[str, Any]:
     if isinstance(body, Mechanism):
         turned = {
-            key: {link.name: _at_end(history, f"{quantity}:{link.name}") for link in body.links}
+            key: {link.name: history.at_end(f"{quantity}:{link.name}") for link in body.links}
             for key, quantity in (("angles", "angle"), ("rates", "rate"))
         }
-        return turned | {"energy": _at_end(history, f"energy:{body.name}")}
+        return turned | {"energy": history.at_end(f"energy:{body.name}")}
     if isinstance(body, PartMechanism):
-        read = {channel: _at_end(history, channel) for channel, _, _ in body.recorded}
-        return read | {"energy": _at_end(history, f"energy:{body.name}")}
+        read = {channel: history.at_end(channel) for channel, _, _ in body.recorded}
+        return read | {"energy": history.at_end(f"energy:{body.name}")}
     quantities = ("momentum", "energy") if body.elastic else ("position", "velocity")
-    return {quantity: _at_end(history, f"{quantity}:{body.name}") for quantity in quantities}
-
-
-def _at_end(history: AbstractHistory, channel: str) -> float:
-    return float(history.evaluate(np.array([history.duration]), channel)[0])
+    return {quantity: history.at_end(f"{quantity}:{body.name}") for quantity in quantities}
 
 
 def energy(history: AbstractHistory) -> dict[str, Any]:

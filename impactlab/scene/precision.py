@@ -17,9 +17,8 @@ from impactlab.types import Array
 if TYPE_CHECKING:
     from impactlab.scene.bodies import Body, ElasticBody
 
-TOGETHER = (
-    1e12  # ratio of two quantities of one kind in one matrix; a factorisation loses as many digits of its sixteen
-)
+# Ratio of two quantities of one kind in one matrix; a factorisation loses as many digits of its sixteen.
+TOGETHER = 1e12
 MAX_DOT = 5000  # numbers whose squares are summed by BLAS: of more it would wait for other threads
 NOTED = 6.0  # decades from which on a ratio is named as the likely cause
 LOST = ("infs or NaNs", "Maximum allowed size", "not positive definite", "illegal value", "did not converge")

@@ -50,9 +50,8 @@ PERIODS_IN_A_STEP = 1e6  # times 1/omega of the highest frequency: its square, 1
 WAVE_SPEED = Range(1e-6, 1e12)  # m/s
 SOLID = Range(300.0, 20_000.0)  # m/s, wave speeds of lead and of diamond with room on both sides
 BENDING = Range(1e-40, 1e40)  # N m2
-SEGMENTS_APART = (
-    1e12  # ratio of impedances, and of travel times, of two pieces of one body: their waves meet to rounding
-)
+# Ratio of impedances, and of travel times, of two pieces of one body: their waves meet to rounding.
+SEGMENTS_APART = 1e12
 
 
 def range_of(unit: str) -> Range:

@@ -157,10 +157,8 @@ def _few_modes(history: AbstractRecordedHistory, contact: Contact) -> Iterator[W
             continue
         share = abs(built.model.left_out(point.x, "displacement", point.x)) * stiffness
         if share > LEFT_OUT_WARN:
-            kept, falls_as = (
-                built.system.load.size,
-                3.0 if body.bends else 1.0,
-            )  # 1/n of n modes, by bending alone 1/n^3
+            kept = built.system.load.size
+            falls_as = 3.0 if body.bends else 1.0  # with n modes as 1/n, by bending alone as 1/n^3
             enough = math.ceil(kept * (share / LEFT_OUT_WANTED) ** (1.0 / falls_as))
             sheared = body.bends and not body.unbounded_first_force
             advice = f"give many more modes than {kept}" if sheared else f"give about {enough} modes"

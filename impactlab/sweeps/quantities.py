@@ -242,14 +242,14 @@ def final_velocity(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 @quantity("J", BODY)
 def final_energy(scene: Scene, history: AbstractHistory) -> dict[str, float]:
     """Energy at the end of the run."""
-    return {name: _at_end(history, f"energy:{name}") for name, body in scene.bodies.items() if body.moves}
+    return {name: history.at_end(f"energy:{name}") for name, body in scene.bodies.items() if body.moves}
 
 
 @quantity("N s", BODY)
 def final_momentum(scene: Scene, history: AbstractHistory) -> dict[str, float]:
     """Momentum at the end of the run; none of a mechanism, whose momentum is a vector."""
     names = [name for name, body in scene.bodies.items() if body.moves and not body.changes]
-    return {name: _at_end(history, f"momentum:{name}") for name in names}
+    return {name: history.at_end(f"momentum:{name}") for name in names}
 
 
 @quantity("1")
@@ -262,7 +262,3 @@ def energy_gain(_scene: Scene, history: AbstractHistory) -> float:
 def near_grazing(_scene: Scene, history: AbstractHistory) -> float:
     """1 where a small change of the case may change the number of contacts, else 0."""
     return float(any(warned.code == "near_grazing" for warned in history.warnings))
-
-
-def _at_end(history: AbstractHistory, channel: str) -> float:
-    return float(history.evaluate(np.array([history.duration]), channel)[0])

@@ -212,7 +212,7 @@ class RecordedHistory(AbstractRecordedHistory):
         layout, contact = self.assembly.layout, self.scene.contacts[number].name
         power = self.assembly.acting.laws[contact].power_force(layout.plan.starts[number])
         if power is None:
-            return float(self.evaluate(self.duration, f"force:{contact}"))
+            return self.at_end(f"force:{contact}")
         place = layout.column_of(number) - layout.first_bead_force
         gaps = self._last_bead_gaps[place] if place >= 0 else self._records[-2:, layout.column_of(number) + 1]
         overlap = max(0.0, -float(np.interp(self.duration, self._records[-2:, 0], gaps)))
