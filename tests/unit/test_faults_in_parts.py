@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 
 import pytest
@@ -14,6 +15,7 @@ from impactlab.errors import PluginError, StepError, raised_at
 from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.newmark import Newmark
 from impactlab.numerics.law_address import LawAddress
+from impactlab.numerics.raised import keep_raised
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
@@ -94,3 +96,63 @@ def test_an_unpublished_part_is_cited_as_such():
     found = bibtex([OWN, "Goldsmith1960"])
     assert found.keys == ("Goldsmith1960",)
     assert "unpublished" in found.bibtex
+
+
+@dataclass(frozen=True)
+class RaisingCompiled(AbstractContactLaw):
+    """Spring that raises beyond a depth, in compiled code."""
+
+    needs = frozenset({Level.POSITION})
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        if port.gap < -0.02:
+            raise ValueError("too deep")
+        reply.force = reply.trial = max(0.0, -1e3 * port.gap)
+        reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class DividingByZero(RaisingCompiled):
+    """Divides by zero, in compiled code."""
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        reply.force = 1.0 / (port.memory[0] - port.memory[0])
+
+
+@pytest.mark.parametrize(
+    ("law", "text", "step"),
+    [
+        (RaisingCompiled(), "law 'raising_compiled' of contact m|wall raised ValueError: too deep (", 121),
+        (DividingByZero(), "law 'dividing_by_zero' of contact m|wall raised ZeroDivisionError: float division", 0),
+    ],
+)
+def test_an_exception_in_compiled_code_ends_the_run(law, text, step, capfd):
+    """Numba prints it and goes on: the force was zero, and the run completed."""
+    bodies = Mass("far", 1.0, 1.0), Mass("m", 1.0, 1.0), Wall("wall")
+    scene = in_a_row(bodies, None, (Hertz(1e3), law), Newmark(), StepRule(dt=1e-3), gaps=(9.0, 0.1), duration=1.0)
+    for _ in range(2):
+        with pytest.raises(StepError) as raised:
+            run(*scene)
+        assert text in raised.value.text
+        assert __file__ in raised.value.text
+        assert raised.value.step == pytest.approx(step, abs=2)  # at speed 1 the mass is 0.02 deep after 120 ms
+        assert raised.value.path == "contacts.1.law"
+    assert capfd.readouterr().err == ""
+
+
+class RaisingAtItsEnd:
+    def __del__(self):
+        raise ValueError("at its end")
+
+
+def test_other_exceptions_that_cannot_be_raised_keep_their_hook(monkeypatch):
+    seen = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda unraisable: seen.append(str(unraisable.exc_value)))
+    before = sys.unraisablehook
+    with keep_raised(lambda: None) as outer, keep_raised(lambda: None) as inner:
+        RaisingAtItsEnd()
+    assert outer.first is inner.first is None
+    assert seen == ["at its end"]
+    assert sys.unraisablehook is before
