@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import sys
 from dataclasses import dataclass
 
 import pytest
 
+from impactlab.casefile.units import is_si
 from impactlab.cite import OWN, bibtex
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.power_law import Hertz
@@ -19,8 +21,10 @@ from impactlab.numerics.raised import keep_raised
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
+from impactlab.testing.contracts.common import described
 from impactlab.testing.scenes import in_a_row
-from impactlab.types import Level, Port, Reply, SideFacts, Start
+from impactlab.testing.verdict import sides_of
+from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 
 
 def misspelt(port, reply):
@@ -156,3 +160,48 @@ def test_other_exceptions_that_cannot_be_raised_keep_their_hook(monkeypatch):
     assert outer.first is inner.first is None
     assert seen == ["at its end"]
     assert sys.unraisablehook is before
+
+
+def without_reply(port):
+    pass
+
+
+def test_a_law_with_another_number_of_arguments_is_told_how_to_write_it():
+    """'Signature mismatch: 2 argument types given, but function takes 1 arguments'."""
+    with pytest.raises(PluginError, match="takes 1 arguments, and is called with two, port and reply"):
+        LawAddress(without_reply, as_compiled=True)
+
+
+@pytest.mark.parametrize("unit", ["1", "m", "kg", "N/m^1.5", "N/m^n", "N/m^exponent", "N s/m", "rad/s", "kg/m3", "1/s"])
+def test_units_of_options_are_those_of_the_si(unit):
+    assert is_si(unit)
+
+
+@pytest.mark.parametrize("unit", ["quux", "N/mm^1.5", "GPa", "mm", "us", "in", "m +", "()"])
+def test_other_units_of_options_fail_the_check(unit):
+    """A plain number of a case is in SI: an option in mm would take it for mm."""
+    assert not is_si(unit)
+    part = dataclasses.make_dataclass(
+        "Part",
+        [("size", float, option(1.0, unit=unit, description="size"))],
+        frozen=True,
+        namespace={"__doc__": "Part.", "citations": (OWN,)},
+    )
+    with pytest.raises(AssertionError, match="option 'size' is in"):
+        described(part())
+
+
+def test_citations_given_as_a_text_are_named():
+    part = dataclasses.make_dataclass("Part", [], frozen=True, namespace={"__doc__": "Part.", "citations": OWN})
+    with pytest.raises(AssertionError, match="must be a tuple"):
+        described(part())
+
+
+def test_an_assertion_that_fails_gives_its_numbers():
+    """'assert rise < 1e-12 * energies[0]' alone cannot be judged."""
+    rise, energies = 0.25, [2.0]
+    with pytest.raises(AssertionError) as raised:
+        exec(compile("assert rise < 1e-3 * energies[0]", __file__, "exec"), {"rise": rise, "energies": energies})
+    assert sides_of("assert rise < 1e-3 * energies[0]", raised.tb.tb_next.tb_frame) == " (here 0.25 and 0.002)"
+    assert sides_of("assert rise <", raised.tb.tb_next.tb_frame) == ""
+    assert sides_of("assert rise", raised.tb.tb_next.tb_frame) == ""
