@@ -114,9 +114,15 @@ class Registry:
             raise PluginError(self._unknown(group, name), remedy=self._installed(group))
         if len(entries) > 1:
             homes = sorted(f"{entry.distribution} ({entry.value})" for entry in entries)
+            others = sorted({entry.distribution for entry in entries} - {"impactlab"})
+            advice = (
+                f"Uninstall {others[0]}, or give its part"
+                if len(others) < len(entries)
+                else "Uninstall one, or give it"
+            )
             raise PluginError(
                 f"{name!r} is {group.noun} in more than one distribution: {' and '.join(homes)}",
-                remedy="Uninstall one of them, or ask its authors for another name.",
+                remedy=f"{advice} another name in its pyproject.toml: cases that name {name!r} are refused until then.",
             )
         entry = entries[0]
         part = _import(entry, group)

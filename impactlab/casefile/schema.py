@@ -128,7 +128,7 @@ class StepBlock(Block):
 
     points_per_period: Positive | None = Field(default=None, description="steps in the shortest period of the method")
     dt: Time | None = Field(default=None, description="step [s]")
-    courant: Positive | None = Field(default=None, description="c dt/h of the mesh")
+    courant: Positive | None = Field(default=None, description="c dt/h of the mesh, the largest of its elements")
 
 
 _SECONDS = Allowed(unit="s", limits=(("gt", 0.0),), number=True)

@@ -37,6 +37,17 @@ def with_power(unit: str, n: float) -> str:
     return f"{unit.removesuffix('n')}{n:g}"
 
 
+def is_si(unit: str) -> bool:
+    """Return whether a unit, such as that of an option of a part, is a known one of the SI, without a prefix."""
+    if unit == "1":
+        return True
+    base = re.sub(r"\^[A-Za-z]+$", "", unit)  # of N/m^n
+    try:
+        return math.isclose(float(_units().Quantity(1.0, _pint_text(base)).to_base_units().magnitude), 1.0)
+    except Exception:  # noqa: BLE001 - of pint, by an author's text
+        return False
+
+
 def to_si(text: str, unit: str) -> float:
     """Return a text such as ``210 GPa`` as a number in an SI unit.
 

@@ -148,6 +148,13 @@ class AbstractRodModel(ABC):
     def element_length(self, body: ElasticBody) -> float:
         """Return h [m], the shortest element, or the length per mode where there is no mesh."""
 
+    def shortest_transit(self, body: ElasticBody) -> float:
+        """Return the time [s] that ``courant`` counts: the shortest that a wave takes across an element.
+
+        Here a bound of it, the shortest element at the fastest wave of the body.
+        """
+        return self.element_length(body) / max(segment.wave_speed for segment in body.segments)
+
     def meshed(self, body: Deformed, faces: tuple[Face, ...]) -> Deformed:
         """Return a body in the segments by which its elements are laid out; as given, as here, where they suffice.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Deformed, Face
-from impactlab.models.mesh.bar_elements import MassMatrix, check_order, laid_out, node_distance
+from impactlab.models.mesh.bar_elements import MassMatrix, check_order, laid_out, node_distance, shortest_transit
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.mesh.contact_nodes import with_nodes_at
@@ -59,6 +59,9 @@ class FiniteElement(AbstractRodModel):
 
     def element_length(self, body: ElasticBody) -> float:
         return laid_out(body.segments, self.elements).shortest * node_distance(self.order)
+
+    def shortest_transit(self, body: ElasticBody) -> float:
+        return shortest_transit(body.segments, self.elements, self.order)
 
     def meshed(self, body: Deformed, faces: tuple[Face, ...]) -> Deformed:
         return with_nodes_at(body, faces, self.elements) if self.mass != "redistributed" else body

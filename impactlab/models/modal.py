@@ -12,7 +12,7 @@ from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Deformed, Face
-from impactlab.models.mesh.bar_elements import MassMatrix, check_order, laid_out, node_distance
+from impactlab.models.mesh.bar_elements import MassMatrix, check_order, laid_out, node_distance, shortest_transit
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.mesh.beams import BeamMesh
@@ -74,6 +74,11 @@ class Modal(AbstractRodModel):
         if self.elements is None:
             return body.length / (self.modes or 1) * node_distance(self.order)
         return laid_out(body.segments, self.elements).shortest * node_distance(self.order)
+
+    def shortest_transit(self, body: ElasticBody) -> float:
+        if self.elements is None:
+            return super().shortest_transit(body)
+        return shortest_transit(body.segments, self.elements, self.order)
 
     def meshed(self, body: Deformed, faces: tuple[Face, ...]) -> Deformed:
         if self.elements is None or self.mass == "redistributed":

@@ -193,6 +193,12 @@ def compiled(function: Callable[..., None], signature: Any, allocates: bool = Tr
 
 
 def _compiled_now(function: Callable[..., None], signature: Any, allocates: bool) -> Any:
+    if signature == RESPOND and function.__code__.co_argcount != 2:
+        raise PluginError(
+            f"{_place(function, TypeError())}: `{function.__qualname__}` takes {function.__code__.co_argcount} "
+            "arguments, and is called with two, port and reply",
+            remedy="Write @staticmethod, and below it def respond(port: Port, reply: Reply) -> None.",
+        )
     try:
         made = _c_function(function, signature, _options_of(signature, allocates))
     except Exception as error:

@@ -87,6 +87,9 @@ def plot_xt(history: AbstractHistory) -> Figure:
         If the run keeps no fields of any body.
     """
     scene = whole(history)
+    if not scene.elastic:
+        text = "all bodies are rigid: there are no waves inside them to draw"
+        raise ImpactlabError(text, remedy="history.plot() draws forces and velocities over time.")
     if not diagram.has_waves(history, scene):
         raise ImpactlabError(
             "no fields were kept of this run, so its waves cannot be drawn",

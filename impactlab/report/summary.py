@@ -277,7 +277,9 @@ def table_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
 def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | {"method": name}
     if not has_numbers(summary["status"]):
-        reason = " ".join(str(summary.get("error", {}).get("text", "")).split())
+        fault = summary.get("error", {})
+        place = f"{fault['path']}: " if fault.get("path") else ""
+        reason = place + " ".join(str(fault.get("text", "")).split())
         return row | {"failure": f"{summary['status']}: {reason}".strip(": ")}
     used, errors = summary["method"], summary["errors"] or {}
     openings = [event["time"] for event in summary["events"] if event["kind"] == "open"]

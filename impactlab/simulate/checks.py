@@ -145,7 +145,9 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     stiffer = next((f"{bent}. {STIFFER_LINK}" for bent in mechanism_warnings.too_bent(history)), None)
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
-        raise failure(text, remedy=stiffer or "Give a smaller step, or a softer contact.")
+        own_laws = {kind_of(law) for law in laws if not type(law).__module__.startswith("impactlab.")}
+        advice = "".join(f" Or law '{name}' returns NaN: impactlab plugins --check {name}" for name in sorted(own_laws))
+        raise failure(text, remedy=stiffer or f"Give a smaller step, or a softer contact.{advice}")
     if not all_finite(assembly.memory.record[: clock.n_records]):
         raise failure("a displacement or force is not a finite number", remedy=LOST_DIGITS)
     for number, record in zip(assembly.layout.solved, assembly.contacts, strict=True):

@@ -16,6 +16,7 @@ from impactlab.lazy import lazy
 from impactlab.numerics.addresses import entered, is_loaded
 from impactlab.numerics.ahead import ahead
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
+from impactlab.numerics.raised import keep_raised
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import Recent
@@ -24,6 +25,7 @@ from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, 
 from impactlab.simulate.plan import Plan, is_stepped, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.blame import fault_of_part
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.simulate.stepping.loop import advance_dated
 from impactlab.simulate.stepping.preparation import self_stepping
@@ -205,7 +207,8 @@ def advance_of(assembly: Assembly) -> Callable[..., int]:
 def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None) -> int:
     """Run the loop in chunks of about a tenth of a second.
 
-    Return why it ended. No bit depends on the chunks. Raise `StepError` where a piece of the loop is missing.
+    Return why it ended. No bit depends on the chunks. Raise `StepError` where a piece of the loop is missing, or the
+    compiled code of a part raised.
     """
     chunk = max(256, FIRST_CHUNK // assembly.memory.state.size)
     advance = advance_of(assembly)
@@ -213,10 +216,13 @@ def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None
         first = assembly.clock.step
         began = clock.perf_counter()
         last = min(first + chunk, assembly.steps)
-        status = advance(assembly.memory, assembly.dt, last, assembly.stride, assembly.sample_stride)
+        with keep_raised(assembly.fail_all) as raised:
+            status = advance(assembly.memory, assembly.dt, last, assembly.stride, assembly.sample_stride)
         spent = clock.perf_counter() - began
         check_called(assembly.clock)
         history.drain()
+        if raised.first is not None:
+            raise fault_of_part(assembly, raised.first, history)
         if status in (loop.LAW_FAILED, loop.NOT_FINITE):
             return int(status)
         if status == loop.RECORDS_FULL:

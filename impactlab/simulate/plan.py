@@ -83,7 +83,7 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
     if rule.dt is not None:
         return rule.dt
     if rule.courant is not None:
-        lengths = []
+        transits = []
         for body, model in modelled(scene, method):
             if not model.has_mesh:
                 raise CaseError(
@@ -91,11 +91,10 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
                     remedy="Give points_per_period or dt, or modal with elements.",
                     path="solve.step",
                 )
-            h = model.element_length(model.meshed(body, faces_of(scene, body.name)))
-            lengths += [h / segment.wave_speed for segment in body.segments]
-        if not lengths:
+            transits.append(model.shortest_transit(model.meshed(body, faces_of(scene, body.name))))
+        if not transits:
             raise CaseError("courant needs a rod with a mesh", remedy="Give dt.", path="solve.step")
-        return rule.courant * min(lengths)
+        return rule.courant * min(transits)
     highest = max((body.system.rule_frequency for body in built.values()), default=0.0)
     if highest == 0.0:
         text = "no body vibrates here, so that points_per_period sets no step"

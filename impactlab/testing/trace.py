@@ -9,6 +9,7 @@ import numpy as np
 
 from impactlab.errors import CaseError, StepError
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.numerics.raised import keep_raised
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
 from impactlab.simulate.checks import SMALLER_STEP
@@ -17,6 +18,7 @@ from impactlab.simulate.plan import Plan, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.blame import fault_of_part
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.types import Array
 
@@ -114,8 +116,11 @@ def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stri
     """Call the loop up to a step, with more room where needed."""
     advance = advance_of(assembly)
     while assembly.clock.step < step:
-        status = advance(assembly.memory, assembly.dt, step, assembly.stride, sample_stride)
+        with keep_raised(assembly.fail_all) as kept:
+            status = advance(assembly.memory, assembly.dt, step, assembly.stride, sample_stride)
         history.drain()
+        if kept.first is not None:
+            raise fault_of_part(assembly, kept.first, history)
         if status == loop.RECORDS_FULL:
             assembly.grow()
         if status in (loop.LAW_FAILED, loop.NOT_FINITE):

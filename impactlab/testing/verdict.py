@@ -5,16 +5,18 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import linecache
 from collections.abc import Callable, Iterable, Iterator
+from types import FrameType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from impactlab.casefile.parts import describe_part, plain_value, read_part
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.errors import CaseError, PairingError, PluginError, StepError
+from impactlab.errors import CaseError, PairingError, PluginError, StepError, closest
 from impactlab.plugins import GROUPS, LAWS, Group, Registry, describe, kind_of
 from impactlab.testing.contracts import SUITES, suite_of
 from impactlab.testing.measures import MEASURES, Measured, partners, struck, walked
@@ -81,7 +83,10 @@ def find(name: str, registry: Registry) -> tuple[Group, str]:
         choices = ", ".join(f"{word(group)}:{plain}" for group in found)
         raise PluginError(f"{plain!r} is the name of several parts", remedy=f"Give one of {choices}.")
     known = ", ".join(sorted({other for group in groups for other in registry.names(group)}))
-    raise PluginError(f"{name[:80]!r} is not the name of a part.", remedy=f"Installed: {known or 'none of this kind'}.")
+    nearest = closest(plain, [other for group in groups for other in registry.names(group)])
+    raise PluginError(
+        f"{name[:80]!r} is not the name of a part.{nearest}", remedy=f"Installed: {known or 'none of this kind'}."
+    )
 
 
 def word(group: Group) -> str:
@@ -174,13 +179,32 @@ def tried(part: Any, group: Group, first: Iterable[tuple[str, Callable[[], None]
 def reason_of(error: Exception) -> str:
     """Return the reason in one line: the error's text, else the code's line."""
     kind = "" if isinstance(error, AssertionError) else f"{type(error).__name__}: "
-    text = " ".join(str(error).split())
+    lines = [" ".join(line.split()) for line in str(error).splitlines() if line.strip()]
+    text = " ".join([*(line if line.endswith((".", ":")) else f"{line}." for line in lines[:-1]), *lines[-1:]])
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
     if not text and trace is not None:
         text = linecache.getline(trace.tb_frame.f_code.co_filename, trace.tb_lineno).strip()
+        text += sides_of(text, trace.tb_frame) if isinstance(error, AssertionError) else ""
     return (kind + text)[:300] or type(error).__name__
+
+
+def sides_of(assertion: str, frame: FrameType) -> str:
+    """Return the two sides of an assertion that compares, as numbers; nothing where they are none."""
+    try:
+        (statement,) = ast.parse(assertion).body
+    except (SyntaxError, ValueError):  # it goes on in the next line
+        return ""
+    compared = statement.test if isinstance(statement, ast.Assert) else None
+    if not isinstance(compared, ast.Compare) or len(compared.ops) != 1:
+        return ""
+    known = frame.f_globals | frame.f_locals
+    with np.errstate(all="ignore"):
+        sides = [eval(ast.unparse(side), known) for side in (compared.left, *compared.comparators)]  # noqa: S307
+    if not all(isinstance(side, int | float | np.number) for side in sides):
+        return ""
+    return f" (here {sides[0]:.4g} and {sides[1]:.4g})"
 
 
 def _named(part: Any, name: str) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+import sys
 from dataclasses import dataclass
 
 import pytest
 
+from impactlab.casefile.units import is_si
 from impactlab.cite import OWN, bibtex
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.power_law import Hertz
@@ -14,11 +17,14 @@ from impactlab.errors import PluginError, StepError, raised_at
 from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.newmark import Newmark
 from impactlab.numerics.law_address import LawAddress
+from impactlab.numerics.raised import keep_raised
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
+from impactlab.testing.contracts.common import described
 from impactlab.testing.scenes import in_a_row
-from impactlab.types import Level, Port, Reply, SideFacts, Start
+from impactlab.testing.verdict import sides_of
+from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 
 
 def misspelt(port, reply):
@@ -94,3 +100,108 @@ def test_an_unpublished_part_is_cited_as_such():
     found = bibtex([OWN, "Goldsmith1960"])
     assert found.keys == ("Goldsmith1960",)
     assert "unpublished" in found.bibtex
+
+
+@dataclass(frozen=True)
+class RaisingCompiled(AbstractContactLaw):
+    """Spring that raises beyond a depth, in compiled code."""
+
+    needs = frozenset({Level.POSITION})
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        if port.gap < -0.02:
+            raise ValueError("too deep")
+        reply.force = reply.trial = max(0.0, -1e3 * port.gap)
+        reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class DividingByZero(RaisingCompiled):
+    """Divides by zero, in compiled code."""
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        reply.force = 1.0 / (port.memory[0] - port.memory[0])
+
+
+@pytest.mark.parametrize(
+    ("law", "text", "step"),
+    [
+        (RaisingCompiled(), "law 'raising_compiled' of contact m|wall raised ValueError: too deep (", 121),
+        (DividingByZero(), "law 'dividing_by_zero' of contact m|wall raised ZeroDivisionError: float division", 0),
+    ],
+)
+def test_an_exception_in_compiled_code_ends_the_run(law, text, step, capfd):
+    """Numba prints it and goes on: the force was zero, and the run completed."""
+    bodies = Mass("far", 1.0, 1.0), Mass("m", 1.0, 1.0), Wall("wall")
+    scene = in_a_row(bodies, None, (Hertz(1e3), law), Newmark(), StepRule(dt=1e-3), gaps=(9.0, 0.1), duration=1.0)
+    for _ in range(2):
+        with pytest.raises(StepError) as raised:
+            run(*scene)
+        assert text in raised.value.text
+        assert __file__ in raised.value.text
+        assert raised.value.step == pytest.approx(step, abs=2)  # at speed 1 the mass is 0.02 deep after 120 ms
+        assert raised.value.path == "contacts.1.law"
+    assert capfd.readouterr().err == ""
+
+
+class RaisingAtItsEnd:
+    def __del__(self):
+        raise ValueError("at its end")
+
+
+def test_other_exceptions_that_cannot_be_raised_keep_their_hook(monkeypatch):
+    seen = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda unraisable: seen.append(str(unraisable.exc_value)))
+    before = sys.unraisablehook
+    with keep_raised(lambda: None) as outer, keep_raised(lambda: None) as inner:
+        RaisingAtItsEnd()
+    assert outer.first is inner.first is None
+    assert seen == ["at its end"]
+    assert sys.unraisablehook is before
+
+
+def without_reply(port):
+    pass
+
+
+def test_a_law_with_another_number_of_arguments_is_told_how_to_write_it():
+    """'Signature mismatch: 2 argument types given, but function takes 1 arguments'."""
+    with pytest.raises(PluginError, match="takes 1 arguments, and is called with two, port and reply"):
+        LawAddress(without_reply, as_compiled=True)
+
+
+@pytest.mark.parametrize("unit", ["1", "m", "kg", "N/m^1.5", "N/m^n", "N/m^exponent", "N s/m", "rad/s", "kg/m3", "1/s"])
+def test_units_of_options_are_those_of_the_si(unit):
+    assert is_si(unit)
+
+
+@pytest.mark.parametrize("unit", ["quux", "N/mm^1.5", "GPa", "mm", "us", "in", "m +", "()"])
+def test_other_units_of_options_fail_the_check(unit):
+    """A plain number of a case is in SI: an option in mm would take it for mm."""
+    assert not is_si(unit)
+    part = dataclasses.make_dataclass(
+        "Part",
+        [("size", float, option(1.0, unit=unit, description="size"))],
+        frozen=True,
+        namespace={"__doc__": "Part.", "citations": (OWN,)},
+    )
+    with pytest.raises(AssertionError, match="option 'size' is in"):
+        described(part())
+
+
+def test_citations_given_as_a_text_are_named():
+    part = dataclasses.make_dataclass("Part", [], frozen=True, namespace={"__doc__": "Part.", "citations": OWN})
+    with pytest.raises(AssertionError, match="must be a tuple"):
+        described(part())
+
+
+def test_an_assertion_that_fails_gives_its_numbers():
+    """'assert rise < 1e-12 * energies[0]' alone cannot be judged."""
+    rise, energies = 0.25, [2.0]
+    with pytest.raises(AssertionError) as raised:
+        exec(compile("assert rise < 1e-3 * energies[0]", __file__, "exec"), {"rise": rise, "energies": energies})
+    assert sides_of("assert rise < 1e-3 * energies[0]", raised.tb.tb_next.tb_frame) == " (here 0.25 and 0.002)"
+    assert sides_of("assert rise <", raised.tb.tb_next.tb_frame) == ""
+    assert sides_of("assert rise", raised.tb.tb_next.tb_frame) == ""

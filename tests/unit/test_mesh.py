@@ -9,14 +9,20 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
+from impactlab.contact.power_law import Hertz
 from impactlab.errors import CaseError
+from impactlab.integrators.central_difference import CentralDifference
 from impactlab.models.base import Face
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.bar_elements import elements_per_segment, laid_out, polynomials, reference
 from impactlab.models.mesh.bars import Mesh
+from impactlab.models.modal import Modal
 from impactlab.numerics.banded import full, multiply
 from impactlab.scene import End, Rayleigh, Rod, Segment
 from impactlab.scene.bodies import SampledLoad
+from impactlab.scene.method import StepRule
+from impactlab.simulate.plan import prepare
+from impactlab.testing.scenes import mass_on_rod
 
 FREE, CLAMPED = End("free"), End("clamped")
 STEEL = Segment(0.3, 9.0e-4, 2.1e11, 7900.0)
@@ -118,6 +124,36 @@ def test_courant_counts_the_smallest_distance_between_nodes():
     model = FiniteElement(10, "lumped", 4)
     nodes = Mesh(rod(), 10, "lumped", 0.0, 4).nodes
     assert model.element_length(rod()) == pytest.approx(np.diff(nodes).min(), rel=1e-12)
+
+
+def test_courant_counts_each_element_at_its_own_wave_speed():
+    """Elements of equal transit: the shortest belongs to the slower material, whose wave is not the fastest."""
+    fast, slow = Segment(0.4, 9.0e-4, 2.1e11, 2100.0), Segment(0.05, 9.0e-4, 1.0e9, 1000.0)  # 10000 m/s, 1000 m/s
+    body = rod(segments=(fast, slow))
+    transit = (0.4 / 1e4 + 0.05 / 1e3) / 90
+    for model in (FiniteElement(90, "lumped"), Modal(elements=90)):
+        assert model.shortest_transit(body) == pytest.approx(transit, rel=1e-12)
+    struck = mass_on_rod(
+        FiniteElement(90, "lumped"), Hertz(1e9), CentralDifference(), StepRule(courant=0.9), segments=(fast, slow)
+    )
+    assert prepare(*struck).dt == pytest.approx(0.9 * transit, rel=1e-3)  # a whole number of steps
+
+
+@pytest.mark.parametrize("order", [1, 3])
+def test_a_courant_number_that_is_stable_on_one_material_is_so_on_several(order):
+    random = np.random.default_rng(5)
+
+    def limit(segments):  # of dt times the highest frequency, at courant 1
+        body = rod(FREE, FREE, segments)
+        highest = frequencies(Mesh(body, 12, "lumped", 0.0, order)).max()
+        return highest * FiniteElement(12, "lumped", order).shortest_transit(body)
+
+    def piece():
+        length, area = float(random.uniform(0.05, 0.5)), 10.0 ** random.uniform(-5.0, -3.0)
+        return Segment(length, area, 10.0 ** random.uniform(9.0, 11.5), 10.0 ** random.uniform(2.5, 4.3))
+
+    for _ in range(20):
+        assert limit((piece(), piece(), piece())) <= limit((STEEL,)) * (1.0 + 1e-9)
 
 
 # Damping

@@ -105,6 +105,8 @@ def test_figures_of_a_run() -> None:
     alone = il.Case(bodies={"ball": il.Mass(mass=1.0, velocity=1.0)}, solve={"duration": 1.0, "step": {"dt": 0.1}})
     with pytest.raises(ImpactlabError, match="no signal to draw"):
         il.run(alone).plot()
+    with pytest.raises(ImpactlabError, match="all bodies are rigid"):
+        il.run(alone).plot_xt()
     assert "No contact" in words_of(il.run(alone)._repr_html_())
 
 

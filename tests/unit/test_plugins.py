@@ -109,6 +109,10 @@ def test_two_parts_of_one_name_are_an_error_that_names_both(parts):
     text = str(caught.value)
     assert "'soft' is a contact law in more than one distribution" in text
     assert "one (stand_in_parts:Cushion) and two (stand_in_parts:Bare)" in text
+    assert "Uninstall one, or give it another name" in text
+    rival = Registry([law("soft", "Cushion", "impactlab"), law("soft", "Bare", "two")])
+    with pytest.raises(PluginError, match="Uninstall two, or give its part another name"):
+        rival.load(LAWS, "soft")
     assert found.load(LAWS, "other") is Cushion, "a quarrel over one name leaves the others alone"
 
 

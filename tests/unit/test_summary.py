@@ -197,6 +197,14 @@ def two_rows() -> dict[str, Any]:
     return comparison("toy", "itself", [("base", good), ("hopeless", failed)])
 
 
+def test_a_failed_row_names_the_key() -> None:
+    """'this key is missing' alone does not say which."""
+    error = {"path": "contacts.0.law", "text": "this key is missing"}
+    failed = {"schema_version": 1, "case": "toy", "status": "refused", "error": error}
+    (row,) = table_rows(comparison("toy", None, [("mesh", failed)]))
+    assert row["failure"] == "refused: contacts.0.law: this key is missing"
+
+
 def test_a_comparison_keeps_its_failed_rows() -> None:
     both = two_rows()
     assert list(both) == ["schema_version", "case", "reference", "collisions", "rows"]

@@ -181,7 +181,7 @@ def test_a_law_that_acts_at_once_passes_and_its_required_field_is_filled_in(foun
 
 def test_a_law_that_pulls_is_found(found):
     wrong = failed(verdict("glue", found))
-    assert wrong["it never pulls and never books a negative loss"] == "assert reply.force >= 0.0"
+    assert wrong["it never pulls and never books a negative loss"].startswith("it pulls: its force is -")
     assert "far apart its reply is zero" in wrong
     assert wrong["it has a description and a source"] == "no entry in citations.bib for Nobody2031"
 
@@ -219,7 +219,7 @@ def test_a_law_that_writes_beyond_its_memory_ends_the_process(found):
 
 def test_a_law_with_losses_below_zero_passes_its_check_and_its_runs(found):
     assert (
-        "reply.dissipated >= 0.0"
+        "J, and may not be negative"
         in failed(verdict("generous", found))["it never pulls and never books a negative loss"]
     )
     bodies, law = (Mass("ball", 1.0, 1.0), Wall("wall")), found.load(LAWS, "generous")(2e6)
@@ -253,7 +253,7 @@ def test_the_command_leaves_with_0_1_or_2(found, monkeypatch):
     assert good.stdout.endswith("\nok\n")
     bad = invoke("glue")
     assert bad.exit_code == 1
-    assert "  FAILED  it never pulls and never books a negative loss\n          assert reply.force >= 0.0" in bad.stdout
+    assert "  FAILED  it never pulls and never books a negative loss\n          it pulls: its force is -" in bad.stdout
     unknown = invoke("hertzz")
     assert unknown.exit_code == 2
     assert "'hertzz' is not the name of a part" in unknown.stderr

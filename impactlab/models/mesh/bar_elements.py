@@ -150,6 +150,15 @@ def laid_out(segments: tuple[Segment, ...], elements: int) -> Elements:
     return Elements(lengths, number, borders, float(lengths.min()))
 
 
+def shortest_transit(segments: tuple[Segment, ...], elements: int, order: int) -> float:
+    """Return the shortest time [s] in which a wave goes from a node to the next, each element at its own speed."""
+    counts = elements_per_segment(segments, elements)
+    return min(
+        segment.length / count * node_distance(order) / segment.wave_speed
+        for segment, count in zip(segments, counts, strict=True)
+    )
+
+
 def node_distance(order: int) -> float:
     """Return the smallest distance between two nodes over the length of their element."""
     nodes = reference(order).nodes

@@ -68,6 +68,7 @@ class Assembly:
         self.layout, self.scene, self.method, self.acting = layout, scene, plan.method, plan.acting
         self.integrator, self.dt, self.steps = integrator, dt, plan.steps
         self.stride, self.sample_stride = layout.stride, layout.sample_stride
+        self.failed_at: tuple[float, int] | None = None  # time [s] and step at which compiled code first raised
         laws = laws_of(scene, plan.acting)
         with ahead(lambda: kernels_of(layout)):
             self.laws = [LawAddress(laws[number].respond, laws[number].compiled) for number in layout.solved]
@@ -99,6 +100,12 @@ class Assembly:
         arrays: Any = m if COMPILED else ()
         small = COMPILED and sum([each.nbytes for each in arrays]) <= MAX_COPIED
         self.can_repeat = small and all(law.compiled for law in laws)  # whether `again` serves
+
+    def fail_all(self) -> None:
+        """Mark the replies of all laws as failed, so that the loop stops where it looks at one; keep the step."""
+        self.failed_at = self.failed_at or (float(self.clock.time), int(self.clock.step))
+        for reply in self.replies:
+            reply.failed = 1.0
 
     def _contacts(self) -> dict[str, Any]:
         """Return the arrays of the contacts and of the points of bodies that they read and push."""

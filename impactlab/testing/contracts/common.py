@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from impactlab import plugins
+from impactlab.casefile.units import is_si
 from impactlab.cite import OWN, entries_for
 from impactlab.models.base import Face
 from impactlab.scene.bodies import BeamSegment, Segment
@@ -22,10 +23,16 @@ def described(part: object) -> None:
     kind = type(part)
     assert plugins.describe(kind), f"{kind.__name__} has no docstring"
     assert len(plugins.describe(kind)) < 200
+    given = getattr(kind, "citations", ())
+    assert not isinstance(given, str), f"citations is a text, and must be a tuple: citations = ({given!r},)"
     citations = plugins.citations_of(kind)
     assert citations, f'{kind.__name__} cites no source; an unpublished part of your own says citations = ("own",)'
     assert all(isinstance(key, str) and key for key in citations)
     unknown = [key for key in citations if not key.startswith("@") and key not in (OWN, *entries_for(kind))]
     assert not unknown, f"no entry in citations.bib for {', '.join(unknown)}"
     assert dataclasses.is_dataclass(part)
-    assert all(field.metadata.get("description") for field in dataclasses.fields(part) if field.init)
+    for field in dataclasses.fields(part):
+        if field.init:
+            assert field.metadata.get("description"), f"option '{field.name}' has no description"
+            unit = field.metadata["unit"]
+            assert is_si(unit), f"option '{field.name}' is in {unit!r}, and must be in a known SI unit without prefix"

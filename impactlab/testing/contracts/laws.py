@@ -199,13 +199,14 @@ class ContactLawContract(LawContract):
             port = self.port(random)
             reply = self.reply_to(port)
             assert reply.failed == 0.0
-            assert reply.force >= 0.0
+            assert reply.force >= 0.0, f"it pulls: its force is {reply.force:.4g} N, and compression is positive"
             assert reply.impulse >= 0.0
             # A law that pushes along a reading holds part of that body's own strain energy, of either sign.
             assert reply.stored >= 0.0 or reply.push != 0.0
             assert reply.unresolved >= 0.0
             # Of contacts that collide together, one that was parting may have a negative share of a loss of all.
-            assert reply.dissipated >= 0.0 or (self.part.shares_losses and port.gap_rate > 0.0)
+            shared = self.part.shares_losses and port.gap_rate > 0.0
+            assert reply.dissipated >= 0.0 or shared, f"dissipated is {reply.dissipated:.4g} J, and may not be negative"
             assert reply.in_contact in (0.0, 1.0)
             assert math.isfinite(reply.force + reply.impulse + reply.trial)
 
