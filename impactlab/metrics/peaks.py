@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.history.base import AbstractHistory
+from impactlab.history.base import AbstractHistory, Event
 from impactlab.metrics.norms import NEAR_JUMP, largest, midpoints
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Array
@@ -125,24 +125,41 @@ def near_jumps(history: AbstractHistory, scene: Scene, laws: Laws, contact: Cont
 
     The jumps of an exact history are known. Those of a stepped force are smeared over steps: they are taken to be where
     faces touch whose law makes the force jump, and after each round trip of the bodies behind the faces; where an end
-    force or a held end starts a front at t = 0, where that arrives.
+    force or a held end starts a front at t = 0, where that arrives. A touch within 0.05 T of the opening before it does
+    not count: faces that chatter touch so often that no force would be left to compare.
     """
     unit = scene.round_trip if math.isfinite(scene.round_trip) else longest_contact(history, contact)
     if history.dt is None and history.cost.rhs_evaluations is None:
-        at = history.jumps(f"force:{contact.name}")
-    else:
-        at = _fronts(history, scene, laws, contact)
+        return _around(history.jumps(f"force:{contact.name}"), unit)
+    return _around(_fronts(history, scene, laws, contact, NEAR_JUMP * unit), unit)
+
+
+def _around(at: Array, unit: float) -> Array:
+    """Return the intervals of 0.05 of a unit of time [s] on either side of some instants, shape (k, 2) [s]."""
     return _joined(np.column_stack((at - NEAR_JUMP * unit, at + NEAR_JUMP * unit)))
 
 
-def _fronts(history: AbstractHistory, scene: Scene, laws: Laws, contact: Contact) -> Array:
+def _lasting(history: AbstractHistory, laws: Laws, least: float) -> list[Event]:
+    """Return the touches that make a force jump, except within a time [s] of the opening of the contact before them."""
+    found, opened = [], dict[str, float]()
+    for event in history.events:
+        if event.kind == "open":
+            opened[event.contact] = event.time
+        elif event.kind == "close" and laws[event.contact].force_jumps:
+            lasts = event.time - opened.get(event.contact, -math.inf) > least
+            found += [event] if lasts else []
+    return found
+
+
+def _fronts(history: AbstractHistory, scene: Scene, laws: Laws, contact: Contact, least: float) -> Array:
     """Return the instants at which the force of a contact may jump, shape (k,), rising [s].
 
-    The force of a spring, or of a power law, has a kink where a front arrives, which is part of its peak.
+    The force of a spring, or of a power law, has a kink where a front arrives, which is part of its peak. ``least`` is
+    the time [s] by which a touch follows the opening before it.
     """
     if not laws[contact.name].force_jumps:
         return np.zeros(0)
-    touches = [event for event in history.events if event.kind == "close" and laws[event.contact].force_jumps]
+    touches = _lasting(history, laws, least)
     waves = (scene.bodies[point.body].waves for point in (contact.left, contact.right))
     trips = [body.round_trip for body in waves if body is not None]
     here = {event.time for event in touches if event.contact == contact.name}
