@@ -39,6 +39,9 @@ def approach_speed(port: Port, reply: Reply) -> float:
     if speed == 0.0:
         gap, free_gap = port.gap, port.free_gap
         share = gap / (gap - free_gap) if gap > 0.0 else 0.0
+        if port.averaged == 0.0 and port.acting_gap_per_force == 0.0 and port.gap_rate < 0.0:
+            # Rates are those in the middle of the step before, in which the faces met, and of the step itself.
+            share = 0.5 - min(1.0, gap / (port.gap_rate * port.dt))
         speed = -(port.gap_rate + share * (port.free_gap_rate - port.gap_rate))
         if speed < port.parameters[3]:
             speed = port.parameters[3]
@@ -126,7 +129,13 @@ def over_step(port: Port, reply: Reply, gain: float) -> tuple[float, float]:
         # Faces that part need no trial force: their gap dates it. A negative one dates a force lost before that.
         reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * (rate + slope * y))
         reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
-    return max(0.0, spring * gain * (rate + slope * y) * (y if port.averaged != 0.0 else after - before)), after
+    closing = rate + slope * y
+    if port.averaged != 0.0:
+        return max(0.0, spring * gain * closing * y), after
+    # The force at the end of a step times its travel is not the work in it: the mean of the powers at both ends is.
+    first = stiffness * before**n
+    power = (first - max(0.0, first * (1.0 - gain * port.gap_rate))) * port.gap_rate + (reply.force - spring) * closing
+    return 0.5 * max(0.0, power) * port.dt, after
 
 
 def respond(port: Port, reply: Reply) -> None:
@@ -146,7 +155,8 @@ def respond(port: Port, reply: Reply) -> None:
     averaged = port.averaged != 0.0
     explicit = not averaged and port.acting_gap_per_force == 0.0
     reply.memory[0], reply.memory[1] = 0.0, 0.0
-    # A spring that is let go of gives nothing back; between two ends of steps that is an error of the scheme.
+    # A spring that is let go of gives nothing back; where it parts between two ends of steps, that is an error of the
+    # scheme.
     held = port.memory[0] if explicit or averaged else 0.0
     reply.dissipated = held
     nearest = min(port.first_gap, port.last_gap)
@@ -161,7 +171,7 @@ def respond(port: Port, reply: Reply) -> None:
     else:
         lost, after = over_step(port, reply, gain)
     # Opened before it is relaxed: the damping takes the energy that the spring gives as it follows the face.
-    reply.dissipated = lost if reply.force > 0.0 else max(0.0, held - reply.stored)
+    reply.dissipated = lost if reply.force > 0.0 or not (explicit or averaged) else max(0.0, held - reply.stored)
     reply.memory[0] = reply.stored
     reply.memory[1] = speed if after > 0.0 or explicit else 0.0
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import impactlab as il
 from impactlab.contact import hysteresis
@@ -75,6 +77,25 @@ def test_a_dashpot_takes_what_the_spring_holds_at_the_release(zeta: float) -> No
         step = 2.0 * 2.0 * zeta * np.sqrt(STIFFNESS) * dt
         assert booked(history) == pytest.approx(1.0 - restitution**2, abs=step)
         assert history.energy.largest_loss < step
+
+
+@pytest.mark.parametrize(
+    ("law", "hysteresis"), [("hunt_crossley", 1.5 * 0.5), ("lankarani_nikravesh", 0.75 * 0.75), ("flores", 1.6)]
+)
+def test_hysteresis_takes_what_its_restitution_says(law: str, hysteresis: float) -> None:
+    """The damping force at the end of a step times its travel was booked: 1 % too much, of the order of the step.
+
+    The true restitution is the root of the equation in docs/theory/contact-laws.md, with b = a v0.
+    """
+    b = hysteresis
+
+    def balance(e: float) -> float:
+        return b - math.log1p(b) + b * e + math.log1p(-b * e)
+
+    restitution = brentq(balance, 1e-6, min(1.0, (1.0 - 1e-9) / b))
+    history = on_a_wall({"kind": law, "stiffness": 3e7, "restitution": 0.5}, 2e-5)
+    assert booked(history) == pytest.approx(1.0 - restitution**2, abs=0.02**2)
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < 0.02**2
 
 
 def test_smiths_dashpot_is_of_second_order() -> None:
