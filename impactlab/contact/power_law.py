@@ -13,6 +13,8 @@ from impactlab.types import Level, Noted, Port, PowerForce, Reply, Restitution, 
 
 MAX_EXPLICIT = 4.0  # stiffness times compliance of the faces: the stability limit w dt = 2 of an explicit step
 COARSE_WARN = 0.25  # the same, and damping times compliance, from which a step is long against the contact's own times
+MAX_DAMPED = 1.0  # damping times compliance, from which a mean force over the step turns the rate round within it
+FASTER = 0.999  # slowest_approach over the approach speed, below which the touch was no slow one
 MIN_COMPLIANCE = 1e-300  # m/N, to divide by
 MAX_TURNS = 1000  # of Newton's iteration; a few are enough except for extreme exponents
 STIFFNESS = (
@@ -28,7 +30,8 @@ SLOW = Noted(
 COARSE = Noted(
     slot=3,
     code="coarse_contact",
-    text="steps too long for the contact's own oscillation or decay: {count}; give a smaller step, or go implicit",
+    text="steps too long for the contact's own oscillation or decay: {count}; give a smaller step, or an implicit "
+    "scheme in place of an explicit one",
 )
 
 
@@ -124,6 +127,9 @@ def over_step(port: Port, reply: Reply, gain: float) -> tuple[float, float]:
                 reply.force = max(0.0, (free - y) / compliance)  # rounding of y is not magnified here
             break
         y -= change
+    turned = spring * gain * port.acting_rate_per_force > MAX_DAMPED
+    if turned and gain * port.parameters[3] < FASTER * port.parameters[2]:  # a slower touch is counted as such
+        reply.memory[3] += 1.0
     reply.stored = stiffness * after ** (n + 1.0) / (n + 1.0)
     if after > 0.0:
         # Faces that part need no trial force: their gap dates it. A negative one dates a force lost before that.
@@ -144,7 +150,7 @@ def respond(port: Port, reply: Reply) -> None:
     a is the hysteresis factor over the approach speed.
 
     Parameters of the port: K, n, a v0, least v0. Memory: energy stored [J], approach speed v0 [m/s] (0 while open),
-    number of touches slower than the least, number of explicit steps that are long against the contact's own times.
+    number of touches slower than the least, number of steps that are long against the contact's own times.
 
     Where the force is a mean over the step, K d^n is the change of V = K d^(n+1)/(n+1) over the change of the gap, so
     that force times travel is the energy stored, to rounding, also where the faces meet or part inside the step. The

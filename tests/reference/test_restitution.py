@@ -289,3 +289,22 @@ def test_the_approach_speed_is_that_of_the_touch_under_leapfrog() -> None:
         errors.append(abs(float(il.run(case).evaluate(end, "position:m")) - exact) / way)
     assert errors[0] < 1e-4
     assert errors[1] < 1e-5
+
+
+@pytest.mark.parametrize("scheme", ["newmark", "bathe", "generalised_alpha"])
+@pytest.mark.parametrize("restitution", [1e-3, 1e-6])
+def test_steps_in_which_hysteresis_turns_the_mass_round_are_warned_of(scheme: str, restitution: float) -> None:
+    """With a nominal restitution of 1e-6 a mass came back from a wall with up to a quarter of its speed, unwarned.
+
+    The damping of Flores' law stops it: it returns with less than 1/(a v0) = e/(1.6 (1 - e)) of its speed.
+    """
+    law = {"kind": "flores", "stiffness": 3e7, "restitution": restitution}
+    history = il.run(
+        il.Case(
+            bodies={"m": il.Mass(1.0, velocity=1.0), "w": il.Wall()},
+            contacts=[il.Contact("m", "w", law, gap=1.03e-4)],
+            solve={"duration": 0.01, "integrator": {"kind": scheme}, "step": {"dt": 1e-5}},
+        )
+    )
+    wrong = -float(history.evaluate(0.01, "velocity:m")) > 2.0 * restitution / 1.6
+    assert wrong == (restitution == 1e-6) == ("coarse_contact" in {warning.code for warning in history.warnings})
