@@ -30,6 +30,7 @@ SET, FORCE, SLID = 0, 1, 2  # m, N, m: of the element at the end of the last ste
 FREE = 1e300  # N: a yield force that is never reached
 MAX_TURNS = 200  # of the root finding; it needs some ten, bisection alone sixty
 NARROW = 2.0**-52  # of a way that is sought
+MAX_WIDENED = 1e6  # m, to stop at: no overlap of a run is as large
 
 
 @UNPACK
@@ -155,6 +156,13 @@ def energy(port: Port, force: float, at: float) -> float:
 
 
 @UNPACK
+def loss_of_slider(port: Port, first: float, force: float, after: float) -> float:
+    """Return the energy that the slider takes as it moves from the set before to another, between two forces [J]."""
+    at, kept = port.memory[SET], 0.5 * port.parameters[KEPT]
+    return max(0.0, 0.5 * (first + force) * (after - at) - kept * (after * after - at * at))
+
+
+@UNPACK
 def dashpot(port: Port, first: float, last: float) -> float:
     """Return the damping [N s/m] beside an element with two forces in a step; an element that is open has none.
 
@@ -200,7 +208,7 @@ def total_at(port: Port, overlap: float) -> float:
     else:  # the force acts at the end of the step
         moved = overlap + port.free_gap
         rate = -port.acting_rate + port.acting_rate_per_force / port.gap_per_force * moved
-        total = force + dashpot(port, port.memory[FORCE], force) * rate
+        total = force + dashpot(port, force, force) * rate
     return max(0.0, total) if opens else total
 
 
@@ -208,12 +216,19 @@ def total_at(port: Port, overlap: float) -> float:
 def end_of_step(port: Port) -> float:
     """Return the overlap at the end of an implicit step [m], where the faces agree with the force of the element.
 
-    Regula falsi in the form of Illinois; the overlap lies between that without force and that under its force.
+    Regula falsi in the form of Illinois; the overlap lies between that without force and that under its force. The
+    force of the step rises with the overlap, except that of a dashpot J |Rs| v at the end of a step: then the overlap
+    may lie a little beyond.
     """
     compliance, free = port.gap_per_force, -port.free_gap
     high, at_high = free, compliance * total_at(port, free)
     low = high - at_high
     at_low = low - free + compliance * total_at(port, low)
+    widened = at_low
+    while at_low * at_high > 0.0 and abs(widened) < MAX_WIDENED:  # a dashpot that fades as it unloads the element
+        widened *= 2.0
+        low -= widened
+        at_low = low - free + compliance * total_at(port, low)
     if at_high == 0.0 or at_low == 0.0:
         return high if at_high == 0.0 else low
     for turn in range(MAX_TURNS):
@@ -267,23 +282,29 @@ def respond(port: Port, reply: Reply) -> None:
         if p[PLAY] > 0.0:
             ahead, _ = element(port, at, -port.free_gap - port.gap_per_force * total)
         ahead = max(0.0, ahead) if opens else ahead
-        kept = 0.5 * p[KEPT] * reply.memory[SET] ** 2
-        reply.stored = 0.5 * force * ahead / p[STIFFNESS] + kept
-        slid = 0.5 * (port.memory[FORCE] + force) * (reply.memory[SET] - at) + 0.5 * p[KEPT] * at * at - kept
+        reply.stored = 0.5 * force * ahead / p[STIFFNESS] + 0.5 * p[KEPT] * reply.memory[SET] ** 2
+        slid = loss_of_slider(port, port.memory[FORCE], force, reply.memory[SET])
         rate = port.acting_rate + port.acting_rate_per_force * total
-        reply.dissipated = max(0.0, slid) + max(0.0, (force - total) * rate * port.dt)
+        reply.dissipated = slid + max(0.0, (force - total) * rate * port.dt)
     else:
         overlap = end_of_step(port)
         total = total_at(port, overlap)
         first = p[STIFFNESS] * (-port.gap - at)
         if p[PLAY] > 0.0:
             first, _ = element(port, at, -port.gap)
-        before = energy(port, max(0.0, first) if opens else first, at)
+        first = max(0.0, first) if opens else first
         force, reply.memory[SET] = element(port, at, overlap)
         reply.memory[FORCE] = force
         reply.stored = energy(port, force, reply.memory[SET])
-        travel = -(port.free_travel + port.travel_per_force * total)
-        reply.dissipated = max(0.0, total * travel + before - reply.stored)
+        if port.averaged != 0.0:
+            travel = -(port.free_travel + port.travel_per_force * total)
+            reply.dissipated = max(0.0, total * travel + energy(port, first, at) - reply.stored)
+        else:  # the force at the end of a step times its travel is not the work that the element takes in it
+            rate = -(port.acting_rate + port.acting_rate_per_force * total)
+            before = dashpot(port, first, first) * -port.gap_rate
+            before = max(-first, before) if opens else before
+            power = max(0.0, -before * port.gap_rate) + max(0.0, (total - force) * rate)
+            reply.dissipated = loss_of_slider(port, first, force, reply.memory[SET]) + 0.5 * power * port.dt
     reply.memory[SLID] = port.memory[SLID] + abs(reply.memory[SET] - at)
     reply.force = total
     reply.trial = total if not opens else total if force > 0.0 else p[STIFFNESS] * (overlap - at)

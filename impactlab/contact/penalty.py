@@ -135,9 +135,9 @@ class Penalty(AbstractContactLaw):
             else:  # only faces in contact move the dashpot
                 rate = port.acting_rate + port.acting_rate_per_force * force
                 reply.dissipated = max(0.0, damping * rate * (travel + max(gap, 0.0)))
-        elif averaged or explicit:
-            # Let go before it is relaxed: the dashpot takes the energy that the spring gives as it follows the face.
-            # Between two ends of steps that is an error of the scheme.
+        elif averaged or explicit or damping > 0.0:
+            # Let go before it is relaxed: the dashpot takes the energy that the spring gives as it follows the face. A
+            # spring alone that is let go of between two ends of steps is an error of the scheme.
             reply.stored = 0.5 * stiffness * min(free_gap, 0.0) * min(gap if explicit else free_gap, 0.0)
             reply.dissipated = max(0.0, port.memory[0] - reply.stored)
         reply.memory[0] = reply.stored

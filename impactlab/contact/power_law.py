@@ -13,6 +13,8 @@ from impactlab.types import Level, Noted, Port, PowerForce, Reply, Restitution, 
 
 MAX_EXPLICIT = 4.0  # stiffness times compliance of the faces: the stability limit w dt = 2 of an explicit step
 COARSE_WARN = 0.25  # the same, and damping times compliance, from which a step is long against the contact's own times
+MAX_DAMPED = 1.0  # damping times compliance, from which a mean force over the step turns the rate round within it
+FASTER = 0.999  # slowest_approach over the approach speed, below which the touch was no slow one
 MIN_COMPLIANCE = 1e-300  # m/N, to divide by
 MAX_TURNS = 1000  # of Newton's iteration; a few are enough except for extreme exponents
 STIFFNESS = (
@@ -28,7 +30,8 @@ SLOW = Noted(
 COARSE = Noted(
     slot=3,
     code="coarse_contact",
-    text="steps too long for the contact's own oscillation or decay: {count}; give a smaller step, or go implicit",
+    text="steps too long for the contact's own oscillation or decay: {count}; give a smaller step, or an implicit "
+    "scheme in place of an explicit one",
 )
 
 
@@ -39,6 +42,9 @@ def approach_speed(port: Port, reply: Reply) -> float:
     if speed == 0.0:
         gap, free_gap = port.gap, port.free_gap
         share = gap / (gap - free_gap) if gap > 0.0 else 0.0
+        if port.averaged == 0.0 and port.acting_gap_per_force == 0.0 and port.gap_rate < 0.0:
+            # Rates are those in the middle of the step before, in which the faces met, and of the step itself.
+            share = 0.5 - min(1.0, gap / (port.gap_rate * port.dt))
         speed = -(port.gap_rate + share * (port.free_gap_rate - port.gap_rate))
         if speed < port.parameters[3]:
             speed = port.parameters[3]
@@ -121,12 +127,21 @@ def over_step(port: Port, reply: Reply, gain: float) -> tuple[float, float]:
                 reply.force = max(0.0, (free - y) / compliance)  # rounding of y is not magnified here
             break
         y -= change
+    turned = spring * gain * port.acting_rate_per_force > MAX_DAMPED
+    if turned and gain * port.parameters[3] < FASTER * port.parameters[2]:  # a slower touch is counted as such
+        reply.memory[3] += 1.0
     reply.stored = stiffness * after ** (n + 1.0) / (n + 1.0)
     if after > 0.0:
         # Faces that part need no trial force: their gap dates it. A negative one dates a force lost before that.
         reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * (rate + slope * y))
         reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
-    return max(0.0, spring * gain * (rate + slope * y) * (y if port.averaged != 0.0 else after - before)), after
+    closing = rate + slope * y
+    if port.averaged != 0.0:
+        return max(0.0, spring * gain * closing * y), after
+    # The force at the end of a step times its travel is not the work in it: the mean of the powers at both ends is.
+    first = stiffness * before**n
+    power = (first - max(0.0, first * (1.0 - gain * port.gap_rate))) * port.gap_rate + (reply.force - spring) * closing
+    return 0.5 * max(0.0, power) * port.dt, after
 
 
 def respond(port: Port, reply: Reply) -> None:
@@ -135,7 +150,7 @@ def respond(port: Port, reply: Reply) -> None:
     a is the hysteresis factor over the approach speed.
 
     Parameters of the port: K, n, a v0, least v0. Memory: energy stored [J], approach speed v0 [m/s] (0 while open),
-    number of touches slower than the least, number of explicit steps that are long against the contact's own times.
+    number of touches slower than the least, number of steps that are long against the contact's own times.
 
     Where the force is a mean over the step, K d^n is the change of V = K d^(n+1)/(n+1) over the change of the gap, so
     that force times travel is the energy stored, to rounding, also where the faces meet or part inside the step. The
@@ -146,7 +161,8 @@ def respond(port: Port, reply: Reply) -> None:
     averaged = port.averaged != 0.0
     explicit = not averaged and port.acting_gap_per_force == 0.0
     reply.memory[0], reply.memory[1] = 0.0, 0.0
-    # A spring that is let go of gives nothing back; between two ends of steps that is an error of the scheme.
+    # A spring that is let go of gives nothing back; where it parts between two ends of steps, that is an error of the
+    # scheme.
     held = port.memory[0] if explicit or averaged else 0.0
     reply.dissipated = held
     nearest = min(port.first_gap, port.last_gap)
@@ -161,7 +177,7 @@ def respond(port: Port, reply: Reply) -> None:
     else:
         lost, after = over_step(port, reply, gain)
     # Opened before it is relaxed: the damping takes the energy that the spring gives as it follows the face.
-    reply.dissipated = lost if reply.force > 0.0 else max(0.0, held - reply.stored)
+    reply.dissipated = lost if reply.force > 0.0 or not (explicit or averaged) else max(0.0, held - reply.stored)
     reply.memory[0] = reply.stored
     reply.memory[1] = speed if after > 0.0 or explicit else 0.0
 

@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+import impactlab as il
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.khulief_shabana import KhuliefShabana
 from impactlab.contact.penalty import Penalty
@@ -257,3 +259,52 @@ def test_hertz_on_a_continuous_rod_is_the_limit_of_the_mesh() -> None:
         assert len(history.contacts) == 1
     # The mesh is wrong by (k h)^2/24 of the waves that the contact makes: a few of 1e-5 with 200 elements.
     assert speeds[0] == pytest.approx(speeds[1], abs=1e-4)
+
+
+def test_the_approach_speed_is_that_of_the_touch_under_leapfrog() -> None:
+    """A mass that a spring still pushes as it meets a wall: the speed was that in the middle of the step before.
+
+    The error was of the order of the step then. 1 kg is pressed by 3 mm into a spring of 1e6 N/m and meets the wall
+    after 1 mm, at v0 = w sqrt(3^2 - 2^2) mm; from there both forces act, and scipy integrates.
+    """
+    pressed, way, k, stiffness, factor = 3e-3, 1e-3, 1e6, 3e7, 1.5 * 0.5
+    speed = np.sqrt(k * (pressed**2 - (pressed - way) ** 2))
+    touch, end = np.arccos((pressed - way) / pressed) / np.sqrt(k), 2e-3
+
+    def motion(_: float, y: np.ndarray) -> list[float]:
+        indentation = max(0.0, y[0] - way)
+        wall = stiffness * indentation**1.5 * max(0.0, 1.0 + factor / speed * y[1])
+        return [y[1], k * max(0.0, pressed - y[0]) - wall]
+
+    exact = solve_ivp(motion, (touch, end), [way, speed], rtol=1e-11, atol=1e-15, max_step=1e-5).y[0, -1]
+    errors = []
+    for dt in (1.3e-5, 3.25e-6):
+        spring = il.Contact("w", "m", {"kind": "penalty", "stiffness": k}, gap=-pressed, overlap="allowed")
+        law = {"kind": "hunt_crossley", "stiffness": stiffness, "restitution": 0.5}
+        case = il.Case(
+            bodies={"w": il.Wall(), "m": il.Mass(1.0), "z": il.Wall()},
+            contacts=[spring, il.Contact("m", "z", law, gap=way)],
+            solve={"duration": end, "integrator": {"kind": "central_difference"}, "step": {"dt": dt}},
+        )
+        errors.append(abs(float(il.run(case).evaluate(end, "position:m")) - exact) / way)
+    assert errors[0] < 1e-4
+    assert errors[1] < 1e-5
+
+
+@pytest.mark.parametrize("scheme", ["newmark", "bathe", "generalised_alpha"])
+@pytest.mark.parametrize("restitution", [1e-3, 1e-6])
+def test_steps_in_which_hysteresis_turns_the_mass_round_are_warned_of(scheme: str, restitution: float) -> None:
+    """With a nominal restitution of 1e-6 a mass came back from a wall with up to a quarter of its speed, unwarned.
+
+    The damping of Flores' law stops it: it returns with less than 1/(a v0) = e/(1.6 (1 - e)) of its speed.
+    """
+    law = {"kind": "flores", "stiffness": 3e7, "restitution": restitution}
+    history = il.run(
+        il.Case(
+            bodies={"m": il.Mass(1.0, velocity=1.0), "w": il.Wall()},
+            contacts=[il.Contact("m", "w", law, gap=1.03e-4)],
+            solve={"duration": 0.01, "integrator": {"kind": scheme}, "step": {"dt": 1e-5}},
+        )
+    )
+    wrong = -float(history.evaluate(0.01, "velocity:m")) > 2.0 * restitution / 1.6
+    assert wrong == (restitution == 1e-6) == ("coarse_contact" in {warning.code for warning in history.warnings})
