@@ -150,6 +150,17 @@ def _refuse_one_of_many(data: Mapping[str, Any], keys: Keys, path: str) -> None:
     )
 
 
+def refuse_unknown_body(data: Mapping[str, Any], path: str) -> None:
+    """Raise `CaseError` where a path leads to a number of a body that the case does not have."""
+    keys, bodies = path.split("."), data.get("bodies")
+    if keys[0] != "bodies" or len(keys) < 3 or not isinstance(bodies, dict) or keys[1] in bodies:
+        return
+    if block_of(bodies, keys[1]) is None:
+        names = [str(name) for name in bodies]
+        text = f"the case has no body {shown(keys[1])}.{closest(keys[1], names)}"
+        raise CaseError(text, remedy=f"Bodies of this case: {listed(names)}.", path=path)
+
+
 def _holder(data: Any, keys: Keys, path: str) -> Any:
     """Return the block that holds the last key; it and those above it are copied, all others are shared."""
     holder = data

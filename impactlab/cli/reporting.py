@@ -42,13 +42,13 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def given_by(option: str) -> Iterator[None]:
-    """Name the option in faults of values that it gave, in place of the function of Python that put them in."""
+def given_by(option: str, before: str = BY_WITH) -> Iterator[None]:
+    """Name the option in faults of values that it gave, in place of the function or part that put them in."""
     try:
         yield
     except ImpactlabError as error:
         for each in (error, *error.others):
-            if each.given_by == BY_WITH:
+            if each.given_by == before:
                 each.given_by = option
         raise
 

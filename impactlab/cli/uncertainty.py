@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.lazy_modules import console, given_twice, sweeps, uncertainties
+from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps, uncertainties
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in
-from impactlab.cli.reporting import Left, reporting
+from impactlab.cli.reporting import Left, given_by, reporting
 from impactlab.cli.sweep import Cluster, Kept, Quantities, Shard, Workers
 from impactlab.errors import CaseError
 
@@ -55,7 +55,7 @@ def uncertainty(
         options += [f"--quantities={','.join(names)}", f"--percentiles={percentiles}", f"--failed={failed}"]
         options += [] if indices else ["--no-indices"]
         console.log_compiling(loaded.simulation())
-        with console.progress() as show:
+        with given_by("--vary", axes.BY_DRAWING), console.progress() as show:
             found = uncertainties.uncertainty(
                 loaded,
                 dict(read),

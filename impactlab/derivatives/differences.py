@@ -33,6 +33,7 @@ EVENT_STEPS = 5.0  # steps by which each event moves over half the width, at lea
 MIN_WIDTH = 0.02  # half of the width, of the parameter or, where that is 0, of its scale in the scene
 MAX_WIDTH = 0.1  # the same, of the larger of the two
 MAX_SHARE = 0.5  # of a parameter that is not 0, half of the width
+STILL = 1e-3  # of a step: an event that moves less over the largest width stands still
 HALVINGS = 6  # of the width, at most, while the sequence of contacts changes within it
 WIDTHS, SHIFTS = (1.0, 0.75, 0.5), (-0.2, 0.0, 0.2)  # of differences, and of their middles, in half widths
 PLACES = sorted((shift + side * width for width in WIDTHS for shift in SHIFTS for side in (-1, 1)), key=abs)[::-1]
@@ -250,6 +251,7 @@ def _width(frozen: _Frozen, at: float, scale: float, widest: float, middle: _Run
     else:
         return step, step
     moved = np.abs(high.events - low.events) / (2.0 * step)  # s per unit of the parameter
-    needed = EVENT_STEPS * (frozen.dt or 0.0) / moved[moved > 0.0]
-    reached = needed[needed <= widest]
+    dt = frozen.dt or 0.0
+    needed = EVENT_STEPS * dt / moved[moved * widest > STILL * dt]
+    reached = np.minimum(needed, widest)
     return float(max([step, *reached])), float(min([step, *reached]))

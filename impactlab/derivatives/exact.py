@@ -18,7 +18,7 @@ from impactlab.errors import CaseError, ImpactlabError
 from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log
-from impactlab.exact.tangents.edges import Edge, edges
+from impactlab.exact.tangents.edges import Edge, edges, passes_end
 from impactlab.exact.tangents.moved import largest_step, moved
 from impactlab.exact.tangents.numbers import rates
 from impactlab.exact.tangents.run import Solved, solve
@@ -63,7 +63,7 @@ class Found(NamedTuple):
         slopes, by = self.slopes, self.by
         if self.of_runs is not None and slopes.kink[number]:
             slopes, by = self.of_runs, DIFFERENCES
-        middle, error, below, above = (float(of[number]) for of in slopes)
+        middle, error, below, above = (float(of[number]) for of in slopes[:4])
         return (middle, error, below, above), bool(slopes.kink[number]), by
 
 
@@ -111,7 +111,8 @@ def derivatives(
         distance = min((abs(edge.distance) for edge in near if abs(edge.distance) >= least), default=np.inf)
         way = float(solved.log.state["fastest"]) * float(solved.log.state["duration"])
         at_edge = bool(near) and abs(near[0].distance) < least
-        if at_edge or solved.tangents.apart[number] * parameter.scale > MAX_APART * way:
+        parts = solved.tangents.apart[number] * parameter.scale > MAX_APART * way
+        if at_edge or parts or passes_end(solved, number):
             found.append(Found(_of_runs(case, parameter, values, base, history, distance), DIFFERENCES, near))
             continue
         by_tangents = _of_tangents(case, parameter, number, values, solved)
@@ -144,7 +145,7 @@ def _of_tangents(case: Case, parameter: Parameter, number: int, values: Quantiti
         for side, sign in ((below, -1.0), (above, 1.0)):
             if beside(sign * width) is None:
                 side[:] = np.nan
-    by_formula = Slopes(direct, error, below, above)
+    by_formula = Slopes(direct, error, below, above, np.zeros(len(base)))
     if np.all(np.isfinite(direct) | np.isnan(base)):
         return by_formula
     by_moving = _narrowed(beside, base, width, parameter.scale)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
-from impactlab.casefile.edit import numbered
+from impactlab.casefile.edit import numbered, refuse_unknown_body
 from impactlab.casefile.units import to_si
 from impactlab.errors import CaseError
 from impactlab.sweeps.axes import takes_whole
@@ -84,6 +84,7 @@ def _read(case: Case, path: str) -> Parameter:
     if path == "schema_version":
         text = "the version of the format of the file is not a number of the case"
         raise CaseError(text, path=path, remedy="Name a number of the case, such as bodies.hammer.mass.")
+    refuse_unknown_body(case.document.data, path)
     keys = numbered(case.document.data, path).split(".")
     unit = case.unit_of(path)
     found = _at(case.resolved(), keys)

@@ -16,7 +16,7 @@ from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
 from impactlab.fits.secants import secants
-from impactlab.fits.seen import Seen, products, seen, short_names, undetermined
+from impactlab.fits.seen import Seen, products, seen, short_names, undetermined, with_effects
 from impactlab.fits.unknowns import Unknown
 from impactlab.types import Array
 
@@ -121,7 +121,8 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
     """Return a solution with its spread, and warnings about its residuals."""
     residuals, freedom, warnings = problem.residuals(x), problem.count - problem.size, []
     spread = max(_size(residuals, problem, chosen), MIN_SPREAD)
-    jacobian = secants(problem.residuals, x, problem.bounds(), problem.jacobian(x), spread)
+    jacobian = with_effects(problem.jacobian(x), spread)
+    jacobian = secants(problem.residuals, x, problem.bounds(), jacobian, spread)
     if chosen.loss == "huber":
         jacobian = jacobian * (np.abs(residuals) <= HUBER * spread)[:, None]
     left_out = sum(int(np.sum(each)) for each in problem.left_out)

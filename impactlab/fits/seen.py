@@ -15,6 +15,8 @@ from impactlab.types import Array
 
 MAX_DEVIATION = 3.0  # of a logarithm: beyond it the signals do not determine a direction
 MIN_SINGULAR = 5.0e-5  # of the largest singular value: derivatives by differences are no better
+MIN_EFFECT = 1.0e-4  # of the spread, by a change of a logarithm by 1: an unknown with less has no effect
+MIN_COLUMN = 1.0e-7  # of the longest column of derivatives: a shorter one is rounding of runs over a step of 1e-6
 NO_EFFECT = 1.0e-30  # singular value of a direction without an effect, in place of 0
 MIN_PART = 0.02  # of a unit direction: parameters with less do not take part in it
 MAX_POWERS = ((8, 2), (11, 1))  # parameters, and the largest power that is tried for so many
@@ -66,6 +68,15 @@ def seen(jacobian: Array, spread: float, weights: Array) -> Seen:
     is_free = np.linalg.norm(unseen, axis=0) > MIN_PART
     parts = [(directions[rows].T * deviations[rows] ** 2) @ directions[rows] for rows in (slice(None), ~is_unseen)]
     return Seen(parts[0], parts[1], unseen, is_free, weights)
+
+
+def with_effects(jacobian: Array, spread: float) -> Array:
+    """Return derivatives (m, n) with zeros for an unknown that has no effect beyond rounding.
+
+    Rounding has the direction of any other column by chance, and would draw that unknown into what is not determined.
+    """
+    found = np.linalg.norm(jacobian, axis=0)
+    return np.where(found > max(MIN_EFFECT * spread, MIN_COLUMN * float(found.max(initial=0.0))), jacobian, 0.0)
 
 
 def lengths(jacobian: Array) -> Array:

@@ -14,13 +14,14 @@ import numpy as np
 
 from impactlab.casefile import Case
 from impactlab.casefile.document import parse_value
-from impactlab.casefile.edit import check_name, numbered, plain
+from impactlab.casefile.edit import check_name, numbered, plain, refuse_unknown_body
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.sweeps.given_twice import refuse_removed, refuse_twice
 from impactlab.types import Array
 
+BY, BY_DRAWING = "the sweep", "the distribution"  # that give the values of a point, in messages
 METHOD = "method"  # path of an axis whose values are names of methods of the case
 MAX_POINTS = 10_000_000
 MAX_RANGE = 1_000_000  # values of one range
@@ -78,15 +79,15 @@ class Points:
 
     def case(self, case: Case, number: int) -> Case:
         """Return the case of a point; raises the errors of the case there."""
-        return at_point(case, self.settings(number))
+        return at_point(case, self.settings(number), BY_DRAWING if self.design else BY)
 
 
-def at_point(case: Case, settings: Mapping[str, Any]) -> Case:
-    """Return a case with the values of a point: its method first, then the values."""
+def at_point(case: Case, settings: Mapping[str, Any], by: str = BY) -> Case:
+    """Return a case with the values of a point: its method first, then the values, given ``by`` these words."""
     settings = dict(settings)
     method = settings.pop(METHOD, None)
     case = case if method is None else case.method(method)
-    return case.with_settings(settings.items(), by="the sweep") if settings else case
+    return case.with_settings(settings.items(), by=by) if settings else case
 
 
 Known = Mapping[str, Mapping[str, Any]]
@@ -164,6 +165,7 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
             text = f"an axis of methods of a case whose method is chosen: {case.method_name}"
             raise CaseError(text, path=path, remedy="Leave out one of the two.")
         return Axis(path, given, given, "")
+    refuse_unknown_body(case.document.data, path)
     unit = case.unit_of(path)
     if len(given) > MAX_CHECKED and all(type(value) is float for value in given) and _span_is_si(case, path, given):
         return Axis(path, given, given, unit)

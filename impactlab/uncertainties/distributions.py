@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from impactlab.casefile import Case
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, shown
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, ImpactlabError
 from impactlab.sweeps import axes, given_twice
 from impactlab.types import Array
 
@@ -107,7 +107,12 @@ def read_uncertain(case: Case, vary: Mapping[str, Any]) -> tuple[Uncertain, ...]
     if not vary:
         raise CaseError("no number is uncertain", remedy="Give a distribution, as normal(2 kg, 1 %), of a path.")
     given_twice.refuse_twice(case, list(vary))
-    return tuple(_Reader(case, path).read(given) for path, given in vary.items())
+    try:
+        return tuple(_Reader(case, path).read(given) for path, given in vary.items())
+    except ImpactlabError as error:
+        for each in (error, *error.others):
+            each.given_by = axes.BY_DRAWING if each.given_by == axes.BY else each.given_by
+        raise
 
 
 class _Reader:

@@ -67,6 +67,14 @@ def test_the_end_of_a_run_in_round_trips_moves_with_the_rod(path):
     assert moving.derivative == pytest.approx(expected + by_time, abs=3.0 * moving.error)
 
 
+@pytest.mark.parametrize("gap", [0.0395, 0.04, 0.041])
+def test_a_gap_of_a_few_steps_is_varied_by_as_many_steps_as_it_allows(gap):
+    """Half of the gap is 4.4 steps, less than the five of an event: the opening is later by the gap all the same."""
+    each = found(stepped(gap=gap, model=COARSE), GAP, ["first_opening"])["first_opening"]
+    assert each.derivative == pytest.approx(1.0, abs=0.02)
+    assert each.reach >= 0.5 * gap
+
+
 @pytest.mark.parametrize("method", ["base", "finite_element", "penalty_fe"])
 def test_the_opening_moves_with_the_gap_as_the_mass_takes_to_cross_it(method):
     # differences over less than a step would give anything, as the opening jumps by a step

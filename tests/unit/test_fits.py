@@ -238,3 +238,26 @@ def test_trials_of_exact_scenes_are_those_of_runs(cushioned, channel):
         run = il.run(cushioned.with_settings(zip(paths, values, strict=True)))
         wanted = Means(run, channel).over(signal.edges, 2.5e-6)
         assert found.over(signal.edges, 2.5e-6) == pytest.approx(wanted, abs=1e-12 * np.max(np.abs(wanted)))
+
+
+def test_a_number_without_an_effect_leaves_the_others_determined() -> None:
+    """Until 2L/c the force is Z v exp(-Z t/M), whatever the length: velocity alone has a closed interval."""
+    rod = il.Rod(length=0.5, area=2.5e-4, material={"young": 2e11, "density": 8000.0}, ends={"right": "clamped"})
+    bodies = {"hammer": il.Mass(1.0, velocity=1.0), "rod": rod}
+    contacts = [il.Contact("hammer", "rod.left", law={"kind": "wave_identification"})]
+    solve = {"duration": 1.9e-4, "model": {"kind": "continuous"}}
+    case = il.Case(bodies=bodies, contacts=contacts, solve=solve)
+    z, width, noise = 1e4, 3e-6, 300.0
+    times = 5e-6 + width * np.arange(60)
+    unit = z * np.exp(-z * times) * math.sinh(0.5 * z * width) / (0.5 * z * width)  # mean over each interval
+    force = 0.9 * unit + noise * np.random.default_rng(1).standard_normal(60)
+    speed, length = "bodies.hammer.velocity", "bodies.rod.length"
+    found = il.fit(case, il.Signal(FORCE, times, force), {speed: (0.2, 3.0), length: (0.495, 0.6)})
+    value = float(force @ unit / (unit @ unit))
+    size = float(np.linalg.norm(force - value * unit)) / math.sqrt(58)
+    half = 2.0017 * size / float(np.linalg.norm(unit))  # Student's t of 58 degrees of freedom
+    row = found[speed]
+    assert row.value == pytest.approx(value, rel=1e-6)
+    assert (row.lower, row.upper) == pytest.approx((value - half, value + half), abs=0.02 * half)
+    assert math.isinf(found[length].upper)
+    assert "not determined by the signals: length; its interval is infinite" in str(found)

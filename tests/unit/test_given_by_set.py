@@ -209,6 +209,7 @@ def test_a_setting_that_takes_the_place_of_a_tolerance_says_so(settings, named, 
     [
         (["sensitivities", "axial_impact", "--parameters", "bodies.hammer.velocty"], "--parameters"),
         (["choose", "axial_impact", "--tolerance", "1e-9"], "--tolerance"),
+        (["uncertainty", "axial_impact", "--vary", "bodies.hammer.mass=uniform(-1 kg, 1 kg)"], "--vary"),
     ],
 )
 def test_a_value_of_an_option_is_not_said_to_be_given_by_a_function_of_python(words: list[str], option: str) -> None:
@@ -216,3 +217,19 @@ def test_a_value_of_an_option_is_not_said_to_be_given_by_a_function_of_python(wo
     assert result.exit_code == 2
     assert f"given by {option}: " in result.output
     assert "with_()" not in result.output
+    assert "the sweep" not in result.output
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["sensitivities", "axial_impact", "--parameters", "bodies.hamer.mass"],
+        ["sweep", "axial_impact", "--over", "bodies.hamer.mass=1,2"],
+        ["uncertainty", "axial_impact", "--vary", "bodies.hamer.mass=normal(1 kg, 1 %)"],
+    ],
+)
+def test_a_number_of_an_unknown_body_is_refused_by_the_name_of_the_body(words: list[str]) -> None:
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 2
+    assert "bodies.hamer.mass: the case has no body 'hamer'. Did you mean 'hammer'?" in result.output
+    assert "Bodies of this case: hammer, rod." in result.output

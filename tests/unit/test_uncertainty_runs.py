@@ -134,6 +134,7 @@ def test_points_without_values_stop_the_indices_and_say_where_they_are(case):
     assert np.isnan([index.first.value for index in found.indices]).all()
     assert f"{failed} of 256 points have no values (refused), all with {MASS} below" in found.warnings[0]
     assert "is out of range" in found.warnings[0]
+    assert "given by the distribution" in found.warnings[0]
     assert SPEED not in found.warnings[0]
     assert "failed='leave_out'" in found.warnings[-1]
     peak = found.find("peak_force")

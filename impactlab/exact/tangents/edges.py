@@ -16,7 +16,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from impactlab.exact.arrays import CLOSE
-from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, GAP
+from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, DURATION, GAP, TRANSIT
 from impactlab.exact.tangents.run import Solved
 from impactlab.types import Array
 
@@ -25,6 +25,10 @@ FAR = 1.0e8  # of the size of a parameter: an edge beyond is one of rounding
 NOTHING = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
 NO_GAP = 1.0e-12  # of the way at the largest velocity: faces with a smaller gap touch
 NO_MOTION = 1.0e-10  # the same, of a change of the gap over that of the parameter: a smaller one is rounding
+
+
+END_SLACK = 4.0  # merge tolerances between the end of a run and a front that counts as at the end
+SAME_MOTION = 1.0e-9  # of the duration: a smaller distance of front and end for a change of the size of a parameter
 
 
 class Edge(NamedTuple):
@@ -53,6 +57,24 @@ def edges(solved: Solved, parameter: int) -> list[Edge]:
         found += [*_misses(solved, parameter, contact), *_rests(solved, parameter, contact)]
     reach = FAR * float(solved.tangents.scale[parameter])
     return sorted((edge for edge in found if abs(edge.distance) < reach), key=lambda edge: abs(edge.distance))
+
+
+def passes_end(solved: Solved, parameter: int) -> bool:
+    """Return whether a front arrives at the end of the run, and passes it with a change of a parameter.
+
+    Quantities at the end then have another derivative on either side.
+    """
+    log, tangents = solved.log, solved.tangents
+    duration, later = float(log.state["duration"]), float(tangents.of_state[parameter, DURATION])
+    slack, room = END_SLACK * float(log.state["tolerance"]), log.pieces.shape[1]
+    least = SAME_MOTION * duration / float(tangents.scale[parameter])
+    for end, source in enumerate(log.ends["source"].tolist()):
+        stops = log.pieces["stop"][source, : int(log.junctions["records"][source])] + log.ends["transit"][end]
+        at_end = room * source + np.flatnonzero(np.abs(stops - duration) <= slack)
+        arrives = tangents.moves[at_end, 1, parameter] + tangents.of_ends[parameter, end, TRANSIT]
+        if np.any(np.abs(arrives - later) > least):
+            return True
+    return False
 
 
 def _change(f: float, tangent: float) -> float:

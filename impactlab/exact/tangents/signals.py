@@ -13,6 +13,8 @@ from impactlab.exact.signals import clenshaw, gauss
 from impactlab.exact.tangents.run import Solved
 from impactlab.types import Array
 
+SAME_PEAK = 1.0e-12  # of a peak: values nearer to it are peaks, too
+
 
 class MovingSignal:
     """One row of a junction's records, with its derivative at fixed places of the pieces."""
@@ -22,7 +24,7 @@ class MovingSignal:
         count, rows = int(log.junctions["records"][j]), int(log.junctions["rows"][j])
         first = log.pieces.shape[1] * j
         pieces = log.pieces[j, :count]
-        self.tolerance = float(log.state["tolerance"])
+        self.tolerance, self.scale = float(log.state["tolerance"]), float(tangents.scale[parameter])
         self.start, self.stop = pieces["start"].copy(), pieces["stop"].copy()
         self.width = self.stop - self.start
         self.moves = tangents.moves[first : first + count, :, parameter]  # (pieces, 2)
@@ -88,17 +90,21 @@ class MovingSignal:
         )
 
     def peak(self, first: float, last: float) -> float:
-        """Return the derivative of the largest value on the pieces between two breaks; NaN of two equal peaks."""
+        """Return the derivative of the largest value on the pieces between two breaks; NaN of several equal peaks.
+
+        A constant value is such: where its derivative varies along it, the peak moves to one of its ends.
+        """
         inside = np.flatnonzero((self.start >= first - self.tolerance) & (self.stop <= last + self.tolerance))
         found = [self._top(int(piece)) for piece in inside]
         best = max((value for value, _ in found), default=0.0)
         if best <= 0.0:
             return 0.0
-        tops = [slope for value, slope in found if value >= best * (1.0 - 1e-12)]
-        return tops[0] if max(tops) - min(tops) <= 1e-9 * max(map(abs, tops)) else math.nan
+        tops = [slope for value, slopes in found if value >= best * (1.0 - SAME_PEAK) for slope in slopes]
+        rounding = max(1e-9 * max(map(abs, tops)), 1e-11 * best / self.scale)
+        return tops[0] if max(tops) - min(tops) <= rounding else math.nan
 
-    def _top(self, piece: int) -> tuple[float, float]:
-        """Return the largest value of a piece, and the derivative there."""
+    def _top(self, piece: int) -> tuple[float, list[float]]:
+        """Return the largest value of a piece, and the derivatives there and at equal values."""
         f = self.table[:, piece]
         grid = np.cos(np.pi * np.arange(4 * len(f), -1, -1) / (4 * len(f)))
         values = chebyshev.chebval(grid, f)
@@ -112,7 +118,9 @@ class MovingSignal:
                 if curved >= 0.0:
                     break
                 y = min(max(y - float(chebyshev.chebval(y, slope)) / curved, float(grid[i - 1])), float(grid[i + 1]))
-        return float(chebyshev.chebval(y, f)), float(chebyshev.chebval(y, self.tangent[:, piece]))
+        top = float(chebyshev.chebval(y, f))
+        places = np.append(y, grid[values >= top * (1.0 - SAME_PEAK)])
+        return top, chebyshev.chebval(places, self.tangent[:, piece]).tolist()
 
     def square(self, first: float, last: float, of_first: float, of_last: float) -> float:
         """Return the derivative of the integral of the square from one moving time to another."""
