@@ -57,8 +57,8 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine.descriptions import modelled_as
 from impactlab.refine.reference import Reference, find
-from impactlab.refine.serving import for_choice
 from impactlab.refine.stated_error import METRICS
+from impactlab.refine.suitable import for_choice
 from impactlab.scene.facts import beams_of, shortest_transit
 from impactlab.scene.method import COUNTED, Counted, Simulation, StepRule, Tolerance
 

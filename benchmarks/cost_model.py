@@ -29,7 +29,7 @@ from impactlab.errors import ImpactlabError
 from impactlab.refine import cost
 from impactlab.refine.beam_descriptions import continuous
 from impactlab.refine.description import Description
-from impactlab.refine.serving import for_choice, stepped
+from impactlab.refine.suitable import for_choice, stepped
 from impactlab.scene import Beam, BeamSegment, Body, Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Simulation, StepRule

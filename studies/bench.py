@@ -18,7 +18,8 @@ import pandas
 
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
-from impactlab.bench.report.looks import Look, looks
+from impactlab.bench.report.findings import certainty_words, findings
+from impactlab.bench.report.method_styles import Look, looks
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.scene_sheets import unfinished
@@ -26,7 +27,6 @@ from impactlab.bench.report.sheets import Sheet, markdown
 from impactlab.bench.report.special import special_summary
 from impactlab.bench.report.summary_sheets import certainty, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, gathered
-from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.schema import FIELDS, Row
 from studies.pages import DOCS, Study, filled, table
 

@@ -11,12 +11,12 @@ from scipy.special import chdtrc, stdtrit  # as in scipy.stats, which takes half
 
 from impactlab.fits.bootstrap import Bootstrap, bootstrap
 from impactlab.fits.edges import Closings, change
+from impactlab.fits.identifiable import Seen, products, seen, short_names, undetermined, with_effects
 from impactlab.fits.loss import Loss
 from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
 from impactlab.fits.secants import secants
-from impactlab.fits.seen import Seen, products, seen, short_names, undetermined, with_effects
 from impactlab.fits.unknowns import Unknown
 from impactlab.types import Array
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from impactlab.fits.identifiable import Product
 from impactlab.fits.plots import (
     MIN_CORRELATED,
     determined,
@@ -21,7 +22,6 @@ from impactlab.fits.plots import (
     unit_of,
 )
 from impactlab.fits.result import JACOBIAN, KINDS, METHODS, WIDENED, Fit, Fitted, Shown, case_files, in_words
-from impactlab.fits.seen import Product
 from impactlab.history.units import UNITS
 from impactlab.report import facts
 from impactlab.report.figure_files import inline, save, with_classes

@@ -11,8 +11,8 @@ from scipy.interpolate import PchipInterpolator
 
 from impactlab.errors import CaseError
 from impactlab.fits.bootstrap import autocorrelations
+from impactlab.fits.identifiable import short_names
 from impactlab.fits.result import JACOBIAN, PROFILE, WIDENED, Curve, Fit, Shown
-from impactlab.fits.seen import short_names
 from impactlab.history.units import UNITS
 from impactlab.report.style import (
     GRID,

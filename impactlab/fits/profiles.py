@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.fits.identifiable import MIN_SINGULAR, lengths
 from impactlab.fits.loss import IMPOSSIBLE, Loss, Point
-from impactlab.fits.seen import MIN_SINGULAR, lengths
 from impactlab.types import Array
 
 STEPS = 4.0  # from the solution to the end of an interval

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from impactlab.casefile import Case
-from impactlab.fits.seen import Product
+from impactlab.fits.identifiable import Product
 from impactlab.lazy import above
 from impactlab.types import Array
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from impactlab.fits.seen import lengths
+from impactlab.fits.identifiable import lengths
 from impactlab.types import Array
 
 MAX_STEP = 0.1  # of a scaled unknown: directions that need more keep their derivatives

@@ -19,7 +19,7 @@ from impactlab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Problem, Step, Stepper
-    from impactlab.integrators.packing import springs_of
+    from impactlab.integrators.flat_matrices import springs_of
     from impactlab.models.base import Operators
     from impactlab.numerics.banded_kernels import in_springs, pull
 
@@ -39,7 +39,7 @@ __getattr__ = lazy_names(  # a case is read without compiled code
     __name__,
     {
         "impactlab.integrators.base": ("AbstractAdaptive", "AbstractIntegrator", "Problem", "Step", "Stepper"),
-        "impactlab.integrators.packing": ("springs_of",),
+        "impactlab.integrators.flat_matrices": ("springs_of",),
         "impactlab.models.base": ("Operators",),
         "impactlab.numerics.banded_kernels": ("in_springs", "pull"),
     },

@@ -17,7 +17,7 @@ import numpy as np
 
 from impactlab.integrators.banded_steps import LOAD, LOADED, alpha_derive, alpha_free, measure
 from impactlab.integrators.base import Step, without_load
-from impactlab.integrators.packing import chain_springs, combined, factors, packed, trimmed
+from impactlab.integrators.flat_matrices import chain_springs, combined, factors, packed, trimmed
 from impactlab.models.base import Operators
 from impactlab.types import Array
 

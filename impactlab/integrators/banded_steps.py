@@ -13,8 +13,8 @@ from impactlab.integrators.alpha_passes import correct, predict
 from impactlab.numerics.banded_kernels import add_matrix, factorise, in_motion, in_springs, pull, solve
 from impactlab.numerics.chain_forces import pull_chain
 from impactlab.numerics.compiling import UNPACK
+from impactlab.numerics.subnormals import restore_tiny, take_tiny_as_zero
 from impactlab.numerics.three_bands import LEAST, pull_three
-from impactlab.numerics.tiny import restore_tiny, take_tiny_as_zero
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 

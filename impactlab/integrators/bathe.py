@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.integrators.banded_steps import LOAD, LOADED, bathe_free, measure
 from impactlab.integrators.base import AbstractIntegrator, Step
-from impactlab.integrators.packing import chain_springs, combined, factors, packed
+from impactlab.integrators.flat_matrices import chain_springs, combined, factors, packed
 from impactlab.models.base import Operators
 from impactlab.types import option
 

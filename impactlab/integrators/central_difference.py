@@ -12,6 +12,7 @@ from impactlab.errors import PairingError
 from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.integrators.chain_steps import energy_of_chain, step_chain
+from impactlab.integrators.flat_matrices import has_coupled_damping
 from impactlab.integrators.leapfrog_factors import (
     BANDWIDTH,
     DAMPED,
@@ -25,7 +26,6 @@ from impactlab.integrators.leapfrog_factors import (
     write_chain,
     write_factors,
 )
-from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
 from impactlab.numerics import addresses
 from impactlab.numerics.banded import multiply

@@ -11,11 +11,11 @@ import numpy as np
 
 from impactlab.integrators.alpha import alpha_step, mid_step
 from impactlab.integrators.base import AbstractIntegrator, Step
-from impactlab.integrators.packing import has_coupled_damping
+from impactlab.integrators.flat_matrices import has_coupled_damping
 from impactlab.integrators.theta import theta_step
 from impactlab.models.base import Operators
 from impactlab.numerics.compiling import UNPACK
-from impactlab.numerics.tiny import restore_tiny, take_tiny_as_zero
+from impactlab.numerics.subnormals import restore_tiny, take_tiny_as_zero
 from impactlab.types import Array, option
 
 AVERAGE = 0.25, 0.5  # beta and gamma of the average acceleration

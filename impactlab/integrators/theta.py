@@ -11,7 +11,7 @@ import numpy as np
 
 from impactlab.integrators.banded_steps import LOAD, LOADED, measure, theta_free, theta_retime
 from impactlab.integrators.base import Step
-from impactlab.integrators.packing import packed, trimmed_of
+from impactlab.integrators.flat_matrices import packed, trimmed_of
 from impactlab.models.base import Operators
 
 

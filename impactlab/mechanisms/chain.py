@@ -8,7 +8,7 @@ from typing import final
 
 from impactlab.errors import CaseError
 from impactlab.mechanisms.base import AbstractMechanism, Drive, Motion, Reading
-from impactlab.mechanisms.packing import packed
+from impactlab.mechanisms.flat_chain import packed
 from impactlab.mechanisms.shapes import FlexibleLink, flexible_link
 from impactlab.mechanisms.terms import terms
 from impactlab.models.base import AbstractRodModel

@@ -15,8 +15,8 @@ from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.measurement.inputs import in_si, listed
 from impactlab.piling.blow import set_in
-from impactlab.piling.ended import warn_if_moving
 from impactlab.piling.pile import Pile, pile_of
+from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.types import Array

@@ -13,8 +13,8 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.history.base import AbstractHistory
-from impactlab.piling.ended import warn_if_moving
 from impactlab.piling.pile import Pile, pile_of
+from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.types import Array

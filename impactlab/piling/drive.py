@@ -16,9 +16,9 @@ from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.piling.blow import sets_of
-from impactlab.piling.ended import warn_if_moving
 from impactlab.piling.pile import Pile, pile_of
-from impactlab.piling.rest import Rest, check_at_rest, rest_of
+from impactlab.piling.soil_at_rest import warn_if_moving
+from impactlab.piling.static_rest import Rest, check_at_rest, rest_of
 from impactlab.prefixes import prefixed
 from impactlab.scene.bodies import Table
 from impactlab.scene.method import Simulation

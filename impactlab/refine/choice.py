@@ -10,14 +10,14 @@ from functools import partial
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
-from impactlab.refine import reach, search
+from impactlab.refine import out_of_reach, search
 from impactlab.refine.choice_record import Candidate, Choice, Ladder
 from impactlab.refine.convergence import Level, Progress, Study
 from impactlab.refine.ladder import candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.level_errors import allowed
 from impactlab.refine.ranking import priority
-from impactlab.refine.serving import exact_for
 from impactlab.refine.studies import in_turn, studies_of
+from impactlab.refine.suitable import exact_for
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.simulate import driver
@@ -60,7 +60,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
             studies.extend(itertools.islice(others, 1))
             best = search.find_best(studies, asked, failed, progress, others)
     is_met = best is not None and best[1].error <= allowed(method)
-    if not is_met and (refused := reach.refusal(allowed(method), studies, best, search.BUDGET_S)):
+    if not is_met and (refused := out_of_reach.refusal(allowed(method), studies, best, search.BUDGET_S)):
         raise refused
     if best is None:
         raise failed[0] if failed else _nothing_serves(why, studies)

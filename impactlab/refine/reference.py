@@ -18,7 +18,7 @@ from impactlab.refine import beam_descriptions
 from impactlab.refine.convergence import Study, finest_error
 from impactlab.refine.description import RATIO, Description
 from impactlab.refine.descriptions import MIN_FINENESS
-from impactlab.refine.serving import has_unique_solution, stepped
+from impactlab.refine.suitable import has_unique_solution, stepped
 from impactlab.scene.facts import beams_of, changes
 from impactlab.scene.method import Method, Simulation, is_relative, laws_of, modelled, models_of, theories
 from impactlab.scene.problem import RECORDS, Scene

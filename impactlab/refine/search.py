@@ -6,7 +6,7 @@ import time as clock
 from collections.abc import Iterable
 
 from impactlab.errors import ImpactlabError, StepError
-from impactlab.refine import reach
+from impactlab.refine import out_of_reach
 from impactlab.refine.convergence import Level, Progress, Study
 from impactlab.refine.cost import FIXED_S
 from impactlab.refine.description import Description
@@ -76,8 +76,8 @@ def _best_run(
         if not met and study.description.unit:
             if not study.levels and _cost_of_trial(study) > min(PROBE_S, left):
                 study.next = _affordable(study, min(PROBE_S, left)) or study.next
-            elif reach.needed_s(study) > left:
-                study.closed = reach.reason(study, left)
+            elif out_of_reach.needed_s(study) > left:
+                study.closed = out_of_reach.reason(study, left)
                 continue
         if _cost_of_trial(study) > left:
             study.closed = beyond_budget(study, left)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from impactlab.refine import reach, serving
+from impactlab.refine import out_of_reach, suitable
 from impactlab.refine.convergence import Study
 from impactlab.refine.cost import FIXED_S
 from impactlab.refine.description import Description
@@ -27,7 +27,7 @@ def in_turn(asked: Simulation, served: tuple[Description | None, str] | None = N
 
     The preferred one is the first; ``served`` is the exact solver where it has been sought.
     """
-    descriptions, why = serving.in_turn(asked, served)
+    descriptions, why = suitable.in_turn(asked, served)
     error = allowed(asked.method)
     return (begun(each, error) for each in descriptions), why
 
@@ -38,8 +38,8 @@ def begun(description: Description, error: float) -> Study:
         return Study(description, 0)
     start = description.start_for(error)
     study = Study(description, _cheap(description, start), wanted=description.wanted_of(start, error))
-    if (least := reach.in_common(description)) > error:
-        study.closed = reach.reason_in_common(least)
+    if (least := out_of_reach.in_common(description)) > error:
+        study.closed = out_of_reach.reason_in_common(least)
     return study
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.reference import Reference
-from impactlab.report import facts, plates
+from impactlab.report import facts, page_figures
 from impactlab.report.counts import counted
 from impactlab.report.drawn_part import drawn_part
 from impactlab.report.figure_files import FigureFiles
@@ -67,7 +67,7 @@ def write_comparison(
         findings=facts.findings(comparison),
         table=comparison,
         traces=shown,
-        figures=plates.of_comparison(comparison, shown, part),
+        figures=page_figures.of_comparison(comparison, shown, part),
         files=[
             ("table.csv", "the table, all digits"),
             ("table.md", "the table as text"),

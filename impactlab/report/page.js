@@ -24,7 +24,7 @@ function ticks(low, high, count) {
 }
 
 // ---- arrays ----
-async function unpack(text) { // as impactlab/report/packing.py packs them
+async function unpack(text) { // as impactlab/report/packed_arrays.py packs them
   const planes = await inflated(text);
   const count = planes.length / 2;
   return ([first, size, low, step]) => {

@@ -12,7 +12,7 @@ import numpy as np
 from impactlab.history.sampling import FRAMES, HISTORY_POINTS, frame_times
 from impactlab.report import mechanism
 from impactlab.report.named_contacts import with_figures
-from impactlab.report.packing import COARSE, Packer
+from impactlab.report.packed_arrays import COARSE, Packer
 from impactlab.report.signals import Panel, panels, sampled, shown
 from impactlab.report.stage import Frames, described, frames
 from impactlab.report.style import DASHES, PALETTE, Trace

@@ -13,7 +13,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampling import MAX_FORCES, file_times
 from impactlab.refine.reference import Reference
-from impactlab.report import facts, fields, plates
+from impactlab.report import facts, fields, page_figures
 from impactlab.report.drawn_part import drawn_part
 from impactlab.report.figure_files import FigureFiles
 from impactlab.report.page import Page, write_page
@@ -69,7 +69,7 @@ def write_run(
         findings=findings(summary),
         table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
         traces=[trace],
-        figures=plates.of_run(trace, part),
+        figures=page_figures.of_run(trace, part),
         files=[
             ("summary.json", "the numbers"),
             ("history.npz", "every channel, for numpy.load"),

@@ -29,7 +29,7 @@ from impactlab.report.style import (
 from impactlab.sweeps.chunks import STATUSES
 from impactlab.sweeps.quantities import absent_words
 from impactlab.sweeps.result import ABOUT
-from impactlab.sweeps.words import words_of
+from impactlab.sweeps.value_names import words_of
 from impactlab.types import Array
 
 if TYPE_CHECKING:

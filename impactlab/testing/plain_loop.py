@@ -17,7 +17,7 @@ from impactlab.simulate.checks import SMALLER_STEP
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.event_times import TOUCH_TOL, close_time, open_time
-from impactlab.simulate.stepping.packing import dashpots
+from impactlab.simulate.stepping.flat_arrays import dashpots
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
 from impactlab.types import Array, Reply
 

@@ -8,8 +8,8 @@ import numpy as np
 
 import impactlab as il
 from impactlab.mechanisms.chain import Chain as LinkedChain
+from impactlab.mechanisms.flat_chain import packed
 from impactlab.mechanisms.model import MechanismModel
-from impactlab.mechanisms.packing import packed
 from impactlab.mechanisms.terms import terms as of_chain
 from impactlab.numerics.compiling import njit
 from impactlab.scene.bodies import Mechanism

@@ -25,11 +25,11 @@ from impactlab.exact.solve import solve as solve_exactly
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine import beam_families, descriptions, level_errors, reference, search, serving, trial
+from impactlab.refine import beam_families, descriptions, level_errors, reference, search, suitable, trial
 from impactlab.refine.contact_times import rise_time
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
 from impactlab.refine.distances import counted, difference
-from impactlab.refine.serving import for_choice
+from impactlab.refine.suitable import for_choice
 from impactlab.report import summary
 from impactlab.report.choice import _number, choice_lines, choose, ladder_text
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Rod, Segment, Wall
@@ -428,9 +428,9 @@ def test_rods_whose_transits_are_no_multiples_keep_what_is_stated():
 def test_an_exact_choice_marches_once(monkeypatch):
     """The march whose cost is counted is the run itself, and nothing else is described before it ends."""
     marches, described = [], []
-    begin, stepped = descriptions.begin, serving._stepped
+    begin, stepped = descriptions.begin, suitable._stepped
     monkeypatch.setattr(descriptions, "begin", lambda *asked: marches.append(asked) or begin(*asked))
-    monkeypatch.setattr(serving, "_stepped", lambda asked: described.append(asked) or stepped(asked))
+    monkeypatch.setattr(suitable, "_stepped", lambda asked: described.append(asked) or stepped(asked))
     monkeypatch.setattr("impactlab.exact.solve.build", None)
     scene = struck(AdditionDeletion())
     choice = solve(*scene).choice
@@ -521,7 +521,7 @@ def test_an_exact_run_that_fails_is_not_tried_again(monkeypatch):
 
     monkeypatch.setattr(trial, "run", failing)
     asked = struck(AdditionDeletion())
-    exact, _ = serving.exact_for(asked)
+    exact, _ = suitable.exact_for(asked)
     study = Study(exact, 0)
     assert search.find_best([study], asked, []) is None
     assert len(tried) == 1

@@ -17,7 +17,7 @@ from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine import reference
-from impactlab.refine.serving import stepped
+from impactlab.refine.suitable import stepped
 from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import simulation

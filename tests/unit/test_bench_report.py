@@ -20,9 +20,10 @@ from typer.testing import CliRunner
 
 from impactlab.bench.report import pages
 from impactlab.bench.report.automatic import automatic_sheet, choices
+from impactlab.bench.report.findings import certainty_words, findings
 from impactlab.bench.report.fronts import front_of
 from impactlab.bench.report.live import bench_data
-from impactlab.bench.report.looks import leaders, looks, power, within
+from impactlab.bench.report.method_styles import leaders, looks, power, within
 from impactlab.bench.report.overview import SHADES
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.ranking import judged, profile, ranking
@@ -32,7 +33,6 @@ from impactlab.bench.report.sheets import Heading, Sheet, escaped, latex, markdo
 from impactlab.bench.report.special import pairs, special_grids, special_summary
 from impactlab.bench.report.summary_sheets import excluded, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, error, gathered
-from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.report.write import write_bench
 from impactlab.bench.schema import FIELDS, Row
 from impactlab.cli import app

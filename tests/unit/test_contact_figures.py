@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.history.base import AbstractHistory
-from impactlab.report import overview, plates, plots, signals
+from impactlab.report import overview, page_figures, plots, signals
 from impactlab.report.named_contacts import MAX_FIGURES, view_of, with_figures, words_on_figures
 from impactlab.report.style import LABEL, MAX_LABELS, PALETTE, Trace, labelled, traces
 
@@ -45,8 +45,8 @@ def chain_of(beads: int) -> il.Case:
     )
 
 
-def of_run(history: AbstractHistory) -> list[plates.Plate]:
-    return plates.of_run(Trace("laws", history, PALETTE[0]), history.scene)
+def of_run(history: AbstractHistory) -> list[page_figures.Plate]:
+    return page_figures.of_run(Trace("laws", history, PALETTE[0]), history.scene)
 
 
 def test_a_force_that_pulls_is_drawn_to_its_least_value(pile: AbstractHistory) -> None:
@@ -201,7 +201,7 @@ def test_a_converged_reference_is_not_called_exact(pile: AbstractHistory) -> Non
     assert [axes.get_title("left") for axes in figure.axes] == ["ram | helmet", "helmet | pile.left"]  # no links
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["converged", "base"]
     document = {"rows": [{"name": "base", "summary": {"errors": None}}]}
-    captions = " ".join(plate.caption for plate in plates.of_comparison(document, shown, pile.scene))
+    captions = " ".join(plate.caption for plate in page_figures.of_comparison(document, shown, pile.scene))
     assert "converged touches" in captions
     assert "exact" not in captions
 

@@ -18,10 +18,10 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.fits.bootstrap import block_length, bootstrap
+from impactlab.fits.identifiable import named, powers, short_names
 from impactlab.fits.loss import Loss
 from impactlab.fits.model import Means
 from impactlab.fits.profiles import profile
-from impactlab.fits.seen import named, powers, short_names
 
 FORCE = "force:hammer|rod.left"
 MASS, VELOCITY = "bodies.hammer.mass", "bodies.hammer.velocity"

@@ -19,10 +19,10 @@ from impactlab.casefile import load_case
 from impactlab.errors import ImpactlabError
 from impactlab.history import Field
 from impactlab.history.sampling import frame_times, page_times
-from impactlab.report import plates
+from impactlab.report import page_figures
 from impactlab.report.compare_report import write_comparison
 from impactlab.report.figure_files import compact
-from impactlab.report.packing import MISSING, Packer
+from impactlab.report.packed_arrays import MISSING, Packer
 from impactlab.report.page_data import MAX_DATA, page_data
 from impactlab.report.provenance import Provenance, now, of_case
 from impactlab.report.signals import panels, shown
@@ -118,7 +118,7 @@ def test_many_histories_stay_within_the_limit(monkeypatch: pytest.MonkeyPatch) -
 
 def test_of_many_contacts_and_bodies_the_first_have_figures_where_not_all_are_asked_for() -> None:
     case = case_of("chain_of_bars").with_settings([("snapshots", [1e-4])])
-    figures = plates.of_run(traces({"run": il.run(case)}, {})[0], case.scene())
+    figures = page_figures.of_run(traces({"run": il.run(case)}, {})[0], case.scene())
     assert [plate.name for plate in figures if plate.name.startswith("stress") and not plate.is_printed] == [
         "stress_fourth"
     ]

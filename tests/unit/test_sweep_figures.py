@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import impactlab as il
 from impactlab.report.style import PALETTE
-from impactlab.sweeps.words import MAX_LETTERS, words_of
+from impactlab.sweeps.value_names import MAX_LETTERS, words_of
 
 CASES = Path(__file__).parents[2] / "cases"
 HERTZ, SOFT = {"kind": "hertz", "stiffness": 1e9}, {"kind": "hertz", "stiffness": 1e8}

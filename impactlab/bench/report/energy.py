@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from impactlab.bench.report.looks import End, Looks, decades, distinct, draw_family, name_ends, room_beside
+from impactlab.bench.report.method_styles import End, Looks, decades, distinct, draw_family, name_ends, room_beside
 from impactlab.bench.report.views import Clock, Family, SceneRows
 from impactlab.report.style import MUTED, Margins, drawn, grid, log_axis
 

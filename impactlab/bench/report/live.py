@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from impactlab.bench.report.looks import SHAPES, Looks, methods_by_look
+from impactlab.bench.report.method_styles import SHAPES, Looks, methods_by_look
 from impactlab.bench.report.scene_sheets import slug
 from impactlab.bench.report.views import AUTOMATIC, BOTH, CLOCKS, NORMS, SceneRows, error
 from impactlab.bench.schema import BASE, Row

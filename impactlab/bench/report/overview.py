@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from impactlab.bench.report.looks import GREY, End, Looks, distinct, name_ends, power, room_beside, shortened
+from impactlab.bench.report.method_styles import GREY, End, Looks, distinct, name_ends, power, room_beside, shortened
 from impactlab.bench.report.ranking import ABSENT, FAILED, MET, MISSED, REFUSED, Standing, judged, profile, ranking
 from impactlab.bench.report.views import TOLERANCES, Norm, SceneRows
 from impactlab.report.style import GRID, INK, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for

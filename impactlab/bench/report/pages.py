@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import impactlab
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
+from impactlab.bench.report.findings import certainty_words, findings
 from impactlab.bench.report.live import bench_data
-from impactlab.bench.report.looks import Looks, power
+from impactlab.bench.report.method_styles import Looks, power
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.scene_sheets import Unfinished, families_sheet, front_sheet, slug, unfinished
 from impactlab.bench.report.sheets import Sheet, latex, markdown, short
 from impactlab.bench.report.special import special_grids, special_summary
 from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, SceneRows, error, methods_of
-from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.schema import STATUSES, Row
 from impactlab.report.figure_files import inline, save, with_classes
 from impactlab.report.page import rendered

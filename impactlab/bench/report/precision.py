@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from impactlab.bench.report.fronts import Point, front_of, points
-from impactlab.bench.report.looks import (
+from impactlab.bench.report.method_styles import (
     GREY,
     End,
     Looks,

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from impactlab.bench.report.fronts import front_of
-from impactlab.bench.report.looks import power
+from impactlab.bench.report.method_styles import power
 from impactlab.bench.report.ranking import fastest
 from impactlab.bench.report.sheets import DASH, Sheet, headings, milliseconds, percent, short
 from impactlab.bench.report.summary_sheets import named

@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 from collections.abc import Sequence
 
-from impactlab.bench.report.looks import power
+from impactlab.bench.report.method_styles import power
 from impactlab.bench.report.ranking import MET, REFUSED, Standing, best, fastest, judged, median, ranking
 from impactlab.bench.report.sheets import DASH, SPECIAL, Sheet, headings, milliseconds, short
 from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, Norm, SceneRows

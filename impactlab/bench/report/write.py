@@ -10,7 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from impactlab.bench.report.looks import looks
+from impactlab.bench.report.method_styles import looks
 from impactlab.bench.report.pages import FOLDERS, draw_scene, write_index
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.views import gathered

@@ -21,8 +21,8 @@ from impactlab.simulate.stepping.arrays import (
     LoadRecord,
     PhaseRecord,
 )
+from impactlab.simulate.stepping.flat_arrays import dashpots, flat
 from impactlab.simulate.stepping.layout import Layout
-from impactlab.simulate.stepping.packing import dashpots, flat
 
 
 class Loads(NamedTuple):

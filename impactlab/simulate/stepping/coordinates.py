@@ -11,8 +11,8 @@ from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel
 from impactlab.simulate.channels import Probed
 from impactlab.simulate.stepping.arrays import Floats, Ints
+from impactlab.simulate.stepping.flat_arrays import flat, jumps_and_loads, responses_of, sparse
 from impactlab.simulate.stepping.layout import MOTION, Layout
-from impactlab.simulate.stepping.packing import flat, jumps_and_loads, responses_of, sparse
 from impactlab.simulate.stepping.preparation import (
     BuiltBody,
     check_phases,

@@ -6,7 +6,7 @@ Dashpots side by side form a group, whose values lie side by side, too, so that 
 from __future__ import annotations
 
 from impactlab.numerics.compiling import INLINE, PART
-from impactlab.numerics.tiny import restore_tiny, take_tiny_as_zero
+from impactlab.numerics.subnormals import restore_tiny, take_tiny_as_zero
 from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import CHANGE, DAMPING, LENGTH, DamperRecord, Floats, StepArrays
 

@@ -10,7 +10,7 @@ from impactlab.contact.power_law import Hertz
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.modal import Modal
 from impactlab.numerics.addresses import COMPILED
-from impactlab.numerics.tiny import ON_X86, restore_tiny, take_tiny_as_zero
+from impactlab.numerics.subnormals import ON_X86, restore_tiny, take_tiny_as_zero
 from impactlab.scene import Contact, Mass, Rayleigh, Rod, Segment
 from impactlab.scene.method import StepRule
 from impactlab.testing.scenes import FREE, face, simulation

@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Sequence
 
 from impactlab.bench.report.automatic import choice_words
-from impactlab.bench.report.looks import power
+from impactlab.bench.report.method_styles import power
 from impactlab.bench.report.ranking import CONVERGED, MET, best, judged, median, ranking
 from impactlab.bench.report.sheets import milliseconds, short
 from impactlab.bench.report.summary_sheets import percent_of, spreads
