@@ -157,6 +157,15 @@ def _modal(asked: Simulation) -> Description:
         rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)))
         return rods.but(models={**rods.method.models, **{beam.name: modal_model(beam, n) for beam in beams}})
 
+    def finding(n: int) -> float:
+        models = [modal_model(beam, n) for beam in beams]
+        return sum(
+            cost.CLOSED_FORM_S * n
+            if model.elements is None
+            else cost.of_eigenvectors(2.0 * model.elements, model.modes or 2.0 * model.elements)
+            for model in models
+        )
+
     return Description(
         "modes under exact steps",
         "modes",
@@ -165,6 +174,7 @@ def _modal(asked: Simulation) -> Description:
         lambda n: (scene.duration / dt(n), len(beams) * n),
         reference_order=order,
         for_choice=False,
+        finding=finding,
         max_fineness=MAX_BEAM_MODES,
     )
 

@@ -29,8 +29,6 @@ COARSEST = 3 * STEPS  # steps in the shortest time: three in a rise of force
 COARSEST_MODES, FEWEST_MESHED = 24, 18  # at that many steps; modes in closed form, of a mesh
 COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
-EIGENVECTORS_S = 1e-10  # s, over the cube of the coordinates of that mesh
-CLOSED_FORM_S = 1e-5  # s, of a mode in closed form
 MOST_MODES = 1500  # in closed form, some 0.1 ms each to find
 MAX_STEPS = 1_000_000  # in the shortest time
 MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
@@ -126,8 +124,8 @@ class BeamModes:
     def finding(self, n: int) -> float:
         """Return the predicted time of finding the modes [s]."""
         if self.closed:  # once for all runs that have the same modes: whichever is chosen needs them
-            return 0.0 if self.fixed else CLOSED_FORM_S * self.modes(n)
-        return EIGENVECTORS_S * (2.0 * ELEMENTS_PER_MODE * self.modes(n)) ** 3
+            return 0.0 if self.fixed else cost.CLOSED_FORM_S * self.modes(n)
+        return cost.of_eigenvectors(2.0 * ELEMENTS_PER_MODE * self.modes(n), self.modes(n))
 
     def simulation(self, n: int) -> Simulation:
         """Return the scene with its modes and steps."""

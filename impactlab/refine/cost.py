@@ -12,6 +12,11 @@ from typing import NamedTuple
 
 ALIKE_S = 2e-4  # s, of setting up a run that differs from an earlier one in its step alone
 FIXED_S = 4.5e-5  # s, of any stepped run, however short
+COORDINATES_S, MODES_S = (
+    1e-7,
+    4.8e-7,
+)  # s, over the square of the coordinates of a mesh, and over them times the modes that are found
+CLOSED_FORM_S = 1e-5  # s, of a mode in closed form
 
 
 class Cost(NamedTuple):
@@ -26,6 +31,11 @@ class Cost(NamedTuple):
     def seconds(self, steps: float, size: float = 0.0) -> float:
         """Return the predicted time of solving [s]."""
         return self.fixed_s + (self.step_s + self.size_s * size) * steps
+
+
+def of_eigenvectors(coordinates: float, modes: float) -> float:
+    """Return the predicted time of finding modes of a mesh [s]."""
+    return coordinates * (COORDINATES_S * coordinates + MODES_S * modes)
 
 
 EXACT = Cost(1.0, setup_s=1.0e-3, fixed_s=0.0)  # steps: the seconds that `impactlab.exact.cost` predicts

@@ -130,7 +130,9 @@ def _levels_s(
             return total, solving
         solving += seconds
         of_contacts = CONTACT_S * (contacts - 1) * steps
-        total += seconds + of_contacts + contacts * (LEVEL_S + min(2, count) * COMPARISON_S)
+        total += (
+            seconds + description.finding(fineness) + of_contacts + contacts * (LEVEL_S + min(2, count) * COMPARISON_S)
+        )
         count += 1
         level = round(RATIO * level)
         order = min(most, max(1.0, description.reference_order))
