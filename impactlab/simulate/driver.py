@@ -25,7 +25,7 @@ from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, 
 from impactlab.simulate.plan import Plan, is_stepped, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.blame import fault_of_part
+from impactlab.simulate.stepping.fault_of_part import fault_of_part
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.simulate.stepping.loop import advance_dated
 from impactlab.simulate.stepping.preparation import self_stepping

@@ -18,7 +18,7 @@ from impactlab.simulate.plan import Plan, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.blame import fault_of_part
+from impactlab.simulate.stepping.fault_of_part import fault_of_part
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.types import Array
 
