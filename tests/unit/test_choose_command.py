@@ -8,7 +8,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import impactlab as il
+from impactlab import api
 from impactlab.cli import app
+from impactlab.refine import choice
 
 CASES = Path(__file__).parents[2] / "cases"
 PAPER = str(CASES / "axial_impact.yaml")
@@ -64,6 +67,23 @@ def test_check_says_what_would_be_tried_first():
     assert out.exit_code == 0
     assert document["methods"]["base"]["status"] == "accepted"
     assert document["resolved"]["solve"]["tolerance"] == 1e-3
+    assert document["methods"]["base"]["dt"] is None
+    assert document["methods"]["base"]["steps"] == 0
+    assert "a prediction" in document["methods"]["base"]["predicted"]
+
+
+def test_check_knows_that_the_exact_solution_is_taken_at_once(monkeypatch):
+    """It printed the step of the run with steps that was predicted to be a little cheaper, and none is taken."""
+    case = il.load_case(PAPER).with_settings({"solve.tolerance": 1e-3}).method("base")
+    monkeypatch.setattr(choice, "studies_of", lambda asked: pytest.fail("no study is needed"))
+    assert api.prepare(case).dt is None
+
+
+def test_check_says_that_a_step_under_a_tolerance_is_a_prediction():
+    case = str(CASES / "hunt_crossley_ball.yaml")
+    told = invoke("check", case, "--set", "solve.tolerance=0.05").stdout
+    assert "predicted: the run chooses its method within the tolerance" in told
+    assert "predicted" not in invoke("check", PAPER, "--method", "base").stdout
 
 
 def test_run_names_the_line_of_a_tolerance_beside_a_step(tmp_path):
