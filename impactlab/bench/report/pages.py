@@ -161,6 +161,7 @@ def write_index(
         "command": command,
         "formats": ", ".join(kinds).upper(),
         "data": bench_data(scenes, look),
+        "timed": any(row.solve_s is not None for row in rows),
         "scenes": [_section(out, scene, figure) for scene, figure in zip(scenes, drawn, strict=True)],
         "findings": findings(scenes),
         "certainty_words": certainty_words(rows, scenes),
