@@ -48,6 +48,9 @@ class ImpactlabError(Exception):
             self.line = line
         return self
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._fault()!r})"
+
     def __str__(self) -> str:
         remedies = (self.remedy.strip(), *(f"Also {each.in_a_line()}" for each in self.others[:MAX_OTHERS]))
         if (left := len(self.others) - MAX_OTHERS) > 0:
