@@ -372,7 +372,7 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
             f"the specimen is wider than the bar, {prefixed(specimen.diameter, 'm')} and "
             f"{prefixed(test.bar.diameter, 'm')}: its edge touches no bar. Check the units of both diameters."
         )
-    warn_if_apart(test, specimen)
+    warn_if_apart(test.dt, test.bar, test.incident, test.forces, specimen.area * specimen.length)
     front, back = test.forces
     incident, reflected, transmitted = test.incident, test.reflected, test.transmitted
     speed = test.bar.wave_speed / specimen.length

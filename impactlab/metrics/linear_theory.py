@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.scene.bodies import Beam, Rod
-from impactlab.scene.facts import beams_of
+from impactlab.scene.bodies import Beam, WaveBody
+from impactlab.scene.facts import beams_of, rods_of
 from impactlab.scene.problem import Contact
 from impactlab.scene.ranges import is_solid
 
@@ -27,7 +27,7 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
     unit constants, have no such limit; `impactlab.scene.ranges` tells of them.
     """
     scene = history.scene
-    rods = [body for body in scene.bodies.values() if isinstance(body, Rod) and is_solid(body)]
+    rods = [body for body in rods_of(scene) if "strain" in body.quantities and is_solid(body)]  # no shafts
     beams = [beam for beam in beams_of(scene) if is_solid(beam)]
     if not rods and not beams:
         return
@@ -54,7 +54,7 @@ def _warned(name: str, strain: float) -> Iterator[Warned]:
 
 
 def strain_of_rod(
-    history: AbstractHistory, rod: Rod, met: list[tuple[Contact, float]], links: dict[str, float]
+    history: AbstractHistory, rod: WaveBody, met: list[tuple[Contact, float]], links: dict[str, float]
 ) -> float:
     """Return about the largest strain of a rod, from its contacts with their places x [m] and the forces of links [N].
 
@@ -85,7 +85,7 @@ def strain_of_rod(
     return strain
 
 
-def _strain_per_force(rod: Rod, x: float) -> float:
+def _strain_per_force(rod: WaveBody, x: float) -> float:
     """Return the largest strain over segments per force [1/N] of a wave that starts at an end x [m]."""
     segments = rod.segments if x == 0.0 else rod.segments[::-1]
     share, found = 1.0, 1.0 / (segments[0].young * segments[0].area)
