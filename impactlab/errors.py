@@ -114,7 +114,7 @@ class RunWarning(UserWarning):
 
 
 class DoubtfulResult(RunWarning):
-    """The answer of a run is in doubt: it misses its tolerance, gained energy, or lost much of it without a formula."""
+    """The answer of a run is in doubt: it misses its tolerance, left linear theory, gained energy, or lost much of it."""
 
 
 class UnusualValue(RunWarning):
