@@ -114,7 +114,7 @@ class RunWarning(UserWarning):
 
 
 class DoubtfulResult(RunWarning):
-    """The answer of a run is in doubt: it misses its tolerance, left linear theory, gained energy, or lost much of it."""
+    """The answer of a run is in doubt: it misses its tolerance, leaves linear theory, gained or lost energy."""
 
 
 class UnusualValue(RunWarning):
