@@ -132,8 +132,8 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
     """Run a case, or a scene with its method, and return the history.
 
     All warnings of the run are collected in ``history.warnings``, and each is issued as a `RunWarning`: as a
-    `DoubtfulResult` where the answer is in doubt, as it misses its tolerance (``history.choice.met`` is False), gained
-    energy or lost much of it; else as a `RunNote`, which a filter may show:
+    `DoubtfulResult` where the answer is in doubt, as it misses its tolerance (``history.choice.met`` is False), left
+    linear theory, gained energy or lost much of it; else as a `RunNote`, which a filter may show:
     ``warnings.simplefilter("default", il.RunNote)``. A value of the case that looks like a mistake issues an
     `UnusualValue`.
 

@@ -48,6 +48,9 @@ class ImpactlabError(Exception):
             self.line = line
         return self
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._fault()!r})"
+
     def __str__(self) -> str:
         remedies = (self.remedy.strip(), *(f"Also {each.in_a_line()}" for each in self.others[:MAX_OTHERS]))
         if (left := len(self.others) - MAX_OTHERS) > 0:
@@ -111,7 +114,7 @@ class RunWarning(UserWarning):
 
 
 class DoubtfulResult(RunWarning):
-    """The answer of a run is in doubt: it misses its tolerance, gained energy, or lost much of it without a formula."""
+    """The answer of a run is in doubt: it misses its tolerance, leaves linear theory, gained or lost energy."""
 
 
 class UnusualValue(RunWarning):

@@ -2,8 +2,18 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+
+from impactlab.errors import CaseError
+from impactlab.lazy import lazy
+
+if TYPE_CHECKING:
+    from impactlab.casefile import faults, schema
+else:  # needed only for keys beside the usual ones
+    faults, schema = lazy("impactlab.casefile.faults"), lazy("impactlab.casefile.schema")
 
 Value: TypeAlias = float | str
 """A number in SI, or a text with a unit such as ``"9 cm^2"``."""
@@ -15,11 +25,30 @@ Shape: TypeAlias = float | str | Mapping[str, Sequence[Value]]
 class BodyKeys(dict[str, Any]):
     """Keys of the block of a body or a contact.
 
-    Those that are None are left out. They are checked by `Case`.
+    Those that are None are left out. Unknown ones are refused at once, values by `Case`.
+
+    Raises
+    ------
+    CaseError
+        If a key is not known.
     """
+
+    block: ClassVar[str] = ""  # the class of its block in `impactlab.casefile.schema`; empty: its keys are open
 
     def __init__(self, **keys: Any) -> None:
         super().__init__({key: value for key, value in keys.items() if value is not None})
+        others = self.keys() - _own_names(type(self))
+        if others and self.block:
+            known = getattr(schema, self.block)
+            for key in sorted(others - known.model_fields.keys()):
+                text, remedy = faults.unknown_key(key, [*known.model_fields], [known])
+                raise CaseError(text, remedy=remedy, path=f"{type(self).__name__}.{key}")
+
+
+@cache
+def _own_names(kind: type[BodyKeys]) -> frozenset[str]:
+    """Return the names of the parameters of a constructor, and of the keys that it makes of others."""
+    return frozenset(inspect.signature(kind).parameters) | {"kind", "between", "chain"}
 
 
 class Rod(BodyKeys):
@@ -49,8 +78,10 @@ class Rod(BodyKeys):
     repeat : int
         Number n of bodies made from this one, with formulas of i = 1 ... n in its values.
     **others
-        Other keys of a case file; unknown ones are refused by `Case`.
+        Other keys of a case file; unknown ones are refused.
     """
+
+    block = "RodBlock"
 
     def __init__(
         self,
@@ -119,8 +150,10 @@ class Beam(BodyKeys):
     repeat : int
         Number n of bodies made from this one, with formulas of i = 1 ... n in its values.
     **others
-        Other keys of a case file; unknown ones are refused by `Case`.
+        Other keys of a case file; unknown ones are refused.
     """
+
+    block = "BeamBlock"
 
     def __init__(
         self,
@@ -181,8 +214,10 @@ class Shaft(BodyKeys):
     repeat : int
         Number n of bodies made from this one, with formulas of i = 1 ... n in its values.
     **others
-        Other keys of a case file; unknown ones are refused by `Case`.
+        Other keys of a case file; unknown ones are refused.
     """
+
+    block = "ShaftBlock"
 
     def __init__(
         self,
@@ -218,6 +253,8 @@ class Mass(BodyKeys):
 
     With ``repeat`` n bodies NAME_1 ... NAME_n, with formulas of i = 1 ... n: ``Mass("1e-3*0.99**i", repeat=1000)``.
     """
+
+    block = "MassBlock"
 
     def __init__(
         self,
@@ -263,8 +300,10 @@ class Contact(BodyKeys):
         Number n of contacts made from this one, with formulas of i = 1 ... n: ``Contact("bead_{i}", "bead_{i + 1}",
         repeat=999)``.
     **others
-        Other keys of a case file; unknown ones are refused by `Case`.
+        Other keys of a case file; unknown ones are refused.
     """
+
+    block = "ContactBlock"
 
     def __init__(
         self,
@@ -302,6 +341,8 @@ class Chain(BodyKeys):
         Other keys of a contact.
     """
 
+    block = "ContactBlock"
+
     def __init__(
         self,
         bodies: Sequence[str],
@@ -318,6 +359,8 @@ class Link(BodyKeys):
 
     Without inertia it is a uniform bar. A flexible link is a `Beam`.
     """
+
+    block = "LinkBlock"
 
     def __init__(self, *, length: Value, mass: Value, inertia: Value | None = None, **others: Any) -> None:
         super().__init__(kind="link", length=length, mass=mass, inertia=inertia, **others)
@@ -345,8 +388,10 @@ class Joint(BodyKeys):
     axial_modes : int
         Axial shapes of a beam; without one it keeps its length.
     **others
-        Other keys of a case file; unknown ones are refused by `Case`.
+        Other keys of a case file; unknown ones are refused.
     """
+
+    block = "JointBlock"
 
     def __init__(
         self,

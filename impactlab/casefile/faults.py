@@ -8,6 +8,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from impactlab.casefile.synonyms import meant, renamed
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError, ImpactlabError, combined
 
@@ -63,13 +64,7 @@ def _words(
             return str(context["text"]), FIX_VALUE
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
-            name = keys[-1]
-            comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
-            inside = _key_inside(name, _blocks_at(keys[:-1], data, allowed))
-            return (
-                f"the key {shown(name)} is not known here.{inside or closest(name, names)}{comma}",
-                f"Allowed: {listed(names)}." if names else "This block takes no parameters: remove the key.",
-            )
+            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed))
         case "missing":
             return "this key is missing", _what_to_add(keys, data, allowed)
         case "union_tag_not_found":
@@ -109,6 +104,18 @@ def _words(
             )
         case _:
             return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", FIX_VALUE
+
+
+def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]] = ()) -> tuple[str, str]:
+    """Return text and remedy of a key that is not known among names; ``blocks`` are those in which it was sought."""
+    comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
+    key = meant(name)
+    hint = renamed(name, names, _key_inside(key.name, blocks) if key is not None else "")
+    hint = _key_inside(name, blocks) or hint or closest(name, names)
+    return (
+        f"the key {shown(name)} is not known here.{hint}{comma}",
+        f"Allowed: {listed(names)}." if names else "This block takes no parameters: remove the key.",
+    )
 
 
 def _tags(context: Any) -> str:

@@ -11,6 +11,10 @@ from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import Left, code_of, reporting, say_hints
 from impactlab.errors import ImpactlabError
 
+PREDICTED = (
+    "the run chooses its method within the tolerance; dt and steps are a prediction (impactlab choose tries all)"
+)
+
 
 def check(
     case: CaseFile, sets: Sets = None, method: Method = None, variant: Variant = None, as_json: Json = False
@@ -34,6 +38,8 @@ def check(
                 plan = api.prepare(chosen)
                 warned = [warning._asdict() for warning in plan.warnings]
                 plans[name] = {"status": "accepted", "dt": plan.dt, "steps": plan.steps, "warnings": warned}
+                if chosen.simulation().method.tolerance is not None:
+                    plans[name]["predicted"] = PREDICTED
             except ImpactlabError as error:
                 chosen.place(error)
                 faults.append((name, error))
@@ -91,7 +97,7 @@ def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
 def _brief(document: dict[str, Any]) -> dict[str, Any]:
     """Return the document without the refusals, which go to standard error, and with a few of many contacts."""
     methods = {
-        name: {key: plan[key] for key in ("status", "dt", "steps") if key in plan}
+        name: {key: plan[key] for key in ("status", "dt", "steps", "predicted") if key in plan}
         for name, plan in document["methods"].items()
     }
     resolved = {key: value for key, value in document["resolved"].items() if key != "methods"}

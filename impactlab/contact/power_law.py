@@ -42,7 +42,7 @@ def approach_speed(port: Port, reply: Reply) -> float:
     if speed == 0.0:
         gap, free_gap = port.gap, port.free_gap
         share = gap / (gap - free_gap) if gap > 0.0 else 0.0
-        if port.averaged == 0.0 and port.acting_gap_per_force == 0.0 and port.gap_rate < 0.0:
+        if port.averaged == 0.0 and port.acting_gap_per_force == 0.0 and port.gap_rate * port.dt < 0.0:
             # Rates are those in the middle of the step before, in which the faces met, and of the step itself.
             share = 0.5 - min(1.0, gap / (port.gap_rate * port.dt))
         speed = -(port.gap_rate + share * (port.free_gap_rate - port.gap_rate))

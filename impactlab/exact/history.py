@@ -38,6 +38,7 @@ from impactlab.history.unmet import never_met
 from impactlab.history.waves import wave_body
 from impactlab.lazy import lazy
 from impactlab.metrics.grazing import near_grazing
+from impactlab.metrics.linear_theory import overstrained
 from impactlab.scene.bodies.base import PLACE_ROUNDING
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.method import Simulation
@@ -175,7 +176,7 @@ class ContinuousHistory(AbstractHistory):
         names = [contact.name for contact in meeting] if np.isfinite(trip) else []
         texts = [near_grazing(self, name, trip) for name in names]
         found = [Warned("near_grazing", text) for text in texts if text is not None]
-        return [*found, *without_touch(self, meeting)]
+        return [*found, *without_touch(self, meeting), *overstrained(self)]
 
     def _find_spans(self) -> tuple[ContactSpan, ...]:
         found: list[tuple[str, float, float | None]] = []

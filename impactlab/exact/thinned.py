@@ -29,6 +29,7 @@ from impactlab.history.base import (
     within_run,
 )
 from impactlab.history.noise_floor import above_noise
+from impactlab.metrics.linear_theory import overstrained
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.method import Simulation
@@ -158,6 +159,7 @@ class Thinner:
         history.links, history.changes = self.links, tuple(self.changes)
         history.fields = self.fields
         history.warnings.extend(without_touch(history, [c for c in self.scene.contacts if c.name not in joined]))
+        history.warnings.extend(overstrained(history))
         history.cost.steps = int(log.state["intervals"])
         return history
 

@@ -82,7 +82,7 @@ class Warned(NamedTuple):
 
 
 # Codes of warnings about a doubtful result: shown first.
-SERIOUS = ("tolerance_not_met", "energy_gain", "energy_loss", "coordinates_change")
+SERIOUS = ("tolerance_not_met", "energy_gain", "energy_loss", "coordinates_change", "large_strain")
 
 
 @dataclass

@@ -23,6 +23,7 @@ from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import DoubtfulResult, ImpactlabError, UnusualValue
+from impactlab.hopkinson.alignment import warn_if_apart
 from impactlab.hopkinson.offsets import warn_of_offsets, zeroed
 from impactlab.hopkinson.separation import GUARD, parted, same_length
 from impactlab.hopkinson.windows import THRESHOLD, above, cut
@@ -355,7 +356,8 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
     Warns
     -----
     UnusualValue
-        If the specimen is wider than the bar.
+        If the specimen is wider than the bar, or the forces on its two faces differ at the first rise by more than its
+        momentum: records that do not begin at one instant, or wrong distances of the gauges.
 
     References
     ----------
@@ -370,6 +372,7 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
             f"the specimen is wider than the bar, {prefixed(specimen.diameter, 'm')} and "
             f"{prefixed(test.bar.diameter, 'm')}: its edge touches no bar. Check the units of both diameters."
         )
+    warn_if_apart(test.dt, test.bar, test.incident, test.forces, specimen.area * specimen.length)
     front, back = test.forces
     incident, reflected, transmitted = test.incident, test.reflected, test.transmitted
     speed = test.bar.wave_speed / specimen.length

@@ -26,7 +26,7 @@ from impactlab.fits.trials import Trials, Values
 from impactlab.history.base import AbstractHistory
 from impactlab.piling.case_method import first_peak
 from impactlab.piling.measured import Driven, checked, driven_by, soil_path
-from impactlab.piling.signs import check_work, warn_of_offsets, warn_of_proportion, warn_of_times
+from impactlab.piling.signs import check_length, check_work, warn_of_offsets, warn_of_proportion, warn_of_times
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
@@ -109,7 +109,8 @@ def match(
     ------
     CaseError
         If signals differ in length, are not finite or not in order of time, a name is not that of a number of the soil
-        or is given twice, or the head cannot be identified.
+        or is given twice, the head cannot be identified, or the signals last longer than 1000 round trips of a wave
+        through the pile, as times in ms do.
     ImpactlabError
         If the force does no work on the pile: a signal is zero, or has the other sign.
 
@@ -128,6 +129,7 @@ def match(
     driven = driven_by(case, t, measured_force)
     numbers = list(_numbers(case, driven.blocks, free))
     check_work(t, measured_force, measured)
+    check_length(t, driven.case.scene().elastic[driven.body].round_trip)
     _warn_if_unusual(driven, t, measured_force, measured)
     signal = Signal(driven.velocity, t, driven.direction * measured)
     problem = MatchProblem(driven.case, signal, numbers)

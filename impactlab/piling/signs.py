@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from impactlab.errors import ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError
 from impactlab.measurement.inputs import warn_unusual
 from impactlab.prefixes import prefixed
 from impactlab.types import Array
@@ -54,6 +54,18 @@ def warn_of_times(time: Array, trip: float) -> None:
         warn_unusual(
             f"the samples are {interval:.3g} s apart over {length:.3g} s, and 2 L/c of the pile is {trip:.3g} s. Times "
             "are in seconds: multiply those in ms by 1e-3."
+        )
+
+
+def check_length(time: Array, trip: float) -> None:
+    """Raise `CaseError` where a run over times [s] would be far longer than a blow, ``trip`` [s] being 2 L/c."""
+    length = float(time[-1] - time[0])
+    if length > MAX_TRIPS * trip:
+        raise CaseError(
+            f"the signals last {length:.3g} s, {length / trip:.3g} round trips 2 L/c of the pile, {trip:.3g} s each. "
+            f"Allowed: up to {MAX_TRIPS:g}",
+            remedy="Give times in seconds: multiply those in ms by 1e-3. Cut a longer record after the blow.",
+            path="time",
         )
 
 

@@ -23,11 +23,16 @@ MAX_FAILURES = 3  # levels of a description that may fail
 FINER = 3  # times the fineness of a level that failed is that of the next: the coarser one beside it is finer, too
 
 
+def is_taken_at_once(exact: Description | None) -> bool:
+    """Return whether the exact march is predicted to cost no more than the least of any run with steps."""
+    return exact is not None and exact.seconds(0) <= EXACT_ADVANTAGE * FIXED_S
+
+
 def at_once(
     exact: Description | None, asked: Simulation, failed: list[ImpactlabError], progress: Progress | None = None
 ) -> tuple[Study, Level] | None:
-    """Return the exact run where its march is predicted to cost no more than the least of any run with steps."""
-    if exact is None or exact.seconds(0) > EXACT_ADVANTAGE * FIXED_S:
+    """Return the exact run where it is taken without a comparison."""
+    if exact is None or not is_taken_at_once(exact):
         return None
     return find_best([Study(exact, 0)], asked, failed, progress)
 

@@ -23,7 +23,8 @@ HEADINGS = ("candidate", "predicted", "estimated", "measured", "predicted ms", "
 def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]:
     """Return the choice as a run makes it, and every description refined until it keeps the tolerance.
 
-    Where a description does so in two runs, which show no order, a third and coarser one shows it.
+    Where a description does so in two runs, which show no order, a third and coarser one shows it. Of runs that the
+    choice has made, too, the estimates are those of the choice, by the runs it had then.
 
     ``physics`` are the scene and the laws that errors refer to. Measured errors are the largest relative ones of the
     quantities that count; None without a reference.
@@ -35,15 +36,21 @@ def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]
     def measured(run: AbstractHistory) -> float | None:
         return None if exact is None else difference(run, exact.history, *counted(asked))
 
+    chosen = {each.candidate: each for each in history.choice.ladder if each.estimated_error is not None}
     studies, why = studies_of(asked)
     ladder = []
     for study in studies:
         best = find_best([study], asked, [])
         show_order(study, asked)
         for level in study.levels:
-            met = level.error <= history.choice.tolerance
-            record = ladder_of.candidate(study, level, "kept" if met else "trial", level.reason)
-            ladder.append(record._replace(measured_error=measured(level.history)))
+            record = ladder_of.candidate(study, level, "trial", level.reason)
+            error = level.error
+            if (own := chosen.get(record.candidate)) is not None and own.estimated_error is not None:
+                error = own.estimated_error
+                reason = level.reason if own.verdict == "chosen" else own.reason
+                record = record._replace(estimated_error=error, reason=reason)
+            met = error <= history.choice.tolerance
+            ladder.append(record._replace(measured_error=measured(level.history), verdict="kept" if met else "trial"))
         if best is None or best[1].error > history.choice.tolerance:
             ladder.append(ladder_of.candidate(study, None, "rejected", study.closed))
     document = {

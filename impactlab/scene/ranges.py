@@ -74,11 +74,16 @@ def check_scales(scene: Scene) -> None:
         _apart(body, path)
 
 
+def is_solid(body: ElasticBody) -> bool:
+    """Return whether waves run through every piece of a body at a speed that solids have."""
+    return all(SOLID.least <= piece.wave_speed <= SOLID.most for piece in body.segments)
+
+
 def odd_speeds(scene: Scene) -> Iterator[str]:
     """Give a sentence for each body with a wave speed that no solid has."""
     for name, body in scene.elastic.items():
-        odd = [piece.wave_speed for piece in body.segments if not SOLID.least <= piece.wave_speed <= SOLID.most]
-        if odd:
+        if not is_solid(body):
+            odd = [piece.wave_speed for piece in body.segments if not SOLID.least <= piece.wave_speed <= SOLID.most]
             yield (
                 f"bodies.{name}.material: the wave speed is {odd[0]:.4g} m/s, and that of solids lies between "
                 f"{SOLID.least:g} and {SOLID.most:g} m/s; is a unit missing, as in '210 GPa'?"

@@ -12,6 +12,7 @@ from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.unmet import never_met
 from impactlab.mechanisms.model import MechanismModel, Turned
 from impactlab.metrics.grazing import grazing_kick, near_grazing
+from impactlab.metrics.linear_theory import overstrained
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
 from impactlab.scene.facts import moving_faces
@@ -74,7 +75,7 @@ def add_warnings(history: AbstractHistory) -> None:
             "reply does not count it as `dissipated`"
         )
         found.append(Warned("energy_loss", text))
-    found += dropped_in_maps(history)
+    found += [*dropped_in_maps(history), *overstrained(history)]
     if scene.round_trip > 0.0:
         for contact in meeting:
             graze = near_grazing if laws[contact.name].answers_force else grazing_kick

@@ -184,7 +184,7 @@ def impulse(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N", CONTACT)
 def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Largest contact force; missing where the law gives impulses alone, and of a link, whose forces `links` gives."""
+    """Largest contact force; missing where the law gives impulses alone, and of a link, which pulls, too."""
     peaks = {name: [span.peak_force for span in history.spans(name)] for name in (each.name for each in scene.contacts)}
     return {
         name: max(

@@ -123,3 +123,9 @@ def test_a_rod_hands_its_momentum_to_the_bar_through_the_beads() -> None:
     assert given[0] > given[-1] > 0.9 * given[0]
     peaks = [max(span.peak_force or 0.0 for span in history.spans(each.name)) for each in history.scene.contacts]
     assert min(peaks) > 0.0
+
+
+def test_beads_far_ahead_of_the_wave_move_by_less_than_a_float_holds():
+    """The speed of the last face underflowed with the step: the run ended in a division by zero at step 46."""
+    history = il.run(case_of("chain_between_rods").with_settings({"solve.duration": 2e-5}))
+    assert history.energy.largest_gain < 0.01

@@ -75,7 +75,7 @@ def test_texts_that_look_like_numbers_stay_texts() -> None:
 @pytest.mark.parametrize(
     ("keys", "path", "words"),
     [
-        ({"lenght": 1.0}, "bodies.rod.lenght", "Did you mean 'length'"),
+        ({"lenght": 1.0}, "Rod.lenght", "Did you mean 'length'"),
         ({"length": "3 kg"}, "bodies.rod.length", "another dimension"),
         ({"area": -1.0}, "bodies.rod.area", "out of range"),
         ({"material": "stel"}, "bodies.rod.material", "Did you mean 'steel'"),
@@ -231,3 +231,46 @@ def test_times_and_channel_in_the_wrong_order_are_told_so():
             history.evaluate("force:hammer|rod.left", [1e-5])
     with pytest.raises(il.CaseError, match="takes the path of a file, not a dict"):
         il.load_case({"bodies": {}})
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: il.Mass(mass=1, speed=1), "Mass.speed: the key 'speed' is not known here. Did you mean 'velocity'?"),
+        (lambda: il.Rod(length=1, rho=7800), "In a case it is 'density'. It stands inside 'material'"),
+        (lambda: il.Contact("a", "b", stifness=2), "Contact.stifness: the key 'stifness' is not known here."),
+        (lambda: il.Link(length=1, mass=1, colour="red"), "Link.colour: the key 'colour' is not known here."),
+    ],
+)
+def test_unknown_keys_are_refused_where_they_are_written(made, said):
+    """They were accepted until the case was built."""
+    with pytest.raises(il.CaseError) as refused:
+        made()
+    assert said in str(refused.value)
+    assert "Allowed: " in refused.value.remedy
+    assert repr(refused.value) == f"CaseError({str(refused.value).splitlines()[0]!r})"
+
+
+@pytest.mark.parametrize(
+    ("where", "given", "said"),
+    [
+        ("solve", "end_time", "Did you mean 'duration'?"),
+        ("solve", "time", "Did you mean 'duration'?"),
+        ("solve", "T_end", "Did you mean 'duration'?"),
+        ("solve", "timestep", "In a case it is 'dt'. It stands inside 'step': write step: {dt: ..., ...}."),
+        ("solve", "dx", "In a case it is 'elements'"),
+        ("", "t_end", "It stands inside 'solve': write solve: {duration: ..., ...}."),
+        ("rod", "E", "In a case it is 'young'. It stands inside 'material': write material: {young: ..., ...}."),
+        ("rod", "youngs_modulus", "write material: {young: ..., ...}."),
+        ("rod", "density", "It stands inside 'material': write material: {density: ..., ...}."),
+        ("rod", "radius", "Did you mean 'diameter' (twice the radius)?"),
+        ("rod", "v0", "Did you mean 'velocity'?"),
+    ],
+)
+def test_keys_as_other_programs_call_them_name_those_of_a_case(where, given, said):
+    rod = {"kind": "rod", "length": 1, "diameter": 0.02, "material": "steel"}
+    blocks = {"bodies": {"rod": rod}, "solve": {"duration": 1e-3, "tolerance": 1e-3}}
+    {"": blocks, "solve": blocks["solve"], "rod": rod}[where][given] = 1
+    with pytest.raises(il.CaseError) as refused:
+        il.Case.from_dict(blocks)
+    assert said in refused.value.text

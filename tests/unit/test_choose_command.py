@@ -8,7 +8,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import impactlab as il
+from impactlab import api
 from impactlab.cli import app
+from impactlab.refine import choice
 
 CASES = Path(__file__).parents[2] / "cases"
 PAPER = str(CASES / "axial_impact.yaml")
@@ -64,6 +67,23 @@ def test_check_says_what_would_be_tried_first():
     assert out.exit_code == 0
     assert document["methods"]["base"]["status"] == "accepted"
     assert document["resolved"]["solve"]["tolerance"] == 1e-3
+    assert document["methods"]["base"]["dt"] is None
+    assert document["methods"]["base"]["steps"] == 0
+    assert "a prediction" in document["methods"]["base"]["predicted"]
+
+
+def test_check_knows_that_the_exact_solution_is_taken_at_once(monkeypatch):
+    """It printed the step of the run with steps that was predicted to be a little cheaper, and none is taken."""
+    case = il.load_case(PAPER).with_settings({"solve.tolerance": 1e-3}).method("base")
+    monkeypatch.setattr(choice, "studies_of", lambda asked: pytest.fail("no study is needed"))
+    assert api.prepare(case).dt is None
+
+
+def test_check_says_that_a_step_under_a_tolerance_is_a_prediction():
+    case = str(CASES / "hunt_crossley_ball.yaml")
+    told = invoke("check", case, "--set", "solve.tolerance=0.05").stdout
+    assert "predicted: the run chooses its method within the tolerance" in told
+    assert "predicted" not in invoke("check", PAPER, "--method", "base").stdout
 
 
 def test_run_names_the_line_of_a_tolerance_beside_a_step(tmp_path):
@@ -77,3 +97,32 @@ def test_run_names_the_line_of_a_tolerance_beside_a_step(tmp_path):
     assert error["line"] is not None
     assert error["path"].startswith("solve.")
     assert "automatic choice" in error["text"]
+
+
+STEPPED = """
+schema_version: 1
+bodies:
+  hammer: {kind: mass, mass: 0.74 kg, velocity: 1 m/s}
+  rod:
+    kind: rod
+    ends: {right: clamped}
+    segments:
+      - {material: steel, length: 0.2 m, diameter: 25 mm}
+      - {material: steel, length: 0.3 m, diameter: 15 mm}
+contacts:
+  - {between: [hammer, rod.left], law: {kind: hertz, stiffness: 1.0e+10}}
+solve: {duration: 0.3 ms, tolerance: 1.0e-2}
+"""
+
+
+def test_the_table_and_the_choice_state_one_error_for_one_run(tmp_path):
+    """The table had a third run that the choice had not made, and stated 2.1e-4 where the choice stated 2.9e-4."""
+    case = tmp_path / "stepped.yaml"
+    case.write_text(STEPPED, encoding="utf-8")
+    document = json.loads(invoke("choose", str(case), "--json").stdout)
+    chosen = document["choice"]["chosen"]["candidate"]
+    rows = {rung["candidate"]: rung["estimated_error"] for rung in document["ladder"]}
+    assert rows[chosen] == document["choice"]["expected_error"]
+    for rung in document["choice"]["ladder"]:
+        if rung["estimated_error"] is not None and rung["candidate"] in rows:
+            assert rows[rung["candidate"]] == rung["estimated_error"]

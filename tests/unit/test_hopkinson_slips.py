@@ -91,3 +91,29 @@ def test_two_gauges_on_a_bar_that_is_not_at_rest_at_the_first_sample_are_named()
     one, two = (row[300:] for row in apart())
     with pytest.warns(UnusualValue, match="begin the record before the first pulse"):
         hopkinson.two_gauges(one, two, DT, BAR, (0.5, 0.6), 0.5)
+
+
+SPECIMEN = hopkinson.Specimen(length=0.005, diameter=0.01)
+
+
+def shifted(distance: float = 0.75, late: int = 0) -> hopkinson.Curve:
+    """Return the curve with a transmission record that begins late, and a wrong distance of the incident gauge."""
+    one, two = gauges()
+    test = hopkinson.measured(one, np.roll(two, late), DT, BAR, (distance, 0.75), far_ends=(2.0, 2.0))
+    return hopkinson.evaluate(test, SPECIMEN)
+
+
+@pytest.mark.parametrize("change", [{"late": 20}, {"late": 12}, {"distance": 0.70}])
+def test_waves_that_do_not_belong_together_are_named(change: dict[str, float]) -> None:
+    """The two faces of the specimen differ by the momentum of the specimen alone: 0.3 us of the incident force."""
+    with pytest.warns(UnusualValue, match="the forces on the two faces of the specimen differ by an impulse"):
+        shifted(**change)  # type: ignore[arg-type]
+
+
+def test_waves_that_belong_together_are_usual() -> None:
+    """A sample, or half a centimetre, is within what gauges and triggers are known to."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        shifted()
+        shifted(late=1)
+        shifted(distance=0.745)

@@ -109,3 +109,10 @@ def test_a_match_names_signals_whose_units_do_not_fit() -> None:
     case = il.load_case("measured_head").with_("solve.model.elements", 10)
     with pytest.warns(UnusualValue, match="force is 4 MN and impedance times velocity 4 GN"):
         match(case, given["time"], given["force"], given["velocity"], ["toe.capacity"])
+
+
+def test_a_match_refuses_times_in_milliseconds() -> None:
+    """It warned of them, and went on with runs of a thousand times the length, for minutes."""
+    given = recorded(time=lambda t: 1e3 * t)
+    with pytest.raises(il.CaseError, match=r"the signals last 50 s, 5e\+03 round trips 2 L/c of the pile"):
+        match(il.load_case("measured_head"), given["time"], given["force"], given["velocity"], ["toe.capacity"])

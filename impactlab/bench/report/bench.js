@@ -208,9 +208,12 @@ function fromAddress(moved) {
 async function start() {
   data = JSON.parse(new TextDecoder().decode(await inflated($("data").textContent)));
   document.documentElement.classList.add("js");
+  const known = (k) => data.scenes.some(({ right }) => right[k].some((value) => value > 0));
+  state.right = Math.max(0, data.sideways.findIndex((_, k) => known(k))); // steps, of a table without times
   $("case").append(...[...new Set(data.scenes.map((each) => each.case))].map((name) => new Option(name)));
   $("up").append(...data.upwards.map(([name], k) => new Option(name, k)));
   $("right").append(...data.sideways.map(([name], k) => new Option(name, k)));
+  $("right").value = state.right;
   $("case").addEventListener("change", (event) => choose(data.scenes.findIndex((each) => each.case === event.target.value)));
   $("variant").addEventListener("change", (event) => choose(Number(event.target.value)));
   for (const axis of ["up", "right"]) $(axis).addEventListener("change", (event) => { state[axis] = Number(event.target.value); drawDiagram(); });

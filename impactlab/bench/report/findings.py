@@ -47,7 +47,7 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
     wins = collections.Counter(lead.method for lead in leads)
     if not wins:
         named = f"At {power(tolerance)} no method with steps off special grids meets both norms"
-        return f"{named} in any of {_scenes(len(kept))}."
+        return f"{named}{f' in any of {_scenes(len(kept))}' if len(kept) > 1 else ''}."
     if all(lead.solve_s is None for lead in leads):  # nothing was timed
         return ""
     if len(kept) == 1:

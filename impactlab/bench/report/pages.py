@@ -143,6 +143,7 @@ def write_index(
     command : str
         The command that repeats it, if known.
     """
+    timed = any(row.solve_s is not None for row in rows)
     maps, profiles, kinds = [], [], formats or ("svg",)
     many = len(scenes) >= MIN_SCENES
     for t in TOLERANCES if many else ():
@@ -161,6 +162,7 @@ def write_index(
         "command": command,
         "formats": ", ".join(kinds).upper(),
         "data": bench_data(scenes, look),
+        "timed": timed,
         "scenes": [_section(out, scene, figure) for scene, figure in zip(scenes, drawn, strict=True)],
         "findings": findings(scenes),
         "certainty_words": certainty_words(rows, scenes),
@@ -172,7 +174,7 @@ def write_index(
         "profiles": classed[len(maps) :],
         "rankings": [
             (f"{norm.title}{CLOCK_TABS[clock]}", write_sheet(out, ranking_sheet(scenes, norm, clock)))
-            for clock in CLOCKS
+            for clock in (CLOCKS if timed else ["solve"])
             for norm in GOALS
         ],
         "excluded": excluded(scenes, BOTH),

@@ -1,0 +1,59 @@
+"""Keys as other programs call them, and what they are called in a case: hints for keys that are not known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+
+class Key(NamedTuple):
+    """A key of a case, and how the value changes, if it does."""
+
+    name: str
+    note: str = ""
+
+
+NAMES: Mapping[Key, str] = {
+    Key("duration"): "time end_time t_end tend endtime t_final final_time tmax t_max total_time run_time",
+    Key("dt"): "timestep time_step delta_t step_size stepsize",
+    Key("velocity"): "v v0 v_0 speed initial_velocity initial_speed impact_velocity vel",
+    Key("density"): "rho",
+    Key("young"): "e young_modulus youngs_modulus young's_modulus youngsmodulus elastic_modulus modulus",
+    Key("poisson"): "nu poissons_ratio poisson_ratio",
+    Key("length"): "l",
+    Key("area"): "a cross_section cross_section_area",
+    Key("diameter"): "d dia",
+    Key("diameter", "twice the radius"): "r radius",
+    Key("inertia"): "i second_moment moment_of_inertia",
+    Key("mass"): "m",
+    Key("elements", "their number, of the model"): "dx n_elements num_elements nelements element_size mesh_size mesh",
+    Key("modes", "of the model"): "n_modes num_modes nmodes",
+    Key("ends"): "bc bcs boundary boundary_conditions supports",
+    Key("stiffness"): "k kn contact_stiffness penalty",
+    Key("restitution"): "cor coefficient_of_restitution",
+    Key("gap"): "clearance initial_gap distance",
+    Key("tolerance"): "tol rtol accuracy",
+    Key("integrator"): "solver scheme time_integration",
+    Key("courant"): "cfl courant_number",
+    Key("gravity"): "g",
+}  # fmt: skip
+KEYS = {name: key for key, names in NAMES.items() for name in names.split()}
+
+
+def meant(name: str) -> Key | None:
+    """Return the key of a case that another program calls by this name, in letters of any size."""
+    return KEYS.get(name.strip().lower().replace(" ", "_").replace("-", "_"))
+
+
+def renamed(name: str, allowed: Iterable[str], inside: str = "") -> str:
+    """Return a sentence on what an unknown key is called in a case, or nothing.
+
+    ``inside`` is the sentence on the block inside this one that has the key.
+    """
+    key = meant(name)
+    if key is None:
+        return ""
+    note = f" ({key.note})" if key.note else ""
+    if key.name in allowed:
+        return f" Did you mean {key.name!r}{note}?"
+    return f" In a case it is {key.name!r}{note}.{inside}"

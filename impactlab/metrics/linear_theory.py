@@ -1,0 +1,164 @@
+"""The warning ``large_strain``: a rod or beam of a run leaves the linear theory that it is computed by."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory, Warned
+from impactlab.scene.bodies import Beam, WaveBody
+from impactlab.scene.facts import beams_of, rods_of
+from impactlab.scene.problem import Contact
+from impactlab.scene.ranges import is_solid
+
+LINEAR = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
+MAX_STRAIN = 2.0 * LINEAR  # of an estimate within a factor of two: what is warned of is above it
+SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy of a run
+
+
+def overstrained(history: AbstractHistory) -> Iterator[Warned]:
+    """Give a warning for each rod or beam whose largest strain in a run is beyond linear theory, about a hundredth.
+
+    The strain is estimated, within a factor of about two, without reading fields: of a rod from the contact forces over
+    E A, of a beam from the speed and the way of its struck places. Bodies of a material that no solid is, as those of
+    unit constants, have no such limit; `impactlab.scene.ranges` tells of them.
+    """
+    scene = history.scene
+    rods = [body for body in rods_of(scene) if "strain" in body.quantities and is_solid(body)]  # no shafts
+    beams = [beam for beam in beams_of(scene) if is_solid(beam)]
+    if not rods and not beams:
+        return
+    met: dict[str, list[tuple[Contact, float]]] = {body.name: [] for body in (*rods, *beams)}
+    for contact in scene.contacts:
+        for point in (contact.left, contact.right):
+            if point.body in met:
+                met[point.body].append((contact, point.x))
+    links = {link.name: max(abs(link.largest), abs(link.smallest)) for link in history.links}
+    for rod in rods:
+        yield from _warned(rod.name, strain_of_rod(history, rod, met[rod.name], links))
+    for beam in beams:
+        yield from _warned(beam.name, strain_of_beam(history, beam, met[beam.name], links))
+
+
+def _warned(name: str, strain: float) -> Iterator[Warned]:
+    if strain > MAX_STRAIN:
+        yield Warned(
+            "large_strain",
+            f"'{name}' is strained by about {100.0 * strain:.2g} % (an estimate within a factor of two): linear theory "
+            f"holds up to about {100.0 * LINEAR:g} %, and few materials bear more without yielding; check speeds, "
+            "masses and sizes with their units, and read the result as that of a linear material without a limit",
+        )
+
+
+def strain_of_rod(
+    history: AbstractHistory, rod: WaveBody, met: list[tuple[Contact, float]], links: dict[str, float]
+) -> float:
+    """Return about the largest strain of a rod, from its contacts with their places x [m] and the forces of links [N].
+
+    A contact force strains the sections beside it. Into further segments its wave goes with the share that their
+    impedances let through. Fronts that add up at a far end, by two at most, are left out. Peaks of single elements,
+    whose energy would be more than that of the run, are none of the rod.
+    """
+    strains = [0.0]
+    if rod.is_held:
+        strains.append(abs(rod.velocity) / min(segment.wave_speed for segment in rod.segments))
+    for contact, x in met:
+        force = _force_of(history, contact, links)
+        if force is None:  # of an impulse law: that of the speed at which the faces meet at first
+            force = _speed(history, contact) * rod.impedance_at(x)
+        if rod.is_inner(x):
+            before, after = rod.segment_before(x), rod.segment_at(x)
+            strains.append(force / (before.young * before.area + after.young * after.area))
+        else:
+            strains.append(force * _strain_per_force(rod, x))
+    for x, end in rod.ends:
+        if end.is_loaded:
+            strains.append(end.largest_force(history.duration) * _strain_per_force(rod, x))
+    strain = max(strains)
+    if strain > MAX_STRAIN:  # only here, as the energies of an exact run are computed on first use
+        energy = max(history.energy.at_stake, float(np.max(history.energy.total - history.energy.total[0])))
+        softest = min(segment.young * segment.area for segment in rod.segments)
+        strain = min(strain, math.sqrt(2.0 * energy / (softest * SHORTEST_WAVE * rod.length)))
+    return strain
+
+
+def _strain_per_force(rod: WaveBody, x: float) -> float:
+    """Return the largest strain over segments per force [1/N] of a wave that starts at an end x [m]."""
+    segments = rod.segments if x == 0.0 else rod.segments[::-1]
+    share, found = 1.0, 1.0 / (segments[0].young * segments[0].area)
+    for one, other in itertools.pairwise(segments):
+        share *= 2.0 * other.impedance / (one.impedance + other.impedance)
+        found = max(found, share / (other.young * other.area))
+    return found
+
+
+def strain_of_beam(
+    history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]], links: dict[str, float]
+) -> float:
+    """Return about the largest strain of a beam, from its contacts with their places x [m] and the forces of links [N].
+
+    A place that moves at v across the beam strains waves and modes of any length by v e/(c r), with the outer fibre e
+    and the radius of gyration r; a place that is moved by w strains a held beam by that of its static bow. Of a beam
+    that is not held, which may move as a whole, the strain is at most that of the forces in a lever of its length.
+    """
+    fibre = max(_fibre(segment.gyration, segment.height) for segment in beam.segments)
+    slowest = min(segment.wave_speed * segment.gyration for segment in beam.segments)
+    softest = min(segment.bending_stiffness for segment in beam.segments)
+    fastest = abs(beam.velocity) if beam.is_held else 0.0
+    channels = frozenset(history.channels()) if met else ()
+    bow, forces = 0.0, [_force_of(history, contact, links) for contact, _ in met]
+    for contact, x in met:
+        name = beam.face_channel(x)
+        if name not in channels:
+            continue
+        speed, way = _motion(history, name, beam.velocity)
+        fastest = max(fastest, min(speed, 2.0 * _speed(history, contact) or speed))
+        bow = max(bow, way * _bow(beam, x))
+    waves = fastest / slowest
+    if not beam.is_held and all(force is not None for force in forces) and not any(e.is_loaded for _, e in beam.ends):
+        waves = min(waves, sum(force or 0.0 for force in forces) * beam.length / softest)
+    loads = sum(end.largest_force(history.duration) for _, end in beam.ends if end.is_loaded)
+    return fibre * max(waves, bow, loads * beam.length / softest if beam.is_held else 0.0)
+
+
+def _fibre(gyration: float, height: float) -> float:
+    """Return the distance of the outer fibre from the neutral axis [m], of a rectangle where no height is known."""
+    return 0.5 * height if height > 0.0 else math.sqrt(3.0) * gyration
+
+
+def _motion(history: AbstractHistory, channel: str, at_start: float) -> tuple[float, float]:
+    """Return by how much the velocity of a place changes [m/s], and how far it is moved [m]."""
+    times = np.linspace(0.0, history.duration, 2001)
+    moved = history.evaluate(times, channel)
+    speeds = np.diff(moved) / np.diff(times)
+    return float(np.abs(speeds - at_start).max()), float(np.abs(moved - moved[0]).max())
+
+
+def _bow(beam: Beam, x: float) -> float:
+    """Return the curvature per deflection [1/m2] of a static force at x on a uniform beam; 0 of one that is not held.
+
+    Of a cantilever it is 3/a2, with the distance a of the force from the clamped end; between two supports 3/(a b).
+    """
+    held = [abs(x - at) for at, end in beam.ends if end.kind in ("clamped", "pinned")]
+    if len(held) == 2:
+        return 3.0 / (held[0] * held[1]) if min(held) > 0.0 else 0.0
+    clamped = [abs(x - at) for at, end in beam.ends if end.kind == "clamped"]
+    return 3.0 / clamped[0] ** 2 if clamped and clamped[0] > 0.0 else 0.0
+
+
+def _force_of(history: AbstractHistory, contact: Contact, links: dict[str, float]) -> float | None:
+    """Return the largest force of a contact [N]; None where its law gives impulses alone."""
+    if contact.name in links:
+        return links[contact.name]
+    spans = history.spans(contact.name)
+    known = [span.peak_force for span in spans if span.peak_force is not None]
+    return None if spans and not known else max(known, default=0.0)
+
+
+def _speed(history: AbstractHistory, contact: Contact) -> float:
+    """Return the relative speed of two bodies at t = 0 [m/s]."""
+    bodies = history.scene.bodies
+    return abs(bodies[contact.left.body].velocity - bodies[contact.right.body].velocity)

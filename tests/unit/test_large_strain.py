@@ -1,0 +1,90 @@
+"""Runs that leave linear theory say so, and those of real rods and beams do not."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import impactlab as il
+from impactlab.cli import app
+from impactlab.exact.history import ContinuousHistory
+from impactlab.metrics.linear_theory import strain_of_beam, strain_of_rod
+
+STEPPED = [
+    {"length": 0.2, "diameter": 0.025, "material": "steel"},
+    {"length": 0.3, "diameter": 0.015, "material": "steel"},
+]
+
+
+def struck(speed, **solve):
+    """Return the run of a mass that strikes a stepped rod."""
+    bodies = {
+        "hammer": il.Mass(0.74, velocity=speed),
+        "rod": il.Rod(segments=STEPPED, ends={"right": "clamped"}),
+    }
+    contact = il.Contact("hammer", "rod.left", {"kind": "addition_deletion"})
+    return il.run(il.Case(bodies=bodies, contacts=[contact], solve={"duration": "0.3 ms", **solve}))
+
+
+MESH = {
+    "model": {"kind": "finite_element", "elements": 50, "mass": "lumped"},
+    "integrator": {"kind": "central_difference"},
+    "step": {"courant": 0.9},
+}
+
+
+@pytest.mark.parametrize("solve", [{"tolerance": 1e-3}, MESH], ids=["exact", "stepped"])
+def test_a_rod_struck_beyond_linear_theory_is_warned_of(solve):
+    """At 3000 m/s the first front alone strains a steel rod by v/c = 58 %."""
+    with pytest.warns(il.DoubtfulResult, match="large_strain: 'rod' is strained by about"):
+        fast = struck(3000.0, **solve)
+    assert "large_strain" not in [each.code for each in struck(10.0, **solve).warnings]
+    assert [each.code for each in fast.warnings].count("large_strain") == 1
+
+
+def test_the_strain_of_a_rod_is_estimated_within_a_factor_of_two():
+    """The exact field is read everywhere; the first rod is stepped, the second plain and between rigid bodies."""
+    history = struck(10.0, tolerance=1e-3)
+    assert isinstance(history, ContinuousHistory)
+    rod = history.scene.bodies["rod"]
+    x, times = np.linspace(0.0, rod.length, 201), np.linspace(0.0, history.duration, 1501)
+    largest = max(np.abs(history.field("rod", t, "strain", x).values).max() for t in times)
+    estimated = strain_of_rod(history, rod, [(history.scene.contacts[0], 0.0)], {})
+    assert largest / 2.0 < estimated < 2.0 * largest
+
+
+@pytest.mark.parametrize(("mass", "x"), [(0.05, 0.25), (2.0, 0.25), (0.05, 0.5), (5.0, 0.5)])
+def test_the_strain_of_a_beam_is_estimated_within_a_factor_of_two(mass, x):
+    """A clamped strip, 20 x 5 mm, is struck in its middle and at its tip by light and heavy bodies."""
+    strip = il.Beam(
+        length=0.5,
+        section={"width": 0.02, "height": 0.005},
+        material="steel",
+        ends={"left": "clamped"},
+        theory="timoshenko",
+    )
+    contact = il.Contact("body", "strip.right" if x == 0.5 else f"strip.at({x} m)", {"kind": "hertz", "stiffness": 1e9})
+    case = il.Case(
+        bodies={"body": il.Mass(mass, velocity=1.0), "strip": strip},
+        contacts=[contact],
+        solve={
+            "duration": 0.05,
+            "model": {"kind": "finite_element", "elements": 40},
+            "integrator": {"kind": "midpoint"},
+            "step": {"dt": "5 us"},
+        },
+    )
+    history = il.run(case, frames=400)
+    beam = history.scene.bodies["strip"]
+    moments = [np.abs(history.field("strip", t, "bending_moment").values).max() for t in history.field_times("strip")]
+    largest = max(moments) * 0.0025 / beam.segments[0].bending_stiffness
+    estimated = strain_of_beam(history, beam, [(history.scene.contacts[0], x)], {})
+    assert largest / 2.0 < estimated < 2.0 * largest
+
+
+def test_materials_of_unit_constants_have_no_limit():
+    """Benchmarks with E = rho = 1 strain by as much as their authors chose."""
+    for name in ("bouncing_bar", "periodic_bar", "hopkinson_ring_up"):
+        done = CliRunner().invoke(app, ["run", f"cases/{name}.yaml", "--json"])
+        assert "large_strain" not in [each["code"] for each in json.loads(done.stdout)["warnings"]]
