@@ -45,22 +45,18 @@ class Bonded(AbstractContactLaw):
         """
         if port.rate_per_force > 0.0:  # not before the first step
             mean = 0.5 * port.dt * port.rate_per_force
-            jump, free_rate, free_gap = 0.0, port.free_gap_rate, port.free_gap
-            at_the_end = port.averaged == 0.0 and port.acting_gap_per_force > 0.0
-            if at_the_end and port.memory[0] == 0.0 and port.rate_per_impulse > 0.0:
-                # A force at the end of a step changes the velocities by a part of its impulse, so that one which stops
-                # a jump overshoots: the jump has an impulse of its own. Its rate at the end is by the trapezoidal rule.
-                jump = -(port.gap_rate + port.others_rate) / port.rate_per_impulse
-                free_gap += port.gap_per_impulse * jump
-                free_rate += (2.0 * port.gap_per_impulse / port.dt - port.rate_per_impulse) * jump
             drifts = port.averaged != 0.0 and abs(port.gap_per_force - mean) > TRAPEZOID * mean
             if drifts and port.memory[0] != 0.0:
-                reply.force = -(free_gap - port.memory[1]) / port.gap_per_force
+                reply.force = -(port.free_gap - port.memory[1]) / port.gap_per_force
             else:
-                reply.force = -free_rate / port.rate_per_force
-            travel = port.free_travel + port.gap_per_impulse * jump + port.travel_per_force * reply.force
-            reply.impulse = jump
-            reply.dissipated = max(0.0, -reply.force * travel) - 0.5 * jump * (port.gap_rate + port.others_rate)
+                reply.force = -port.free_gap_rate / port.rate_per_force
+            travel = port.free_travel + port.travel_per_force * reply.force
+            reply.dissipated = max(0.0, -reply.force * travel)
+            if port.averaged == 0.0 and port.acting_gap_per_force > 0.0 and port.rate_per_impulse > 0.0:
+                # A force at the end of a step changes the velocities by a part of its impulse, overshoots where it
+                # stops a jump, and works over the steps after it. Lost is the energy of the jump, at once.
+                jump = port.others_rate + (port.gap_rate if port.memory[0] == 0.0 else 0.0)
+                reply.dissipated = 0.5 * jump * jump / port.rate_per_impulse
             if port.memory[0] == 0.0:
-                reply.memory[0], reply.memory[1] = 1.0, free_gap + port.gap_per_force * reply.force
+                reply.memory[0], reply.memory[1] = 1.0, port.free_gap + port.gap_per_force * reply.force
         reply.trial, reply.in_contact = reply.force, 1.0
