@@ -208,13 +208,14 @@ def share_of_touch(port: Port) -> float:
     of the next one; at the start of a run, for half of the next one, which the first state holds.
     """
     p = port.parameters
-    if p[OPENS] == 0.0 or p[CAPACITY] == 0.0 or port.in_contact != 0.0 or port.time == 0.0:
+    if p[OPENS] == 0.0 or p[CAPACITY] == 0.0 or port.in_contact != 0.0:
         return NO_TOUCH
     if port.acting_gap_per_force == 0.0:
         last, first = -port.gap, -port.gap + port.gap_rate * port.memory[LAST_DT]
     else:
         last, first = -port.free_gap, -port.gap
-    if last < port.memory[SET] or first > port.memory[SET] or first >= last:
+    met_before = first > port.memory[SET] or (port.time == 0.0 and -port.gap >= port.memory[SET])
+    if last < port.memory[SET] or met_before or first >= last:
         return NO_TOUCH
     return (last - port.memory[SET]) / (last - first)
 
