@@ -217,7 +217,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
         with in_precision("the contacts of the scene", "contacts"):
             check_exact(scene, method)
         unused = () if method.integrator is None else (UNUSED,)
-        noted = (*unused, *_exactly_hard(method), *_not_counted(method))
+        noted = (*unused, *_not_stepped(method), *_exactly_hard(method), *_not_counted(method))
         return Plan(scene, method, method, None, 0, {}, {}, (), (), None, noted)
     check_bodies(scene, method)
     checked = 0
@@ -293,6 +293,13 @@ def _started(
         alike[key] = law, found[-1]
     as_given = len(laws) == len(method.laws) and all(law is method.laws[name] for name, law in laws.items())
     return method if as_given else replace(method, laws=laws), tuple(found)
+
+
+def _not_stepped(method: Method) -> Iterator[Warned]:
+    """Give a warning for a given dt in a run that takes no steps; other rules of a step may be meant for its methods."""
+    if method.step.dt is not None:
+        text = f"the exact solver takes no steps, and ignores the dt of {method.step.dt:.6g} s"
+        yield Warned("step_unused", text)
 
 
 def _exactly_hard(method: Method) -> Iterator[Warned]:
