@@ -33,7 +33,7 @@ def test_a_drift_is_warned_of_with_its_size() -> None:
     """The gap grew by 7.4e-3 m without a word; it is the impulse times the difference of the velocities per force."""
     history = resting("newmark")
     w = (np.arange(MODES) + 0.5) * math.pi
-    dt = history.dt
+    dt = history.dt or 0.0
     newmark, waves = 2.0 * np.sum(dt / (1.0 + 0.25 * (w * dt) ** 2)), 2.0 * np.sum(np.sin(w * dt) / w)
     share = 1.0 - newmark / waves
     (warned,) = [each for each in history.warnings if each.code == "messengers_apart"]
