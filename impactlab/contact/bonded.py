@@ -52,6 +52,11 @@ class Bonded(AbstractContactLaw):
                 reply.force = -port.free_gap_rate / port.rate_per_force
             travel = port.free_travel + port.travel_per_force * reply.force
             reply.dissipated = max(0.0, -reply.force * travel)
+            if port.averaged == 0.0 and port.acting_gap_per_force > 0.0 and port.rate_per_impulse > 0.0:
+                # A force at the end of a step changes the velocities by a part of its impulse, overshoots where it
+                # stops a jump, and works over the steps after it. Lost is the energy of the jump, at once.
+                jump = port.others_rate + (port.gap_rate if port.memory[0] == 0.0 else 0.0)
+                reply.dissipated = 0.5 * jump * jump / port.rate_per_impulse
             if port.memory[0] == 0.0:
                 reply.memory[0], reply.memory[1] = 1.0, port.free_gap + port.gap_per_force * reply.force
         reply.trial, reply.in_contact = reply.force, 1.0

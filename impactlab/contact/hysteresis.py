@@ -27,6 +27,10 @@ LINEAR, TABLE, JOHNSON_COOK = 1.0, 2.0, 3.0
 COWPER_SYMONDS = 1.0
 # Memory.
 SET, FORCE, SLID = 0, 1, 2  # m, N, m: of the element at the end of the last step; SLID is the way of the slider so far
+# m/s, s: of a specimen, the mean rate of its slider in the last step, and the length of that step. Where the force acts
+# at the start of a step the rate is that of its spring.
+LAST_RATE, LAST_DT = 3, 4
+NO_TOUCH = 0.5  # share of a step in which no faces meet: its force stands for half of two steps
 FREE = 1e300  # N: a yield force that is never reached
 MAX_TURNS = 200  # of the root finding; it needs some ten, bisection alone sixty
 NARROW = 2.0**-52  # of a way that is sought
@@ -63,17 +67,32 @@ def flow_stress(port: Port, strain: float, rate: float) -> float:
 
 
 @UNPACK
+def at_the_end(port: Port, mean: float, last: float) -> float:
+    """Return a rate at the end of a step from its mean in the step and in the step before, by a straight line.
+
+    With it the slider moves by the backward differentiation formula of second order, which damps stiff flow; in the
+    first step there is none but the mean.
+    """
+    if port.time == 0.0:
+        return mean
+    return mean + (mean - last) * port.dt / (port.dt + port.memory[LAST_DT])
+
+
+@UNPACK
 def stress_in_step(port: Port, sign: float, force: float, slid: float) -> float:
     """Return the flow stress [Pa] in a step in which the slider moves so far [m], under the size of a force.
 
-    Where the force acts at the start of the step, the rate is that there, the mean of the velocities before and after
-    it, less the elastic part: a rate of the step before would feed the highest frequencies.
+    The rate is that at the end of the step, as the force is. Where the force acts at the start of the step, the rate is
+    that there, the mean of the velocities before and after it, less the elastic part: a rate of the slider in the steps
+    before would feed the highest frequencies.
     """
     p = port.parameters
-    rate = slid / port.dt
     if port.averaged == 0.0 and port.acting_gap_per_force == 0.0:
+        elastic = (force - sign * port.memory[FORCE]) / (p[STIFFNESS] * port.dt)
         closing = -sign * (port.acting_rate + port.acting_rate_per_force * sign * force)
-        rate = closing - (force - sign * port.memory[FORCE]) / (p[STIFFNESS] * port.dt)
+        rate = closing - at_the_end(port, elastic, sign * port.memory[LAST_RATE])
+    else:
+        rate = at_the_end(port, slid / port.dt, max(0.0, sign * port.memory[LAST_RATE]))
     return flow_stress(port, (port.memory[SLID] + slid) / p[LENGTH], max(0.0, rate) / p[LENGTH])
 
 
@@ -175,6 +194,32 @@ def dashpot(port: Port, first: float, last: float) -> float:
     return p[DAMPING] * (p[CAPACITY] if p[CAPACITY] > 0.0 else 0.5 * (abs(first) + abs(last)))
 
 
+@UNPACK
+def meeting(port: Port) -> bool:
+    """Return whether faces that may be apart meet at the start of the step: a dashpot of its own acts from then on."""
+    return port.parameters[OPENS] != 0.0 and -port.gap == port.memory[SET] and port.gap_rate < 0.0
+
+
+@UNPACK
+def share_of_touch(port: Port) -> float:
+    """Return the part of a step since the faces met that were apart at its start, for a dashpot that acts at once.
+
+    The step is that before the instant at which the force acts. A force that jumps stands for this part of it and half
+    of the next one; at the start of a run, for half of the next one, which the first state holds.
+    """
+    p = port.parameters
+    if p[OPENS] == 0.0 or p[CAPACITY] == 0.0 or port.in_contact != 0.0:
+        return NO_TOUCH
+    if port.acting_gap_per_force == 0.0:
+        last, first = -port.gap, -port.gap + port.gap_rate * port.memory[LAST_DT]
+    else:
+        last, first = -port.free_gap, -port.gap
+    met_before = first > port.memory[SET] or (port.time == 0.0 and -port.gap >= port.memory[SET])
+    if last < port.memory[SET] or met_before or first >= last:
+        return NO_TOUCH
+    return (last - port.memory[SET]) / (last - first)
+
+
 @LAW_PART
 def total_at(port: Port, overlap: float) -> float:
     """Return the force of the step [N] if it ends at an overlap.
@@ -208,7 +253,7 @@ def total_at(port: Port, overlap: float) -> float:
     else:  # the force acts at the end of the step
         moved = overlap + port.free_gap
         rate = -port.acting_rate + port.acting_rate_per_force / port.gap_per_force * moved
-        total = force + dashpot(port, force, force) * rate
+        total = force + (0.5 + share_of_touch(port)) * dashpot(port, force, force) * rate
     return max(0.0, total) if opens else total
 
 
@@ -273,8 +318,10 @@ def respond(port: Port, reply: Reply) -> None:
         overlap = -port.gap
         force, reply.memory[SET] = element(port, at, overlap)
         reply.memory[FORCE] = force
-        damping = dashpot(port, force, force)
+        reply.memory[LAST_RATE] = (force - port.memory[FORCE]) / (p[STIFFNESS] * port.dt)
+        damping = p[DAMPING] * p[CAPACITY] if meeting(port) else dashpot(port, force, force)
         total = (force - damping * port.acting_rate) / (1.0 + damping * port.acting_rate_per_force)
+        total = force + (0.5 + share_of_touch(port)) * (total - force)
         total = max(0.0, total) if opens else total
         # In leapfrog a force works over half of the step before it and half of the one after it. So the element is
         # given the mean of two forces times the travel between them, and half a step more: the last product.
@@ -295,17 +342,21 @@ def respond(port: Port, reply: Reply) -> None:
         first = max(0.0, first) if opens else first
         force, reply.memory[SET] = element(port, at, overlap)
         reply.memory[FORCE] = force
+        reply.memory[LAST_RATE] = (reply.memory[SET] - at) / port.dt
         reply.stored = energy(port, force, reply.memory[SET])
         if port.averaged != 0.0:
             travel = -(port.free_travel + port.travel_per_force * total)
             reply.dissipated = max(0.0, total * travel + energy(port, first, at) - reply.stored)
         else:  # the force at the end of a step times its travel is not the work that the element takes in it
             rate = -(port.acting_rate + port.acting_rate_per_force * total)
-            before = dashpot(port, first, first) * -port.gap_rate
+            meets = port.time == 0.0 and meeting(port)
+            before = (p[DAMPING] * p[CAPACITY] if meets else dashpot(port, first, first)) * -port.gap_rate
             before = max(-first, before) if opens else before
-            power = max(0.0, -before * port.gap_rate) + max(0.0, (total - force) * rate)
+            share = share_of_touch(port)
+            power = max(0.0, -before * port.gap_rate) + max(0.0, (total - force) * rate) * 2.0 * share / (0.5 + share)
             reply.dissipated = loss_of_slider(port, first, force, reply.memory[SET]) + 0.5 * power * port.dt
+    reply.memory[LAST_DT] = port.dt
     reply.memory[SLID] = port.memory[SLID] + abs(reply.memory[SET] - at)
     reply.force = total
     reply.trial = total if not opens else total if force > 0.0 else p[STIFFNESS] * (overlap - at)
-    reply.in_contact = 0.0 if opens and force <= 0.0 else 1.0
+    reply.in_contact = 0.0 if opens and force <= 0.0 and total <= 0.0 else 1.0

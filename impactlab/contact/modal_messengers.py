@@ -40,6 +40,7 @@ class ModalMessengers(AbstractContactLaw):
     fixed_step = True
     trial_at_end = True
     gains_energy = math.inf
+    gain_remedy = "Use integrator exact_modal, whose step is the free motion that messengers give."
     examples = ({}, {"balance": "impedance", "accept": 1.0})
 
     speed: Literal["phase", "group"] = option("phase", description="speed of a mode's wave: w/k, or dw/dk")

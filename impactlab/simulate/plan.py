@@ -30,7 +30,7 @@ from impactlab.simulate import probe_warnings, sawtooth
 from impactlab.simulate.body_sizes import check_bodies
 from impactlab.simulate.pairing import check_ordinary, check_pairs, check_smooth, check_system, constraint_warnings
 from impactlab.simulate.stepping.closed_limit import check_closed
-from impactlab.simulate.stepping.messengers import check_messengers
+from impactlab.simulate.stepping.messengers import check_messengers, check_step_of_face
 from impactlab.simulate.stepping.preparation import (
     BuiltBody,
     Push,
@@ -217,7 +217,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
         with in_precision("the contacts of the scene", "contacts"):
             check_exact(scene, method)
         unused = () if method.integrator is None else (UNUSED,)
-        noted = (*unused, *_exactly_hard(method), *_not_counted(method))
+        noted = (*unused, *_not_stepped(method), *_exactly_hard(method), *_not_counted(method))
         return Plan(scene, method, method, None, 0, {}, {}, (), (), None, noted)
     check_bodies(scene, method)
     checked = 0
@@ -252,7 +252,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     check_fields(scene, state, unknowns)
     scene = with_room(scene, state)
     acting, starts = _started(scene, method, built, steppers, integrator, dt)
-    warnings += check_messengers(scene, built, starts)
+    warnings += [*check_messengers(scene, built, starts), *check_step_of_face(scene, method, built, steppers, starts)]
     pushes = pushes_of(scene, built, starts)
     check_closed(scene, laws_of(scene, acting), built, starts, pushes, integrator, dt)
     pressed = {} if integrator.load_point == 0.5 else forces_at_start(scene, laws_of(scene, acting), starts, built, dt)
@@ -293,6 +293,13 @@ def _started(
         alike[key] = law, found[-1]
     as_given = len(laws) == len(method.laws) and all(law is method.laws[name] for name, law in laws.items())
     return method if as_given else replace(method, laws=laws), tuple(found)
+
+
+def _not_stepped(method: Method) -> Iterator[Warned]:
+    """Give a warning for a given dt in a run that takes no steps; other rules of a step may be for its methods."""
+    if method.step.dt is not None:
+        text = f"the exact solver takes no steps, and ignores the dt of {method.step.dt:.6g} s"
+        yield Warned("step_unused", text)
 
 
 def _exactly_hard(method: Method) -> Iterator[Warned]:

@@ -57,6 +57,9 @@ def test_a_run_without_steps_says_that_it_ignores_them() -> None:
     hard = {"kind": "addition_deletion"}
     plain, counted = (il.run(struck({"kind": "continuous"} | more, hard)) for more in ({}, {"modes": 40}))
     assert {each.code for each in counted.warnings} - {each.code for each in plain.warnings} == {"modes_unused"}
+    case = struck({"kind": "continuous"}, hard)
+    stepped = il.run(case.with_("solve.step", {"dt": 1e-6}))
+    assert {each.code for each in stepped.warnings} - {each.code for each in plain.warnings} == {"step_unused"}
     times = np.linspace(0.0, 2e-4, 50)
     assert np.array_equal(plain.evaluate(times, "velocity:ball"), counted.evaluate(times, "velocity:ball"))
 
