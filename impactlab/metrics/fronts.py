@@ -48,50 +48,50 @@ def jumps_at(samples: Samples, at: Array, reach: float, least: float) -> tuple[F
     """
     if not at.size or not samples.t.size:
         return np.zeros(at.size, dtype=bool), np.zeros(at.size, dtype=bool)
-    moments = _moments(samples)
     gap = GAP * SHORT * reach
-    long_, _, enough = _step(samples, moments, at, reach, gap)
-    short, spread, resolved = _step(samples, moments, at, SHORT * reach, gap)
-    enough &= resolved
-    height = np.abs(short)
-    clear = height > np.maximum(least * float(samples.force.max(initial=0.0)), CLEAR * spread)
-    remains = (long_ * short > 0.0) & (height >= MIN_REMAINS * np.abs(long_))
-    return enough & clear & remains, enough
+    edges = np.array(((-reach, -gap), (gap, reach), (-SHORT * reach, -gap), (gap, SHORT * reach)))
+    lines, spread, known = _lines(samples, edges[:, :, None] + at, at)
+    for before in (0, 2):  # ahead of the run there is no force
+        none = ~known[before] & (at - reach < samples.t[0])
+        lines[before, none] = spread[before, none] = 0.0
+        known[before] |= none
+    (long_, height), scatter = lines[1::2] - lines[::2], np.hypot(spread[2], spread[3])
+    clear = np.abs(height) > np.maximum(least * float(samples.force.max(initial=0.0)), CLEAR * scatter)
+    remains = (long_ * height > 0.0) & (np.abs(height) >= MIN_REMAINS * np.abs(long_))
+    seen = np.asarray(known.all(axis=0))
+    return seen & clear & remains, seen
 
 
-def _moments(samples: Samples) -> Array:
-    """Return the running sums of 1, t, t^2, F, t F, F^2 of samples, shape (6, n + 1), about the middle of the run."""
-    t, force = samples.t - samples.t.mean(), samples.force
-    sums = np.cumsum((np.ones(t.size), t, t * t, force, t * force, force * force), axis=1)
-    return np.hstack((np.zeros((6, 1)), sums))
+def _lines(samples: Samples, windows: Array, at: Array) -> tuple[Array, Array, Flags]:
+    """Fit lines to the samples in windows, by running sums over the samples.
 
+    Parameters
+    ----------
+    samples : Samples
+        Of the run.
+    windows : ndarray
+        Starts and ends of the windows [s], shape (m, 2, k).
+    at : ndarray
+        Instants [s], shape (k,).
 
-def _step(samples: Samples, moments: Array, at: Array, reach: float, gap: float) -> tuple[Array, Array, Flags]:
-    """Return the differences of the lines after and before some instants [N], each shape (k,).
-
-    With them, their standard deviations by the scatter about the lines [N], and whether both windows have samples
-    enough. Before the run there is no force.
+    Returns
+    -------
+    tuple of ndarray
+        The lines at the instants and their standard deviations by the scatter about them [N], and whether the windows
+        have samples enough, each of shape (m, k).
     """
-    x = at - samples.t.mean()
-    before, one, full = _line(samples, moments, (at - reach, at - gap), x)
-    after, other, found = _line(samples, moments, (at + gap, at + reach), x)
-    start = at - reach < samples.t[0]
-    before, one = np.where(start & ~full, 0.0, before), np.where(start & ~full, 0.0, one)
-    return after - before, np.hypot(one, other), (full | start) & found
-
-
-def _line(samples: Samples, moments: Array, window: tuple[Array, Array], x: Array) -> tuple[Array, Array, Flags]:
-    """Return the lines through the samples in windows at instants x, their standard deviations, and whether known."""
-    first, last = (np.searchsorted(samples.t, edge) for edge in window)
-    count, t, tt, force, moment, square = moments[:, last] - moments[:, first]
-    known = count >= MIN_SAMPLES
-    count = np.maximum(count, 1.0)
-    mean_t, mean = t / count, force / count
-    width = np.maximum(tt / count - mean_t**2, 1e-300)
-    slope = np.where(known, (moment / count - mean_t * mean) / width, 0.0)
-    scatter = np.maximum(square / count - mean**2 - slope**2 * width, 0.0)
-    lever = 1.0 + (x - mean_t) ** 2 / width
-    return mean + slope * (x - mean_t), np.sqrt(scatter * lever / count), known
+    middle, n = 0.5 * (samples.t[0] + samples.t[-1]), samples.t.size
+    t, force = samples.t - middle, samples.force
+    sums = np.zeros((5, n + 1))
+    np.cumsum((t, t * t, force, t * force, force * force), axis=1, out=sums[:, 1:])
+    ends = np.searchsorted(samples.t, windows)
+    count = ends[:, 1] - ends[:, 0]
+    known, count = count >= MIN_SAMPLES, np.maximum(count, 1)
+    mean_t, tt, mean, moment, square = (sums[:, ends[:, 1]] - sums[:, ends[:, 0]]) / count
+    width = np.where(known, np.maximum(tt - mean_t**2, 1e-300), 1.0)
+    slope, lever = (moment - mean_t * mean) / width, at - middle - mean_t
+    scatter = np.maximum(square - mean**2 - slope**2 * width, 0.0)
+    return mean + slope * lever, np.sqrt(scatter * (1.0 + lever**2 / width) / count), known
 
 
 def returns(near: Sequence[float], horizon: float, through: bool = False) -> list[float]:

@@ -160,9 +160,10 @@ def near_jumps(
         samples = _samples(history, f"force:{contact.name}")
     touches = _lasting(history, laws, reach)
     plain, further = _fronts(history, scene, touches, contact), _echoes(history, scene, touches, contact)
-    (jumps, seen), (found, _) = (jumps_at(samples, at, reach, least) for at in (plain, further))
-    at = np.sort(np.concatenate((plain[jumps | ~seen], further[found])))
-    return _around(at, max(reach - (history.dt or 0.0), 0.5 * reach))
+    at = np.concatenate((plain, further))
+    jumps, seen = jumps_at(samples, at, reach, least)
+    counts = jumps | ~seen & (np.arange(at.size) < plain.size)
+    return _around(np.sort(at[counts]), max(reach - (history.dt or 0.0), 0.5 * reach))
 
 
 def _samples(history: AbstractHistory, name: str) -> Samples:
@@ -209,24 +210,22 @@ def _echoes(history: AbstractHistory, scene: Scene, touches: Sequence[Event], co
     """
     here, away = _starts(scene, touches, contact)
     trips = _trips(scene, contact)
-    found = list[float]()
-    for start in here:
-        found += _sums(start, [(near, False) for near in trips], history.duration)
+    starts = [(start, [(near, False) for near in trips]) for start in here]
     for own, start in itertools.product(range(len(trips)), away):
-        arrived = start + 0.5 * sum(trips[own])
-        found += _sums(arrived, [(near, place == own) for place, near in enumerate(trips)], history.duration)
-    return np.unique(found) if len(found) <= MAX_FURTHER else np.zeros(0)
-
-
-def _sums(start: float, bodies: Sequence[tuple[Sequence[float], bool]], end: float) -> list[float]:
-    """Return a start [s] plus all sums of the echoes of bodies (`returns`) until an end; too many of them if so."""
-    left = end - start
-    if left < 0.0:
-        return []
-    if math.prod(left / trip + 1.0 for near, _ in bodies for trip in near) > MAX_SUMS:
-        return [start] * (MAX_FURTHER + 1)
-    each = [returns(near, left, through) for near, through in bodies]
-    return [start + total for total in map(sum, itertools.product(*each)) if total <= left]
+        through = [(near, place == own) for place, near in enumerate(trips)]
+        starts.append((start + 0.5 * sum(trips[own]), through))
+    found = list[float]()
+    for start, bodies in starts:
+        left = history.duration - start
+        if left < 0.0:
+            continue
+        if math.prod(left / trip + 1.0 for near, _ in bodies for trip in near) > MAX_SUMS:
+            return np.zeros(0)
+        sums = itertools.product(*(returns(near, left, through) for near, through in bodies))
+        found += [start + total for total in map(sum, sums) if total <= left]
+        if len(found) > MAX_FURTHER:
+            return np.zeros(0)
+    return np.unique(found)
 
 
 def _starts(scene: Scene, touches: Sequence[Event], contact: Contact) -> tuple[set[float], set[float]]:
