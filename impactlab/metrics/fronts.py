@@ -50,19 +50,21 @@ def jumps_at(samples: Samples, at: Array, reach: float, least: float) -> tuple[F
         return np.zeros(at.size, dtype=bool), np.zeros(at.size, dtype=bool)
     gap = GAP * SHORT * reach
     edges = np.array(((-reach, -gap), (gap, reach), (-SHORT * reach, -gap), (gap, SHORT * reach)))
-    lines, spread, known = _lines(samples, edges[:, :, None] + at, at)
+    lines, slopes, spread, known = _lines(samples, edges[:, :, None] + at, at)
     for before in (0, 2):  # ahead of the run there is no force
         none = ~known[before] & (at - reach < samples.t[0])
-        lines[before, none] = spread[before, none] = 0.0
+        lines[before, none] = slopes[before, none] = spread[before, none] = 0.0
         known[before] |= none
     (long_, height), scatter = lines[1::2] - lines[::2], np.hypot(spread[2], spread[3])
-    clear = np.abs(height) > np.maximum(least * float(samples.force.max(initial=0.0)), CLEAR * scatter)
+    late = np.abs(slopes[3] - slopes[2]) * gap  # a kink that arrives late by so much, as fronts do on a mesh
+    largest = float(samples.force.max(initial=0.0))
+    clear = np.abs(height) > np.maximum(least * largest, np.maximum(CLEAR * scatter, late))
     remains = (long_ * height > 0.0) & (np.abs(height) >= MIN_REMAINS * np.abs(long_))
     seen = np.asarray(known.all(axis=0))
     return seen & clear & remains, seen
 
 
-def _lines(samples: Samples, windows: Array, at: Array) -> tuple[Array, Array, Flags]:
+def _lines(samples: Samples, windows: Array, at: Array) -> tuple[Array, Array, Array, Flags]:
     """Fit lines to the samples in windows, by running sums over the samples.
 
     Parameters
@@ -77,8 +79,8 @@ def _lines(samples: Samples, windows: Array, at: Array) -> tuple[Array, Array, F
     Returns
     -------
     tuple of ndarray
-        The lines at the instants and their standard deviations by the scatter about them [N], and whether the windows
-        have samples enough, each of shape (m, k).
+        The lines at the instants [N], their slopes [N/s], their standard deviations by the scatter about them [N], and
+        whether the windows have samples enough, each of shape (m, k).
     """
     middle, n = 0.5 * (samples.t[0] + samples.t[-1]), samples.t.size
     t, force = samples.t - middle, samples.force
@@ -91,7 +93,7 @@ def _lines(samples: Samples, windows: Array, at: Array) -> tuple[Array, Array, F
     width = np.where(known, np.maximum(tt - mean_t**2, 1e-300), 1.0)
     slope, lever = (moment - mean_t * mean) / width, at - middle - mean_t
     scatter = np.maximum(square - mean**2 - slope**2 * width, 0.0)
-    return mean + slope * lever, np.sqrt(scatter * (1.0 + lever**2 / width) / count), known
+    return mean + slope * lever, slope, np.sqrt(scatter * (1.0 + lever**2 / width) / count), known
 
 
 def returns(near: Sequence[float], horizon: float, through: bool = False) -> list[float]:

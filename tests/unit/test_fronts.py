@@ -34,11 +34,12 @@ def test_a_jump_is_seen_on_a_slope_and_beside_ringing(height: float, slope: floa
     [
         np.ones(T.size),
         1.0 + 8.0 * np.abs(T - AT),  # a kink, as where a front with a ramp arrives
+        1.0 + 8.0 * np.abs(T - AT - 0.002),  # that arrives late, as on a mesh
         1.0 + 0.3 * np.sin(2.0 * np.pi * (T - AT) / 0.4),
         np.where(np.arange(T.size) % 2 == 0, 2.0, 0.0),  # faces that touch and part in every other step
         np.where(T > AT, 1.0, 1.0 - 0.5 * LEAST),
     ],
-    ids=["constant", "kink", "wave", "chatter", "small"],
+    ids=["constant", "kink", "late kink", "wave", "chatter", "small"],
 )
 def test_a_force_that_does_not_jump_is_told_from_one_that_does(force: Array) -> None:
     assert seen(force) == (False, True)
