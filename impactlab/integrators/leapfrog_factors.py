@@ -30,13 +30,19 @@ def write_factors(
 
     Velocities start half a step early, so that the first full step is centred at t = 0. ``pulled`` are the forces K u
     at t = 0, empty where there is no displacement. Return 1 of a body that is damped, 2 of one with a load, 3 of both.
+
+    A dashpot brings its coordinate to the velocity at which it holds the other forces. Over half a step the force of
+    t = 0 brings it farther than that where x = dt C/(2 M) exceeds 1, as at the end of a mesh under a dashpot stiffer
+    than the impedance of the rod: the end would set out in the wrong direction. There the first full step leaves
+    1/(1 + x) of the difference to that velocity; this is the share that the exact front leaves, if it crosses an
+    element in a step. Just above x = 1 less is left, so that the velocity half a step early stays bounded.
     """
     damped = loaded = False
     for i in range(load.size):
         damped, loaded = damped or damping[i] != 0.0, loaded or load[i] != 0.0
     n, half_step = load.size, 0.5 * dt
     for i in range(n):
-        gain, keep, internal = dt / mass[i], 1.0, load[i]
+        gain, keep, half, internal = dt / mass[i], 1.0, 0.0, load[i]
         if damped:
             half = half_step * damping[i] / mass[i]
             gain, keep = gain / (1.0 + half), (1.0 - half) / (1.0 + half)
@@ -45,6 +51,9 @@ def write_factors(
             internal -= pulled[i]
         each[0, i], each[1, i], each[2, i], each[3, i] = load[i], gain, keep, mass[i]
         state[i], state[n + i] = displacement[i], velocity[i] - half_step * internal / mass[i]
+        if half > 1.0:
+            ahead = internal / damping[i]  # of the velocity, that at which the dashpot holds the other forces
+            state[n + i] = velocity[i] + ahead + ahead * min(1.0 + half, 1.0 / (half - 1.0))
     return damped + 2 * loaded
 
 

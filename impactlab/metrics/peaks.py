@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history.base import AbstractHistory, Event
+from impactlab.metrics.fronts import LEAST, Samples, jumps_at, returns
 from impactlab.metrics.norms import NEAR_JUMP, largest, midpoints
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Array
@@ -21,6 +23,7 @@ MAX_MAXIMA = 16  # of these samples, around which the peak of a force that is kn
 FINER, REFINEMENTS = 10, 8  # cells of a finer grid between two samples; grids in each other, to 5^-8 of a cell
 MIN_PEAK = 1e-9  # of the largest peak: smaller ones, as ahead of a wave in a chain, are rounding
 MAX_ECHOES = 1000  # round trips after a touch whose fronts are left out
+MAX_FURTHER, MAX_SUMS = 200, 5000  # echoes from joints and through contacts, beyond which none of these is left out
 
 Laws = Mapping[str, AbstractContactLaw]  # by name of the contact
 
@@ -120,23 +123,58 @@ def smooth_force(history: AbstractHistory, t: Array, contact: Contact, hard: boo
     return np.interp(t, middles, history.evaluate(middles, name))
 
 
-def near_jumps(history: AbstractHistory, scene: Scene, laws: Laws, contact: Contact) -> Array:
-    """Return the intervals around jumps of a contact's force, shape (k, 2) [s].
+def near_jumps(
+    history: AbstractHistory,
+    scene: Scene,
+    laws: Laws,
+    contact: Contact,
+    least: float = LEAST,
+    samples: Samples | None = None,
+) -> Array:
+    """Return the intervals around jumps of a contact's force, shape (k, 2) [s], joined where they overlap.
 
-    The jumps of an exact history are known. Those of a stepped force are smeared over steps: they are taken to be where
-    faces touch whose law makes the force jump, and after each round trip of the bodies behind the faces; where an end
-    force or a held end starts a front at t = 0, where that arrives. A touch within 0.05 T of the opening before it does
-    not count: faces that chatter touch so often that no force would be left to compare.
+    The jumps of an exact history are known. Those of a stepped force are smeared over steps: they are supposed to be
+    where faces touch whose law makes the force jump, and after each round trip of the bodies behind the faces; where an
+    end force or a held end starts a front at t = 0, where that arrives. Of these instants those count at which the
+    force is seen to jump (`impactlab.metrics.fronts.jumps_at`): a front may be spent, or have met another one, and an
+    end force may begin softly. A touch within 0.05 T of the opening before it does not count: faces that chatter touch
+    so often that no force would be left to compare. The intervals of a stepped force are shorter at either end by a
+    step, to which its touches are known: what rings just outside the intervals of the exact force is compared, too.
+
+    Parameters
+    ----------
+    history, scene, laws, contact
+        The run, its scene, the laws by name of the contact, and the contact.
+    least : float
+        Share of the largest force below which a supposed jump does not count.
+    samples : Samples, optional
+        Force of a stepped run in the middles of its steps; read from ``history`` if not given.
     """
     unit = scene.round_trip if math.isfinite(scene.round_trip) else longest_contact(history, contact)
     if history.dt is None and history.cost.rhs_evaluations is None:
-        return _around(history.jumps(f"force:{contact.name}"), unit)
-    return _around(_fronts(history, scene, laws, contact, NEAR_JUMP * unit), unit)
+        return _around(history.jumps(f"force:{contact.name}"), NEAR_JUMP * unit)
+    reach = NEAR_JUMP * unit
+    if not laws[contact.name].force_jumps:
+        return np.zeros((0, 2))
+    if samples is None:
+        samples = _samples(history, f"force:{contact.name}")
+    touches = _lasting(history, laws, reach)
+    plain, further = _fronts(history, scene, touches, contact), _echoes(history, scene, touches, contact)
+    at = np.concatenate((plain, further))
+    jumps, seen = jumps_at(samples, at, reach, least)
+    counts = jumps | ~seen & (np.arange(at.size) < plain.size)
+    return _around(np.sort(at[counts]), max(reach - (history.dt or 0.0), 0.5 * reach))
 
 
-def _around(at: Array, unit: float) -> Array:
-    """Return the intervals of 0.05 of a unit of time [s] on either side of some instants, shape (k, 2) [s]."""
-    return _joined(np.column_stack((at - NEAR_JUMP * unit, at + NEAR_JUMP * unit)))
+def _samples(history: AbstractHistory, name: str) -> Samples:
+    """Return a force in the middles of steps; none of a run without any."""
+    t = np.zeros(0) if history.dt is None else _instants(history, name)
+    return Samples(t, history.evaluate(t, name) if t.size else t)
+
+
+def _around(at: Array, reach: float) -> Array:
+    """Return the intervals of a length [s] on either side of some instants, shape (k, 2) [s]."""
+    return _joined(np.column_stack((at - reach, at + reach)))
 
 
 def _lasting(history: AbstractHistory, laws: Laws, least: float) -> list[Event]:
@@ -151,27 +189,61 @@ def _lasting(history: AbstractHistory, laws: Laws, least: float) -> list[Event]:
     return found
 
 
-def _fronts(history: AbstractHistory, scene: Scene, laws: Laws, contact: Contact, least: float) -> Array:
-    """Return the instants at which the force of a contact may jump, shape (k,), rising [s].
+def _fronts(history: AbstractHistory, scene: Scene, touches: Sequence[Event], contact: Contact) -> Array:
+    """Return the instants of touches of a contact and of their echoes after round trips, shape (k,), rising [s].
 
-    The force of a spring, or of a power law, has a kink where a front arrives, which is part of its peak. ``least`` is
-    the time [s] by which a touch follows the opening before it.
+    With them those of fronts that come from the other ends of the two bodies.
     """
-    if not laws[contact.name].force_jumps:
-        return np.zeros(0)
-    touches = _lasting(history, laws, least)
-    waves = (scene.bodies[point.body].waves for point in (contact.left, contact.right))
-    trips = [body.round_trip for body in waves if body is not None]
-    here = {event.time for event in touches if event.contact == contact.name}
-    away = {event.time for event in touches} - here
-    if scene.fronts_at_start:
-        away.add(0.0)
+    here, away = _starts(scene, touches, contact)
     found = set(here)
-    for trip in trips:
+    for trip in (sum(near) for near in _trips(scene, contact)):
         for start in (*here, *(start + 0.5 * trip for start in away)):
             count = min(int((history.duration - start) / trip), MAX_ECHOES)
             found |= {start + number * trip for number in range(count + 1)}
     return np.array(sorted(found))
+
+
+def _echoes(history: AbstractHistory, scene: Scene, touches: Sequence[Event], contact: Contact) -> Array:
+    """Return the instants at which further echoes may arrive, from joints or out of one body into the other, (k,) [s].
+
+    None where they are too many to tell one from another.
+    """
+    here, away = _starts(scene, touches, contact)
+    trips = _trips(scene, contact)
+    starts = [(start, [(near, False) for near in trips]) for start in here]
+    for own, start in itertools.product(range(len(trips)), away):
+        through = [(near, place == own) for place, near in enumerate(trips)]
+        starts.append((start + 0.5 * sum(trips[own]), through))
+    found = list[float]()
+    for start, bodies in starts:
+        left = history.duration - start
+        if left < 0.0:
+            continue
+        if math.prod(left / trip + 1.0 for near, _ in bodies for trip in near) > MAX_SUMS:
+            return np.zeros(0)
+        sums = itertools.product(*(returns(near, left, through) for near, through in bodies))
+        found += [start + total for total in map(sum, sums) if total <= left]
+        if len(found) > MAX_FURTHER:
+            return np.zeros(0)
+    return np.unique(found)
+
+
+def _starts(scene: Scene, touches: Sequence[Event], contact: Contact) -> tuple[set[float], set[float]]:
+    """Return the instants at which fronts start at a contact, and at the other ends of its bodies [s]."""
+    here = {event.time for event in touches if event.contact == contact.name}
+    away = {event.time for event in touches} - here
+    return here, away | {0.0} if scene.fronts_at_start else away
+
+
+def _trips(scene: Scene, contact: Contact) -> list[list[float]]:
+    """Return the time to and fro in each segment of the two bodies that have waves [s], the nearest first."""
+    found = []
+    for point in (contact.left, contact.right):
+        body = scene.bodies[point.body].waves
+        if body is not None:
+            near = [2.0 * segment.length / segment.wave_speed for segment in body.segments]
+            found.append(near[::-1] if point.x > 0.5 * body.length else near)
+    return found
 
 
 def longest_contact(history: AbstractHistory, contact: Contact) -> float:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.metrics.fronts import LEAST
 from impactlab.metrics.norms import ZERO, displaced, face_channels, mass_channels, midpoints
 from impactlab.metrics.peaks import MIN_PEAK, Laws, find_peak, near_jumps, smooth_force
 from impactlab.refine.convergence import Distance, Pairs
@@ -30,6 +31,7 @@ def distances(
     laws: Laws,
     on: Sequence[Counted],
     peak_margin: float = 1.0,
+    least_jump: float = LEAST,
 ) -> list[Distance]:
     """Return the relative distances of all pairs of runs, by quantity.
 
@@ -45,6 +47,8 @@ def distances(
         Quantities that count, as in `impactlab.scene.method.Tolerance`.
     peak_margin : float
         By which distances of peak forces are multiplied.
+    least_jump : float
+        Share of the largest force of a contact below which a jump of it is not left out.
 
     Returns
     -------
@@ -58,7 +62,7 @@ def distances(
     each = {
         "displacements": _displacements(histories, raw, scene),
         "impulses": _impulses(histories, scene),
-        "peak_forces": _peaks(histories, raw, scene, laws, peak_margin),
+        "peak_forces": _peaks(histories, raw, scene, laws, peak_margin, least_jump),
     }
     return [found for name in on for found in each[name]]
 
@@ -122,7 +126,12 @@ def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Di
 
 
 def _peaks(
-    histories: Sequence[AbstractHistory], raw: Sequence[Records], scene: Scene, laws: Laws, margin: float
+    histories: Sequence[AbstractHistory],
+    raw: Sequence[Records],
+    scene: Scene,
+    laws: Laws,
+    margin: float,
+    least_jump: float,
 ) -> Iterator[Distance]:
     """Give the distances of the peak forces of contacts: of two runs, at the instants of both peaks.
 
@@ -134,7 +143,8 @@ def _peaks(
         law = laws[contact.name]
         if not law.answers_force:
             continue
-        left_out = near_jumps(histories[-1], scene, laws, contact)
+        samples = raw[-1].force(number, law.hard).samples() if raw and law.force_jumps else None
+        left_out = near_jumps(histories[-1], scene, laws, contact, least_jump, samples)
         if raw:
             forces = [each.force(number, law.hard) for each in raw]
             times = [each.peak_time(number, law.hard, left_out) for each in raw]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from impactlab.history.base import AbstractHistory
+from impactlab.metrics.fronts import LEAST
 from impactlab.refine.convergence import (
     SHOWN_SAFETY,
     Level,
@@ -192,7 +193,8 @@ def _extrapolated(
     fineness = [level.fineness for level in levels]
     order, safety = description.order, description.safety
     found, by_order = [], []
-    for of, pairs in distances([level.history for level in levels], *counted(asked), PEAK_MARGIN) if last else ():
+    histories, least_jump = [level.history for level in levels], allowed(asked.method) or LEAST
+    for of, pairs in distances(histories, *counted(asked), PEAK_MARGIN, least_jump) if last else ():
         if last == 1:
             error = error_of_two(pairs[0, 1], fineness[0], fineness[1], order) * max(safety, TWO_LEVEL_SAFETY)
             margin = 1.0

@@ -15,6 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.metrics.fronts import Samples
 from impactlab.numerics.compiling import ENTRY, PART
 from impactlab.numerics.slopes import MIN_MEANS
 from impactlab.simulate.stepping.arrays import Ints
@@ -44,6 +45,13 @@ class Steps(NamedTuple):
     def peak_time(self, left_out: Array) -> float:
         """Return the instant of the largest force outside intervals (k, 2) [s] that rise and do not overlap."""
         return peak_time(*self, left_out)
+
+    def samples(self) -> Samples:
+        """Return the force in the middles of the steps, in the order of time."""
+        t = self.record[:, 0]
+        length = np.diff(t)
+        middles = t[1:] - 0.5 * length + self.late * np.minimum(length, self.dt)
+        return Samples(np.minimum(middles, self.duration), self.record[1:, self.column])
 
     def at(self, t: float) -> float:
         """Return the force [N] at an instant of the run [s]."""
