@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from impactlab.scene.bodies import Beam, Body, Link, Mechanism, Segment, WaveBody, beams_among
+from impactlab.scene.bodies import Beam, Body, Segment, WaveBody, beams_among
 from impactlab.scene.problem import Contact, Point, Probe, Scene
 from impactlab.types import SideFacts
 
@@ -178,12 +178,3 @@ def moving_faces(scene: Scene, *points: Point) -> Iterator[str]:
         body = scene.bodies[point.body]
         if body.moves:
             yield body.face_channel(point.x)
-
-
-def links_on_hubs(scene: Scene) -> Iterator[tuple[Mechanism, Link]]:
-    """Give each mechanism of a single link that is clamped to a driven hub, and the link."""
-    for body in scene.bodies.values():
-        if isinstance(body, Mechanism) and len(body.links) == 1:
-            (link,) = body.links
-            if link.joint == "clamped" and link.drive is not None:
-                yield body, link

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.history.base import Warned
-from impactlab.scene.facts import links_on_hubs
+from impactlab.scene.bodies import links_on_hubs
 from impactlab.simulate.channels import AbstractRecordedHistory
 
 SWING_WARN = 0.01  # of the motion of a face in the run: the share that the swing has in it, as of other beams
@@ -22,7 +22,7 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
     at its angle at t = 0.
     """
     scene = history.scene
-    for body, link in links_on_hubs(scene):
+    for body, link in links_on_hubs(scene.bodies.values()):
         others = (each for name, each in scene.bodies.items() if name != body.name)
         turns = link.drive is not None and link.drive.rate != 0.0
         if link.beam is None or not (turns or any(each.moves for each in others)):
