@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.integrators.banded_steps import LOAD, LOADED, alpha_derive, alpha_free, measure
-from impactlab.integrators.base import Step, without_load
+from impactlab.integrators.base import Losses, Step, without_load
 from impactlab.integrators.flat_matrices import chain_springs, combined, factors, packed, trimmed
 from impactlab.models.base import Operators
 from impactlab.types import Array
@@ -50,6 +50,7 @@ def alpha_step(
         load=slice(LOADED, LOAD + system.load.size),
         state=np.concatenate((system.displacement, system.velocity, np.zeros((3 if filtered else 1) * n_dof))),
         derive=alpha_derive,
+        losses=None if filtered else newmark_losses(dt, newmark),
     )
 
     def beside(jump: Array) -> Array:
@@ -59,6 +60,21 @@ def alpha_step(
         return columns
 
     return step if in_accelerations else step._replace(force=beside)
+
+
+def newmark_losses(dt: float, newmark: tuple[float, float]) -> Losses | None:
+    """Return what dashpots lose in Newmark's scheme of weights (beta, gamma), or None for average acceleration.
+
+    With kappa = (beta - gamma/2) dt^2 a step moves by [u] = dt (v + v_new)/2 + kappa [a]. Free motion then changes
+    v M v/2 + u K u/2 + kappa a M a/2 by -((1 - gamma) v + gamma v_new) C [u], less (gamma - 1/2) ([u] K [u] +
+    kappa [a] M [a]). For kappa < 0 this sum may fall below zero near the limit. With kappa v C a beside it, it is an
+    energy of a damped body: for gamma = 1/2 it is positive up to the limit, and always falls. Where kappa > 0 the loss
+    of a step may be negative, as strong damping may then feed the energy of the scheme for a while.
+    """
+    beta, gamma = newmark
+    if newmark == (0.25, 0.5):
+        return None
+    return Losses(gamma, min((beta - 0.5 * gamma) * dt**2, 0.0))
 
 
 def mid_step(step: Step, dt: float, jump: Array) -> Array:

@@ -76,15 +76,17 @@ def free_forces(parameters: Array, factors: Array, u: Array, v: Array, force: Ar
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write energy [J], work of the load so far, up to a constant [J], and momentum still to come [N s].
 
-    The energy is v M v/2 + u K u/2 + weights[0] a M a/2 + weights[1] y K y/2; the momentum row (weights[2] a +
-    weights[3] w): see `impactlab.integrators.alpha`.
+    The energy is v M v/2 + u K u/2 + weights[0] a M a/2 + min(weights[0], 0) v C a + weights[1] y K y/2; the momentum
+    row (weights[2] a + weights[3] w): see `impactlab.integrators.alpha`.
     """
-    n, stiff, _, heavy, _ = sizes(parameters)
+    n, stiff, damped, heavy, _ = sizes(parameters)
     weights = parameters[WEIGHTS:LOADED]
-    load, springs, masses, _, row, _ = split(parameters)
+    load, springs, masses, dashpots, row, _ = split(parameters)
     energy = in_springs(n, stiff, springs, state[:n], state[:n]) + in_motion(n, heavy, masses, state[n : 2 * n])
     if weights[0] != 0.0:
         energy += weights[0] * in_motion(n, heavy, masses, state[2 * n : 3 * n])
+        if weights[0] < 0.0 and damped >= 0:
+            energy += 2.0 * weights[0] * in_springs(n, damped, dashpots, state[n : 2 * n], state[2 * n : 3 * n])
     if weights[1] != 0.0:
         y = state[4 * n : 5 * n]
         energy += weights[1] * in_springs(n, stiff, springs, y, y)

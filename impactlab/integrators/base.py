@@ -24,6 +24,17 @@ Kernel = Callable[..., None]
 """A function of float arrays that numba can compile; it returns nothing and writes into its arguments."""
 
 
+class Losses(NamedTuple):
+    """Weights of the loss of a dashpot in a step of a scheme whose state is u, v, a.
+
+    It is c ((1 - gamma) v + gamma v_new) [u] - kappa c [v a], with u, v and a of a dashpot's length, [x] the step's
+    change of x. kappa v C a is then a part of the energy that the scheme measures (`impactlab.integrators.alpha`).
+    """
+
+    gamma: float
+    kappa: float  # s2
+
+
 class Step(NamedTuple):
     """A scheme for one body and one step length, as its author writes it.
 
@@ -42,6 +53,7 @@ class Step(NamedTuple):
     retime: Kernel | None = None  # retime(parameters, dt): prepare for another step length; with any_dt only
     force: Callable[[Array], Array] | None = None  # state after a step per force, (n_ports, n_state), from velocity per
     #                                  impulse (n_ports, n_dof); None: that of a step from rest with the force as a load
+    losses: Losses | None = None  # None: dashpots lose c [length]^2/dt
 
 
 def loads_of(load: slice, ports: Array) -> Array:
@@ -82,6 +94,7 @@ class Stepper(NamedTuple):
     retime: Kernel | None = None
     load: slice | None = None  # set where the columns of a linear body are derived again for a step that is cut
     columns: Kernel | None = None  # columns(parameters, state, jump, responses): rewrite them, flat
+    losses: Losses | None = None
 
 
 class AbstractScheme(ABC):
@@ -174,6 +187,7 @@ class AbstractIntegrator(AbstractScheme):
             derive=step.derive,
             retime=step.retime if self.any_dt else None,
             load=step.load if self.any_dt else None,
+            losses=step.losses,
         )
 
 

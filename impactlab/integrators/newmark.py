@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from impactlab.integrators.alpha import alpha_step, mid_step
+from impactlab.integrators.alpha import alpha_step, mid_step, newmark_losses
 from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.integrators.flat_matrices import has_coupled_damping
 from impactlab.integrators.theta import theta_step
@@ -54,16 +54,20 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
 
     The work is that so far, up to a constant.
 
-    The energy is v M v/2 + u K u/2 + (beta - gamma/2) dt^2 a M a/2; the last term is zero for average acceleration.
+    The energy is v M v/2 + u K u/2 + kappa a M a/2 + min(kappa, 0) v C a, kappa = (beta - gamma/2) dt^2, which is zero
+    for average acceleration (see `newmark_losses`).
     """
     n, dt, beta, gamma = int(parameters[N]), parameters[DT], parameters[BETA], parameters[GAMMA]
     share = (beta - 0.5 * gamma) * dt * dt
-    load, mass, _, stiffness, _ = split(parameters)
+    load, mass, damping, stiffness, _ = split(parameters)
     u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
     energy, work = 0.0, 0.0
     for i in range(n):
         energy += 0.5 * (mass[i] * (v[i] * v[i] + share * a[i] * a[i]) + stiffness[i] * u[i] * u[i])
         work += load[i] * u[i]
+    if share < 0.0:
+        for i in range(n):
+            energy += share * damping[i] * v[i] * a[i]
     out[0], out[1] = energy, work
 
 
@@ -124,5 +128,6 @@ class Newmark(AbstractIntegrator):
             load=slice(LOAD, LOAD + n_dof),
             state=np.concatenate((system.displacement, system.velocity, np.zeros(n_dof))),
             derive=derive,
+            losses=newmark_losses(dt, (beta, gamma)),
         )
         return step._replace(force=partial(mid_step, step, dt))

@@ -9,6 +9,7 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.scene.problem import Scene
+from impactlab.simulate import link_sag
 from impactlab.simulate.channels import AbstractRecordedHistory
 
 SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
@@ -23,6 +24,7 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
     yield from _turned_far(history)
     yield from (Warned("large_bending", text) for text in too_bent(history))
     yield from _guided(history.scene)
+    yield from link_sag.warnings(history)
     yield from _driven_from_the_ground(history.scene)
 
 

@@ -76,7 +76,7 @@ class PlainLoop:
         self.parameters = {
             name: each.parameters.copy() for name, each in plan.steppers.items()
         }  # kernels may write them
-        self.dashpots: list[tuple[Array, float, str]] = []  # row, N s/m, account
+        self.dashpots: list[tuple[Array, float, str, str]] = []  # row, N s/m, account, body
         self.stretched: list[float] = []  # m, change of the dashpots' lengths in the last step
         for name, stepper in plan.steppers.items():
             first, n_dof = self.assembly.layout.shift[name], stepper.jump.shape[1]
@@ -86,7 +86,7 @@ class PlainLoop:
                 for number, damping in enumerate(group.damping):
                     other = group.other >= 0
                     row = units[first + group.first + number] - other * units[first + group.other + number]
-                    self.dashpots.append((row, float(damping), "damping" if group.inside else "ends"))
+                    self.dashpots.append((row, float(damping), "damping" if group.inside else "ends", name))
                     self.stretched.append(self.dt * float(np.roll(row, n_dof) @ self.state))
         columns = np.zeros((len(plan.scene.contacts), 5, self.state.size))
         taken = dict.fromkeys(plan.built, 0)  # responses of a body: its faces in the order of contacts, then its pushes
@@ -135,7 +135,7 @@ class PlainLoop:
         self.after(self)
         for contact in self.contacts:
             self.date(contact)
-        self.book(self.state - old)
+        self.book(old)
         self.time += self.dt
 
     def push_ends(self) -> None:
@@ -219,13 +219,21 @@ class PlainLoop:
         record.old_gap, record.old_trial, record.total = port.gap + port.offset, reply.trial, record.total + given
         port.in_contact, port.offset, port.memory = reply.in_contact, reply.offset, reply.memory
 
-    def book(self, change: Array) -> None:
-        """Book the energy lost in contacts and dashpots [J] by the change of the state in the step."""
+    def book(self, old: Array) -> None:
+        """Book the energy lost in contacts and dashpots [J] by the state at the start of the step and now."""
         lost = sum(contact.reply.dissipated for contact in self.contacts)
         self.lost["contact"] += 0.0 if lost < 0.0 else lost  # NaN stays
         self.lost["unresolved"] += sum(contact.reply.unresolved for contact in self.contacts)
-        for number, (row, damping, account) in enumerate(self.dashpots):
-            stretched = float(row @ change)
+        for number, (row, damping, account, name) in enumerate(self.dashpots):
+            stretched = float(row @ (self.state - old))
+            losses = self.plan.steppers[name].losses
+            if losses is not None:
+                rates, accelerations = (np.roll(row, n * self.plan.steppers[name].jump.shape[1]) for n in (1, 2))
+                before, now = (float(rates @ state) for state in (old, self.state))
+                kept = now * float(accelerations @ self.state) - before * float(accelerations @ old)
+                felt = (1.0 - losses.gamma) * before + losses.gamma * now
+                self.lost[account] += damping * (felt * stretched - losses.kappa * kept)
+                continue
             # Where velocities belong to the middle of a step, dashpots feel the mean of this step and the last.
             felt = 0.5 * (stretched + self.stretched[number]) if self.scheme.velocity_point < 1.0 else stretched
             self.lost[account] += damping * felt**2 / self.dt

@@ -154,7 +154,7 @@ def test_a_chain_of_delays_takes_the_same_steps() -> None:
     assert max(differences(scene).values()) < REORDERED
 
 
-@pytest.mark.parametrize("scheme", [CentralDifference(), Newmark()], ids=str)
+@pytest.mark.parametrize("scheme", [CentralDifference(), Newmark(), Newmark(1.0 / 12.0), Newmark(0.3, 0.6)], ids=str)
 def test_losses_of_dashpots_and_events_are_those_of_the_compiled_loop(scheme: AbstractIntegrator) -> None:
     scene = struck(Penalty(damping=2e3), scheme, FiniteElement(6, "lumped"), End("dashpot", 2e4))
     assert max(differences(scene).values()) < REORDERED

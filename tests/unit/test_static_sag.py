@@ -89,3 +89,37 @@ def test_a_sag_without_a_formula_is_warned_of() -> None:
     (text,) = texts(struck(tension=10.0))
     assert "start from the sag by its displacement at t = 0" in text
     assert "leave gravity out" in text
+
+
+def held_arm(gravity: float, rate: float = 0.0) -> AbstractHistory:
+    """A mass of 0.1 kg strikes from below the tip of an arm, which the drive of its hub holds level."""
+    drive = {"rate": rate, "within": 0.3} if rate else {"rate": 0.0}
+    arm = il.Beam(length=1.0, section=SECTION, material=MATERIAL)
+    case = il.Case(
+        bodies={"arm": arm, "mass": il.Mass(0.1, velocity=0.1)},
+        mechanisms={"robot": il.Mechanism([il.Joint("arm", joint="clamped", end_mass=0.2, drive=drive)])},
+        contacts=[il.Contact("mass", "arm.right", {"kind": "hertz", "stiffness": 1e6}, gap=1e-3, along="y")],
+        gravity=[0.0, gravity],
+        solve={
+            "duration": 0.3,
+            "model": {"kind": "modal", "elements": 40, "modes": 4},
+            "integrator": {"kind": "midpoint"},
+            "step": {"dt": 5e-5},
+        },
+    )
+    return il.run(case)
+
+
+def test_a_held_link_that_swings_about_its_sag_is_warned_of() -> None:
+    """Its sag at the tip is q L^4/(8 EI) + m g L^3/(3 EI), and it swings twice as far."""
+    (text,) = texts(held_arm(-9.81))
+    sag = (WEIGHT / 8.0 + 0.2 * 9.81 / 3.0) / EI
+    found = re.search(r"its static sag, (\S+) m at 1 m, by up to (\S+) m", text)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(-sag, rel=5e-3)
+    assert float(found[2]) == pytest.approx(2.0 * sag, rel=5e-3)
+
+
+@pytest.mark.parametrize(("gravity", "rate"), [(0.0, 0.0), (-0.01, 1.0)])
+def test_a_link_without_weight_or_with_a_wide_motion_is_not_warned_of(gravity: float, rate: float) -> None:
+    assert not texts(held_arm(gravity, rate))

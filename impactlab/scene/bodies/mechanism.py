@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, NamedTuple, final
@@ -184,3 +184,12 @@ class Mechanism(MechanismBody):
         along = {(1.0, 0.0): "x", (0.0, 1.0): "y"}.get(mark.along, f"{mark.along[0]:.4g} {mark.along[1]:.4g}")
         same = {each.along for each in self.marks if each.label == mark.label}
         return mark.label if len(same) == 1 else f"{mark.label} along {along}"
+
+
+def links_on_hubs(bodies: Iterable[Body]) -> Iterator[tuple[Mechanism, Link]]:
+    """Give each mechanism of a single link that is clamped to a driven hub, and the link."""
+    for body in bodies:
+        if isinstance(body, Mechanism) and len(body.links) == 1:
+            (link,) = body.links
+            if link.joint == "clamped" and link.drive is not None:
+                yield body, link

@@ -178,6 +178,9 @@ class DamperRecord(ctypes.Structure):
     other: int  # that of its other end; -1 for the ground
     inside: int  # 1 for damping inside the body, 0 for a dashpot at its end
     straddles: int  # 1 if they act on the mean velocity of this step and the one before (leapfrog)
+    rates: int  # entries from a coordinate to its velocity, and on to its acceleration; 0 if their loss needs neither
+    gamma: float  # of `impactlab.integrators.base.Losses`
+    kappa: float  # s2
 
 
 @record
@@ -249,7 +252,7 @@ class StepArrays(NamedTuple):
     loads: Sequence[LoadRecord]  # (n_loads,)
     phases: Sequence[PhaseRecord]  # (n_phases,)
     dampers: Sequence[DamperRecord]  # (n_groups,) groups of dashpots
-    dashpots: Floats  # (3, n_dashpots) in the layers below
+    dashpots: Floats  # (5, n_dashpots) in the layers below
     bead_rows: Sequence[BeadRowRecord]  # (n_rows,)
     events: Sequence[EventRecord]  # (room,)
     snapshots: Sequence[SnapshotRecord]  # (n_snapshots,)
@@ -300,8 +303,9 @@ class StepArrays(NamedTuple):
 KICK, LOAD, MASS, U, V = range(5)
 GAP, STIFFNESS, RECENT, PEAK, SPAN, TOTAL, COMPLIANCE, COARSE, MOST, COUNT, FORCE, REST = range(12)
 
-# Layers of `dashpots`: damping [N s/m], length at the start of the step [m], change of it in the step before [m].
-DAMPING, LENGTH, CHANGE = range(3)
+# Layers of `dashpots`: damping [N s/m], length at the start of the step [m], change of it in the step before [m], rate
+# of the length at the start of the step [m/s], its product with the acceleration [m2/s3].
+DAMPING, LENGTH, CHANGE, RATE, PRODUCT = range(5)
 
 # Pieces of the loop that are called by address (`pieces`).
 SOLVE_SEVERAL, CHANGE_PHASES, REWRITE_COLUMNS, READ_AGAIN, STEP_ROWS, RECORD_ROWS, SAMPLE_ROWS = range(7)

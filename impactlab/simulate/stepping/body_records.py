@@ -72,12 +72,14 @@ def damper_records(
     """Return the groups of dashpots of all bodies, and the values of each dashpot."""
     found = [(name, each) for name, body in layout.built.items() for each in dashpots(body.system)]
     by_name, dampers = records(DamperRecord, len(found))
-    values, first = np.zeros((3, sum(each.damping.size for _, each in found))), 0
+    values, first = np.zeros((5, sum(each.damping.size for _, each in found))), 0
     for damper, (name, each) in zip(by_name, found, strict=True):
         shift, n_dof, count = layout.shift[name], layout.n_dof(name), each.damping.size
         damper.first, damper.count = first, count
         damper.index, damper.other = shift + each.first, shift + each.other if each.other >= 0 else -1
         damper.inside, damper.straddles = int(each.inside), int(integrator.velocity_point < 1.0)
+        if (losses := layout.steppers[name].losses) is not None:
+            damper.rates, damper.gamma, damper.kappa = n_dof, losses.gamma, losses.kappa
         rates = state[shift + n_dof : shift + 2 * n_dof]
         rate = rates[each.first :][:count] - (rates[each.other :][:count] if each.other >= 0 else 0.0)
         values[DAMPING, first : first + count], values[CHANGE, first : first + count] = each.damping, layout.dt * rate

@@ -8,7 +8,16 @@ from __future__ import annotations
 from impactlab.numerics.compiling import INLINE, PART
 from impactlab.numerics.subnormals import restore_tiny, take_tiny_as_zero
 from impactlab.numerics.windows import window
-from impactlab.simulate.stepping.arrays import CHANGE, DAMPING, LENGTH, DamperRecord, Floats, StepArrays
+from impactlab.simulate.stepping.arrays import (
+    CHANGE,
+    DAMPING,
+    LENGTH,
+    PRODUCT,
+    RATE,
+    DamperRecord,
+    Floats,
+    StepArrays,
+)
 
 
 @PART
@@ -58,6 +67,37 @@ def far_ends(m: StepArrays, group: DamperRecord) -> Floats:
     return window(m.state, max(group.other, 0), group.count if group.other >= 0 else 0)
 
 
+@INLINE
+def rate_in(m: StepArrays, group: DamperRecord, number: int, derivative: int) -> float:
+    """Return the velocity (``derivative`` 1) or acceleration (2) of the length of a dashpot of a group."""
+    shift = derivative * group.rates + number
+    near = float(m.state[group.index + shift])
+    return near - float(m.state[group.other + shift]) if group.other >= 0 else near
+
+
+@PART
+def write_rates(m: StepArrays, group: DamperRecord) -> None:
+    """Write the rates of the lengths at the start of a step, and their products with the accelerations."""
+    for i in range(group.count):
+        rate = rate_in(m, group, i, 1)
+        m.dashpots[RATE, group.first + i] = rate
+        m.dashpots[PRODUCT, group.first + i] = rate * rate_in(m, group, i, 2)
+
+
+@PART
+def loss_by_rates(m: StepArrays, group: DamperRecord, near: Floats, far: Floats) -> float:
+    """Return the loss in dashpots over a step by their rates [J]; see `impactlab.integrators.base.Losses`."""
+    total = 0.0
+    for i in range(group.count):
+        at = group.first + i
+        moved = near[i] - (far[i] if far.size > 0 else 0.0) - m.dashpots[LENGTH, at]
+        rate = rate_in(m, group, i, 1)
+        felt = (1.0 - group.gamma) * m.dashpots[RATE, at] + group.gamma * rate
+        kept = group.kappa * (rate * rate_in(m, group, i, 2) - m.dashpots[PRODUCT, at])
+        total += m.dashpots[DAMPING, at] * (felt * moved - kept)
+    return total
+
+
 @PART
 def read_lengths(m: StepArrays) -> None:
     """Read the lengths of all dashpots at the start of a step."""
@@ -65,6 +105,8 @@ def read_lengths(m: StepArrays) -> None:
         group = m.dampers[number]
         lengths = window(m.dashpots[LENGTH], group.first, group.count)
         write_lengths(lengths, near_ends(m, group), far_ends(m, group))
+        if group.rates > 0:
+            write_rates(m, group)
 
 
 @PART
@@ -78,7 +120,11 @@ def book_dashpots(m: StepArrays, dt: float) -> None:
         lengths = window(m.dashpots[LENGTH], group.first, group.count)
         changes = window(m.dashpots[CHANGE], group.first, group.count)
         share = 0.5 if group.straddles != 0 else 0.0
-        lost = loss_times_step(damping, lengths, changes, near_ends(m, group), far_ends(m, group), share) / dt
+        near, far = near_ends(m, group), far_ends(m, group)
+        if group.rates > 0:
+            lost = loss_by_rates(m, group, near, far)
+        else:
+            lost = loss_times_step(damping, lengths, changes, near, far, share) / dt
         if group.inside != 0:
             clock.lost_inside += lost
         else:
