@@ -47,18 +47,18 @@ def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group,
     ``touched`` are the names of the contacts that were closed in a run; all contacts of the scene if not given.
     """
     key = _closed(scene, touched)
-    if key not in scene.groups_found:
-        scene.groups_found[key] = _groups(scene, key)
-    found: tuple[Group, ...] = scene.groups_found[key]
+    if key not in scene.derived:
+        scene.derived[key] = _groups(scene, key)
+    found: tuple[Group, ...] = scene.derived[key]
     return found
 
 
 def frames(scene: Scene, touched: Collection[str] | None = None) -> Mapping[str, Group]:
     """Return the group of each body by its name; ``touched`` as of `groups`."""
     key = "frames", _closed(scene, touched)
-    if key not in scene.groups_found:
-        scene.groups_found[key] = {name: group for group in groups(scene, touched) for name in group.bodies}
-    found: Mapping[str, Group] = scene.groups_found[key]
+    if key not in scene.derived:
+        scene.derived[key] = {name: group for group in groups(scene, touched) for name in group.bodies}
+    found: Mapping[str, Group] = scene.derived[key]
     return found
 
 

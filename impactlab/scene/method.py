@@ -157,7 +157,8 @@ def stiffness_of(scene: Scene, method: Method, contact: Contact) -> float | None
 
 def dashpot_of(scene: Scene, method: Method, contact: Contact) -> float:
     """Return the damping of a contact's constant dashpot [N s/m]; 0 without one."""
-    constants = method.laws[contact.name].spring(*sides(scene, method, contact), math.nan)
+    law = method.laws[contact.name]
+    constants = None if law.hard else law.spring(*sides(scene, method, contact), math.nan)
     return 0.0 if constants is None else constants[1]
 
 

@@ -145,8 +145,8 @@ class Scene:
         return max((abs(body.velocity) for body in self.bodies.values()), default=0.0)
 
     @cached_property
-    def groups_found(self) -> dict[Any, Any]:
-        """Groups of bodies joined by contacts that were found already (`impactlab.scene.frame`)."""
+    def derived(self) -> dict[Any, Any]:
+        """Results that other modules derived from the scene already, by keys of their own."""
         return {}
 
     @cached_property
