@@ -277,6 +277,7 @@ def test_the_ladder_is_measured_and_falls():
     document = choose("x", scene.but(tolerance=Tolerance(1e-4)), scene)
     assert document["choice"]["met"]
     assert document["measured_error"] <= document["choice"]["expected_error"] <= 1e-4
+    by_choice = {each["candidate"] for each in document["choice"]["ladder"] if each["estimated_error"] is not None}
     by_family = {}
     for rung in document["ladder"]:
         if rung["measured_error"] is not None:
@@ -286,8 +287,10 @@ def test_the_ladder_is_measured_and_falls():
         errors = [rung["measured_error"] for rung in rungs]
         assert errors == sorted(errors, reverse=True)
         for rung in rungs:
-            # The expected error holds a safety of 2; order 2 is reached from the start, so it is not far off either.
-            assert rung["measured_error"] <= rung["estimated_error"] <= 10.0 * rung["measured_error"]
+            assert rung["measured_error"] <= rung["estimated_error"]
+            # Three runs show the order, and the expected error holds a safety of 2. The choice may have made two.
+            if rung["candidate"] not in by_choice:
+                assert rung["estimated_error"] <= 10.0 * rung["measured_error"]
             assert rung["predicted_error"] / 30.0 < rung["measured_error"] < 30.0 * rung["predicted_error"]
     text = ladder_text(document)
     assert "measured against converged" in text
