@@ -170,7 +170,7 @@ class AbstractRecordedHistory(AbstractHistory):
         if delays.any():
             values += delays * rows.times(self._motion(number, body, True))
         if read == "displacement":
-            self._press(values, places, body, time)
+            self._press(values, places, body, float(times[number]))
         return Field(places, factor * values)
 
     def _press(self, values: Array, places: Array, body: str, time: float) -> None:
