@@ -160,9 +160,7 @@ def _modal(asked: Simulation) -> Description:
     def finding(n: int) -> float:
         models = [modal_model(beam, n) for beam in beams]
         return sum(
-            cost.CLOSED_FORM_S * n
-            if model.elements is None
-            else cost.of_eigenvectors(2.0 * model.elements, model.modes or 2.0 * model.elements)
+            cost.CLOSED_FORM_S * n if model.elements is None else cost.of_eigenvectors(2.0 * model.elements)
             for model in models
         )
 

@@ -125,7 +125,7 @@ class BeamModes:
         """Return the predicted time of finding the modes [s]."""
         if self.closed:  # once for all runs that have the same modes: whichever is chosen needs them
             return 0.0 if self.fixed else cost.CLOSED_FORM_S * self.modes(n)
-        return cost.of_eigenvectors(2.0 * ELEMENTS_PER_MODE * self.modes(n), self.modes(n))
+        return cost.of_eigenvectors(2.0 * ELEMENTS_PER_MODE * self.modes(n))
 
     def simulation(self, n: int) -> Simulation:
         """Return the scene with its modes and steps."""

@@ -12,10 +12,7 @@ from typing import NamedTuple
 
 ALIKE_S = 2e-4  # s, of setting up a run that differs from an earlier one in its step alone
 FIXED_S = 4.5e-5  # s, of any stepped run, however short
-COORDINATES_S, MODES_S = (
-    1e-7,
-    4.8e-7,
-)  # s, over the square of the coordinates of a mesh, and over them times the modes that are found
+EIGENVECTORS_S = 1e-10  # s, over the cube of the coordinates of a mesh whose modes are found
 CLOSED_FORM_S = 1e-5  # s, of a mode in closed form
 
 
@@ -33,9 +30,9 @@ class Cost(NamedTuple):
         return self.fixed_s + (self.step_s + self.size_s * size) * steps
 
 
-def of_eigenvectors(coordinates: float, modes: float) -> float:
-    """Return the predicted time of finding modes of a mesh [s]."""
-    return coordinates * (COORDINATES_S * coordinates + MODES_S * modes)
+def of_eigenvectors(coordinates: float) -> float:
+    """Return the predicted time of finding the modes of a mesh [s]."""
+    return EIGENVECTORS_S * coordinates**3
 
 
 EXACT = Cost(1.0, setup_s=1.0e-3, fixed_s=0.0)  # steps: the seconds that `impactlab.exact.cost` predicts
