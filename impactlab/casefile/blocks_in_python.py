@@ -2,53 +2,16 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping, Sequence
-from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import Any, TypeAlias
 
-from impactlab.errors import CaseError
-from impactlab.lazy import lazy
-
-if TYPE_CHECKING:
-    from impactlab.casefile import faults, schema
-else:  # needed only for keys beside the usual ones
-    faults, schema = lazy("impactlab.casefile.faults"), lazy("impactlab.casefile.schema")
+from impactlab.casefile.keys_in_python import BodyKeys
 
 Value: TypeAlias = float | str
 """A number in SI, or a text with a unit such as ``"9 cm^2"``."""
 Ends: TypeAlias = Mapping[str, Any]
 Shape: TypeAlias = float | str | Mapping[str, Sequence[Value]]
 """A formula of x, or a table ``{"x": [...], "u": [...]}``."""
-
-
-class BodyKeys(dict[str, Any]):
-    """Keys of the block of a body or a contact.
-
-    Those that are None are left out. Unknown ones are refused at once, values by `Case`.
-
-    Raises
-    ------
-    CaseError
-        If a key is not known.
-    """
-
-    block: ClassVar[str] = ""  # the class of its block in `impactlab.casefile.schema`; empty: its keys are open
-
-    def __init__(self, **keys: Any) -> None:
-        super().__init__({key: value for key, value in keys.items() if value is not None})
-        others = self.keys() - _own_names(type(self))
-        if others and self.block:
-            known = getattr(schema, self.block)
-            for key in sorted(others - known.model_fields.keys()):
-                text, remedy = faults.unknown_key(key, [*known.model_fields], [known])
-                raise CaseError(text, remedy=remedy, path=f"{type(self).__name__}.{key}")
-
-
-@cache
-def _own_names(kind: type[BodyKeys]) -> frozenset[str]:
-    """Return the names of the parameters of a constructor, and of the keys that it makes of others."""
-    return frozenset(inspect.signature(kind).parameters) | {"kind", "between", "chain"}
 
 
 class Rod(BodyKeys):

@@ -1,0 +1,44 @@
+"""Keys of the blocks that are given in Python: unknown ones are refused as the block is made."""
+
+from __future__ import annotations
+
+import inspect
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from impactlab.errors import CaseError
+from impactlab.lazy import lazy
+
+if TYPE_CHECKING:
+    from impactlab.casefile import faults, schema
+else:  # needed only for keys beside the usual ones
+    faults, schema = lazy("impactlab.casefile.faults"), lazy("impactlab.casefile.schema")
+
+
+class BodyKeys(dict[str, Any]):
+    """Keys of the block of a body or a contact.
+
+    Those that are None are left out. Unknown ones are refused at once, values by `Case`.
+
+    Raises
+    ------
+    CaseError
+        If a key is not known.
+    """
+
+    block: ClassVar[str] = ""  # the class of its block in `impactlab.casefile.schema`; empty: its keys are open
+
+    def __init__(self, **keys: Any) -> None:
+        super().__init__({key: value for key, value in keys.items() if value is not None})
+        others = self.keys() - _own_names(type(self))
+        if others and self.block:
+            known = getattr(schema, self.block)
+            for key in sorted(others - known.model_fields.keys()):
+                text, remedy = faults.unknown_key(key, [*known.model_fields], [known])
+                raise CaseError(text, remedy=remedy, path=f"{type(self).__name__}.{key}")
+
+
+@cache
+def _own_names(kind: type[BodyKeys]) -> frozenset[str]:
+    """Return the names of the parameters of a constructor, and of the keys that it makes of others."""
+    return frozenset(inspect.signature(kind).parameters) | {"kind", "between", "chain"}
