@@ -29,8 +29,8 @@ from impactlab.scene import RECORDS, Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.scene.sizes import default_records
 from impactlab.simulate import prepare
-from impactlab.simulate.driver import walk
 from impactlab.simulate.plan import Plan
+from impactlab.simulate.stepped_run import walk
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.history import RecordedHistory

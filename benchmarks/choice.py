@@ -56,7 +56,8 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine.descriptions import modelled_as
-from impactlab.refine.reference import Reference, find
+from impactlab.refine.reference import find
+from impactlab.refine.reference_record import Reference
 from impactlab.refine.stated_error import METRICS
 from impactlab.refine.suitable import for_choice
 from impactlab.scene.facts import beams_of, shortest_transit

@@ -35,6 +35,7 @@ from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Method, Simulation, theories
 from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
+from impactlab.types import Progress
 from impactlab.wall_time import CHOOSING, REFERENCE, spent_on
 
 if TYPE_CHECKING:
@@ -42,10 +43,10 @@ if TYPE_CHECKING:
 
     from impactlab.exact import solve as exact
     from impactlab.numerics import addresses, ahead
-    from impactlab.refine import choice
+    from impactlab.refine import choice, reference_record
     from impactlab.refine import outlook as outlooks
     from impactlab.refine import reference as references
-    from impactlab.refine.reference import Reference
+    from impactlab.refine.reference_record import Reference
     from impactlab.report import notebook
     from impactlab.report import summary as summaries
     from impactlab.simulate import driver, needed_kernels, plan
@@ -55,10 +56,10 @@ else:  # with the libraries that they load, each when it is first used
     exact, needed_kernels = lazy("impactlab.exact.solve"), lazy("impactlab.simulate.needed_kernels")
     driver, plan = lazy("impactlab.simulate.driver"), lazy("impactlab.simulate.plan")
     choice, references = lazy("impactlab.refine.choice"), lazy("impactlab.refine.reference")
+    reference_record = lazy("impactlab.refine.reference_record")
     outlooks = lazy("impactlab.refine.outlook")
     notebook, summaries = lazy("impactlab.report.notebook"), lazy("impactlab.report.summary")
 
-Progress = Callable[[float], None]
 warnings.simplefilter("ignore", RunNote, append=True)  # the last filter: those that a user sets come before it
 
 
@@ -233,7 +234,7 @@ def reference_of(scene: Scene, method: Method, budget: float | None = None) -> R
     The exact one where the exact solver supports the scene, else a converged one; ``budget`` are the seconds of
     predicted solving that this may take (`impactlab.refine.reference`), by default as many as a comparison waits for.
     """
-    return references.find(scene, method, references.FULL_BUDGET_S if budget is None else budget)
+    return references.find(scene, method, reference_record.FULL_BUDGET_S if budget is None else budget)
 
 
 def compare(
@@ -353,9 +354,7 @@ def _said(error: BaseException) -> str:
     return "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)[:500] or type(error).__name__
 
 
-def _share(
-    progress: Callable[[str, float], None] | None, name: str, number: int, count: int
-) -> Callable[[float], None] | None:
+def _share(progress: Callable[[str, float], None] | None, name: str, number: int, count: int) -> Progress | None:
     if progress is None:
         return None
     progress(name, number / count)
@@ -368,7 +367,7 @@ def _row(case: Case, name: str, known: dict[Any, Reference | None], progress: Pr
         with warnings_kept():
             history = run(variant, progress, frames)
         physics = physics_of(variant)
-        key = references.physics_key(*physics)
+        key = reference_record.physics_key(*physics)
         if key not in known:
             known[key] = reference_of(*physics)
         reference = known[key]

@@ -17,6 +17,7 @@ from importlib.metadata import distributions
 from typing import Any, NamedTuple
 
 from impactlab.errors import PluginError, closest
+from impactlab.wall_time import LOADING, spent_on
 
 
 class Group(NamedTuple):
@@ -231,7 +232,8 @@ def _import(entry: Entry, group: Group) -> Any:
 
 def _attribute(value: str) -> Any:
     module, _, name = value.partition(":")
-    found: Any = import_module(module.strip())
+    with spent_on(LOADING):  # the first model loads the library that compiles
+        found: Any = import_module(module.strip())
     for part in name.strip().split("."):
         found = getattr(found, part)
     return found

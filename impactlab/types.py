@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections.abc import Callable
 from enum import Enum
 from typing import Annotated, Literal, NamedTuple
 
@@ -19,6 +20,8 @@ from impactlab.options import Relative as Relative
 from impactlab.options import option as option
 
 Array = NDArray[float64]
+Progress = Callable[[float], None]
+"""Called with the fraction of a run that is done, from 0 to 1."""
 Quantity = Literal[
     "displacement", "velocity", "strain", "stress", "force", "rotation", "bending_moment", "shear_force", "moment"
 ]

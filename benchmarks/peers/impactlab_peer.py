@@ -26,7 +26,8 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene.method import Simulation, StepRule, Tolerance, is_exact
-from impactlab.simulate.driver import prepare, walk
+from impactlab.simulate.plan import prepare
+from impactlab.simulate.stepped_run import walk
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.history import RecordedHistory
 
@@ -83,7 +84,7 @@ def build(case: Case, setting: Setting, record: bool) -> Run[Outcome]:
 def stepped(given: Simulation, outcome: Callable[[AbstractHistory], Found]) -> Run[Found]:
     """Return a run that steps."""
     from impactlab.numerics.addresses import entered
-    from impactlab.simulate.driver import advance_of
+    from impactlab.simulate.stepped_run import advance_of
     from impactlab.simulate.stepping import loop
 
     plan = prepare(*given)

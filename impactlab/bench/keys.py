@@ -25,7 +25,7 @@ from impactlab.casefile import Case
 from impactlab.errors import CaseError, PluginError
 from impactlab.numerics.addresses import COMPILED
 from impactlab.plugins import METRICS
-from impactlab.refine import reference
+from impactlab.refine import reference_record
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
@@ -92,7 +92,7 @@ def _key(facts: Mapping[str, Any]) -> str:
 
 def reference_key(scene: Scene, method: Method) -> str:
     """Return the key of the reference of a scene and its laws: a hash of the content that it depends on."""
-    return digest(content(reference.physics_key(scene, method)))
+    return digest(content(reference_record.physics_key(scene, method)))
 
 
 def nameless(scene: Scene, method: Method) -> Any:

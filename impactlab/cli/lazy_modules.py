@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from impactlab.casefile import listing as listings
     from impactlab.history import base as histories
     from impactlab.history import sampling
-    from impactlab.refine import reference as references
+    from impactlab.refine import reference_record
     from impactlab.report import animation, compare_report, console, figure_files, output, provenance, run_report
     from impactlab.report import choice as choices
     from impactlab.sweeps import axes, given_twice
@@ -47,7 +47,7 @@ else:
     listings = lazy("impactlab.casefile.listing")
     output = lazy("impactlab.report.output")
     provenance = lazy("impactlab.report.provenance")
-    references = lazy("impactlab.refine.reference")
+    reference_record = lazy("impactlab.refine.reference_record")
     registries = lazy("impactlab.plugins")
     run_report = lazy("impactlab.report.run_report")
     sampling = lazy("impactlab.history.sampling")
@@ -81,7 +81,7 @@ __all__ = [
     "listings",
     "output",
     "provenance",
-    "references",
+    "reference_record",
     "registries",
     "run_report",
     "sampling",

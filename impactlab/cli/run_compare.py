@@ -15,7 +15,7 @@ from impactlab.cli.lazy_modules import (
     histories,
     output,
     provenance,
-    references,
+    reference_record,
     run_report,
     sampling,
 )
@@ -71,7 +71,7 @@ def run(
                 show(loaded.label, fraction)
 
             history = api.run(loaded, report, 0 if out is None else sampling.FRAMES)
-        summary, judge = api.summarised(loaded, history, references.FULL_BUDGET_S if reference else None)
+        summary, judge = api.summarised(loaded, history, reference_record.FULL_BUDGET_S if reference else None)
         undrawn: Exception | None = None
         watch.change("writing")
         if out is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import time as clock
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +21,7 @@ from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import Recent
 from impactlab.scene.sizes import NUMBER, in_bytes, memory_limit
+from impactlab.types import Progress
 from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def solve(
     scene: Scene,
     method: Method,
     whole: bool = False,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     begun: Begun | None = None,
 ) -> ContinuousHistory | ThinnedHistory:
     """Return the exact history of a scene.
@@ -115,7 +115,7 @@ def marched(
     layout: Layout,
     log: Log,
     whole: bool,
-    progress: Callable[[float], None] | None,
+    progress: Progress | None,
     begun: Begun | None,
 ) -> ContinuousHistory | ThinnedHistory:
     """Return the history of a march to the end; the other arguments are those of `solve`."""

@@ -24,7 +24,7 @@ from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Point, Probe, Scene
-from impactlab.simulate import driver
+from impactlab.simulate import plan
 from impactlab.simulate.body_sizes import MAX_BEAM_MODES
 
 STEPS = 20  # in the shortest of the scene's times, per unit of fineness
@@ -100,7 +100,7 @@ def continuous(asked: Simulation, jumps: bool = False, unchecked: bool = False) 
 def can_be_set_up(description: Description) -> bool:
     """Return whether the parts of a description support its scene."""
     try:
-        driver.prepare(*description.simulation(MIN_FINENESS))
+        plan.prepare(*description.simulation(MIN_FINENESS))
     except ImpactlabError:
         return False
     return True

@@ -12,7 +12,7 @@ from impactlab.history.base import AbstractHistory, Warned
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.refine import out_of_reach, search
 from impactlab.refine.choice_record import Candidate, Choice, Ladder
-from impactlab.refine.convergence import Level, Progress, Study
+from impactlab.refine.convergence import Level, Study
 from impactlab.refine.ladder import candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.level_errors import allowed
 from impactlab.refine.ranking import priority
@@ -20,7 +20,8 @@ from impactlab.refine.studies import in_turn, studies_of
 from impactlab.refine.suitable import exact_for
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
-from impactlab.simulate import driver
+from impactlab.simulate.checks import add_warnings
+from impactlab.types import Progress
 
 
 def first_guess(scene: Scene, method: Method) -> Simulation:
@@ -75,7 +76,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
         others = _stepped(asked)
     rungs = Ladder(partial(_ladder, tried, others, description.seconds(level.fineness), why if studies else ""))
     choosing = clock.perf_counter() - began - level.run_s
-    driver.add_warnings(history)
+    add_warnings(history)
     history.choice = Choice(
         tolerance=allowed(method),
         method=history.method,

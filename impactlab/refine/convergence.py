@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -18,12 +18,12 @@ from impactlab.refine import trial
 from impactlab.refine.description import MIN_ORDER_SHARE, Description
 from impactlab.refine.trial import Check, no_check
 from impactlab.scene.method import Simulation
+from impactlab.types import Progress
 
 MAX_ORDER = 8.0  # largest order searched for
 MAX_ORDER_RATIO = 1.25  # of the observed to the declared order, either way, up to which the order shows
 SHOWN_SAFETY = 1.6  # factor on an estimate where the order shows; Roache1998 takes 1.25, docs/audit.md needs more
 
-Progress = Callable[[float], None]
 Pairs = Mapping[tuple[int, int], float]
 """Relative distances of levels in one quantity, by their places in a sequence of rising fineness."""
 

@@ -8,29 +8,21 @@ than its steps: bodies are built, records are read, and it is compared with the 
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from impactlab.exact import solve as exact
 from impactlab.exact.cost import INTERVAL_S, begin
 from impactlab.history.base import AbstractHistory
-from impactlab.refine.description import RATIO, Description
-from impactlab.refine.descriptions import MIN_FINENESS
-from impactlab.refine.reference import (
-    CHECK_UNCERTAINTY,
-    CONVERGED,
-    FIRST_SHARE,
-    FULL_BUDGET_S,
-    MIN_CHECK_S,
-    Reference,
-    descriptions_of,
-    find,
-    least_s,
-    target,
-)
-from impactlab.scene.facts import beams_of
-from impactlab.scene.method import Method, Simulation, laws_of, theories
-from impactlab.scene.problem import RECORDS, Scene
-from impactlab.scene.sizes import default_records
+from impactlab.lazy import lazy
+from impactlab.refine.reference import find
+from impactlab.refine.reference_record import CONVERGED, FULL_BUDGET_S, Reference
+from impactlab.scene.method import Method, laws_of, theories
+from impactlab.scene.problem import Scene
+
+if TYPE_CHECKING:
+    from impactlab.refine import converged_cost
+else:  # with the step loop, which an exact solution does not need
+    converged_cost = lazy("impactlab.refine.converged_cost")
 
 MAX_RATIO = 10.0  # of the predicted seconds of a reference to those of the run, up to which it is computed unasked
 MAX_UNASKED_S = 10.0  # s predicted of a reference, up to which it is computed unasked, however long the run took
@@ -41,10 +33,6 @@ UNKNOWN_S = 3e-9  # a step and unknown
 CONTACT_S = 1.5e-7  # a step and contact, beside the first
 RATE_S = 1e-4  # an evaluation of the equations of motion by an adaptive integrator
 EXACT_RATIO = 8.0  # of an interval in all to what it costs without its multiplications
-LEVEL_S = 3e-3  # of a level, for each contact and the first
-COMPARISON_S = 4e-3  # of two levels, likewise; each is compared with two others
-FIRST_UNCERTAINTY, FIRST_OF_BEAMS = 1e-3, 1e-4  # expected of a reference at its coarsest level
-FIRST_OF_YIELDING = 2e-2  # the same where a contact yields; steps that do not end where it begins to are of first order
 
 
 class Outlook(NamedTuple):
@@ -93,53 +81,8 @@ def reference_s(scene: Scene, method: Method) -> Outlook:
 
 def converged_s(scene: Scene, method: Method) -> Outlook:
     """Return the predicted seconds of a converged reference."""
-    asked = Simulation(scene, method).but(records=default_records(scene, RECORDS), frames=())
-    found = list(descriptions_of(asked))
-    if not found or all(least_s(each) > FIRST_SHARE * FULL_BUDGET_S for each in found):
-        return Outlook("none")
-    contacts, first, most = max(1, len(scene.contacts)), FIRST_UNCERTAINTY, math.inf
-    if any(not law.smooth and not law.hard for law in laws_of(scene, method)):
-        first, most = FIRST_OF_YIELDING, 1.0
-    elif beams_of(scene):
-        first = FIRST_OF_BEAMS
-    total, solving = _levels_s(found[0], contacts, first, most, FIRST_SHARE * FULL_BUDGET_S, alone=len(found) == 1)
-    if len(found) > 1:
-        total += _levels_s(found[1], contacts, first, most, max(MIN_CHECK_S, solving), CHECK_UNCERTAINTY)[0]
-    return Outlook("converged", total)
-
-
-def _levels_s(
-    description: Description,
-    contacts: int,
-    first: float,
-    most: float,
-    budget: float,
-    enough: float = 0.0,
-    alone: bool = False,
-) -> tuple[float, float]:
-    """Return the predicted seconds of the levels of a description in all and of solving, up to an uncertainty.
-
-    They end at a budget of solving. ``first`` is the uncertainty that is expected of the coarsest level, ``most`` the
-    largest order with which it falls.
-    """
-    level, solving, total, count = MIN_FINENESS, 0.0, 0.0, 0
-    while True:
-        fineness = description.per_level * level
-        seconds, steps = description.seconds(fineness), description.work(fineness)[0]
-        if solving + seconds > budget:
-            return total, solving
-        solving += seconds
-        of_contacts = CONTACT_S * (contacts - 1) * steps
-        total += (
-            seconds + description.finding(fineness) + of_contacts + contacts * (LEVEL_S + min(2, count) * COMPARISON_S)
-        )
-        count += 1
-        level = round(RATIO * level)
-        order = min(most, max(1.0, description.reference_order))
-        uncertainty = first * (MIN_FINENESS * description.per_level / fineness) ** order
-        next_s = description.seconds(description.per_level * level)
-        if count >= 3 and uncertainty <= max(enough, target(next_s, alone)):
-            return total, solving
+    predicted = converged_cost.predicted_s(scene, method)
+    return Outlook("none") if predicted is None else Outlook("converged", predicted)
 
 
 def unasked(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Reference | None, Outlook]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.refine import out_of_reach
-from impactlab.refine.convergence import Level, Progress, Study
+from impactlab.refine.convergence import Level, Study
 from impactlab.refine.cost import FIXED_S
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import EXACT_ERROR
@@ -16,6 +16,7 @@ from impactlab.refine.ranking import EXACT_ADVANTAGE, best_of, is_sure, is_worth
 from impactlab.refine.studies import begun, learn
 from impactlab.refine.trial import no_check
 from impactlab.scene.method import Simulation
+from impactlab.types import Progress
 
 BUDGET_S = 3.0  # s of predicted solving that may go into one choice
 PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.refine.reference import Reference
+from impactlab.refine.reference_record import Reference
 from impactlab.scene.method import Counted
 
 METRICS: Mapping[Counted, tuple[str, ...]] = {

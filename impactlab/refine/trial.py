@@ -12,31 +12,33 @@ from functools import partial
 from impactlab.exact.cost import Begun
 from impactlab.history.base import AbstractHistory
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
-from impactlab.scene.method import Simulation
-from impactlab.simulate import driver
+from impactlab.scene.method import Simulation, is_exact
+from impactlab.simulate import driver, stepped_run
 from impactlab.simulate.checks import check_run
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.types import Progress
 from impactlab.wall_time import spent_on
 
 Check = Callable[[], None]  # of a run, once; raises `StepError` where it broke a balance
 
 
 def run(
-    made: Simulation, progress: driver.Progress | None, begun: Begun | None, like: Simulation | None
+    made: Simulation, progress: Progress | None, begun: Begun | None, like: Simulation | None
 ) -> tuple[AbstractHistory, Check]:
     """Return the history of a run without warnings, and its check, which is left to be called.
 
     It raises as `impactlab.simulate.driver.run` does, except for what the check raises; ``begun``, ``like`` as there.
     """
     began = clock.perf_counter()
+    if is_exact(*made):
+        return driver.run(*made, progress, with_warnings=False, begun=begun), no_check
     with spent_on("set-up"), GarbageCollectionPaused():
-        plan, assembly = driver.prepared_like(made if like is None else like, *made)
-        if plan.march is not None or plan.integrator is None or assembly is None:
-            history = driver.run(*made, progress, with_warnings=False, begun=begun, like=like)
-            return history, no_check
-    stepped, status = driver.step_through(plan, assembly, progress, began, with_warnings=False)
+        plan, assembly = stepped_run.prepared_like(made if like is None else like, *made)
+        if plan.march is not None or assembly is None:
+            return driver.run(*made, progress, with_warnings=False, like=like), no_check
+    stepped, status = stepped_run.step_through(plan, assembly, progress, began, with_warnings=False)
     if status in (loop.LAW_FAILED, loop.NOT_FINITE):
         check_run(status, assembly, stepped)
     return stepped, partial(_checked, status, assembly, stepped)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from impactlab.history.base import AbstractHistory
-from impactlab.refine.reference import Reference
+from impactlab.refine.reference_record import Reference
 from impactlab.report import facts, page_figures
 from impactlab.report.counts import counted
 from impactlab.report.drawn_part import drawn_part

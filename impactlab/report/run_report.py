@@ -12,7 +12,7 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampling import MAX_FORCES, file_times
-from impactlab.refine.reference import Reference
+from impactlab.refine.reference_record import Reference
 from impactlab.report import facts, fields, page_figures
 from impactlab.report.drawn_part import drawn_part
 from impactlab.report.figure_files import FigureFiles

@@ -18,7 +18,7 @@ from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import agreements, collisions
 from impactlab.plugins import kind_of
 from impactlab.refine.outlook import Outlook, of
-from impactlab.refine.reference import Reference
+from impactlab.refine.reference_record import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
 from impactlab.report.counts import counted
 from impactlab.scene.bodies import Body, Mechanism, PartMechanism, WaveBody

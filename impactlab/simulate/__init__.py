@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 from impactlab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
-    from impactlab.simulate.driver import Plan, Progress, prepare, run
+    from impactlab.simulate.driver import run
+    from impactlab.simulate.plan import Plan, prepare
 
-__all__ = ["Plan", "Progress", "prepare", "run"]
+__all__ = ["Plan", "prepare", "run"]
 
 # Packages below import `impactlab.simulate.pairing` without the step loop.
-__getattr__ = lazy_names(__name__, {"impactlab.simulate.driver": __all__})
+__getattr__ = lazy_names(
+    __name__, {"impactlab.simulate.driver": ["run"], "impactlab.simulate.plan": ["Plan", "prepare"]}
+)
 __dir__ = public_names(__all__)

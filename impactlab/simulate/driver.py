@@ -1,107 +1,21 @@
-"""The run of a plan: the step loop in chunks, an adaptive march or the exact solver; then the checks of its history."""
+"""A run of a scene under a method: by the exact solver, or in steps. The code of each is loaded where it is used."""
 
 from __future__ import annotations
 
-import time as clock
-from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING
 
-from impactlab.errors import StepError
 from impactlab.exact.cost import Begun
-from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory
-from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
-from impactlab.numerics.addresses import entered, is_loaded
-from impactlab.numerics.ahead import ahead
-from impactlab.numerics.garbage_collection import GarbageCollectionPaused
-from impactlab.numerics.raised import keep_raised
-from impactlab.scene.method import Method, Simulation, laws_of
+from impactlab.scene.method import Method, Simulation, is_exact
 from impactlab.scene.problem import Scene
-from impactlab.scene.recent import Recent
-from impactlab.simulate import needed_kernels
-from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
-from impactlab.simulate.plan import Plan, is_stepped, prepare
-from impactlab.simulate.stepping import loop
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.fault_of_part import fault_of_part
-from impactlab.simulate.stepping.history import RecordedHistory
-from impactlab.simulate.stepping.loop import advance_dated
-from impactlab.simulate.stepping.preparation import self_stepping
-from impactlab.simulate.stepping.unfilled import check_called
-from impactlab.wall_time import spent_on
+from impactlab.simulate import exact_run
+from impactlab.types import Progress
 
 if TYPE_CHECKING:
-    from impactlab.simulate.adaptive.march import March
-    from impactlab.simulate.stepping import located, retimed
-else:  # compiled code, needed only where events are located or a run is like another
-    located, retimed = lazy("impactlab.simulate.stepping.located"), lazy("impactlab.simulate.stepping.retimed")
-
-__all__ = ["Plan", "Progress", "add_warnings", "prepare", "run"]
-
-CHUNK_SECONDS = 0.1  # s, between two reports of progress
-FIRST_CHUNK = 4_000_000  # steps times entries of the state: a few milliseconds
-
-Progress = Callable[[float], None]
-
-
-class Prepared:
-    """The plan of a run, and the arrays of its loop: those made first serve the first run, copies the next ones."""
-
-    def __init__(self, scene: Scene, method: Method) -> None:
-        self.plan = prepare(scene, method)
-        self._made, self._given = self._assembly(), False
-        self.can_repeat: bool = self.plan.march is None and (self._made is None or self._made.can_repeat)
-
-    def _assembly(self) -> Assembly | None:
-        plan = self.plan
-        return None if plan.dt is None or plan.integrator is None else Assembly(plan, plan.integrator, plan.dt)
-
-    def assembly(self) -> Assembly | None:
-        """Return arrays that no run has written into; None where a run has no loop."""
-        if not self._given:  # nothing is copied for a scene that is run once
-            self._given, made, self._made = True, self._made, None
-            return made
-        made = self.kept()
-        return made.again() if made is not None and made.can_repeat else made
-
-    def kept(self) -> Assembly | None:
-        """Return arrays to copy, which no run may write into; None where a run has no loop."""
-        self._made = self._made or self._assembly()
-        return self._made
-
-
-ready = Recent(Prepared, lambda made: made.can_repeat)
-
-
-def prepared_like(like: Simulation, scene: Scene, method: Method) -> tuple[Plan, Assembly | None]:
-    """Return plan and arrays of a run, with those of another one, rewritten for its step, where they serve."""
-    known = ready(*like)
-    plan, assembly = known.plan, known.kept()
-    if assembly is None or not retimed.serves(plan, assembly, scene, method):
-        own = ready(scene, method)
-        return own.plan, own.assembly()
-    made = retimed.retimed(plan, assembly, scene, method)
-    return made.layout.plan, made
-
-
-def run_adaptive(march: March, progress: Progress | None, began: float, with_warnings: bool) -> AbstractHistory:
-    """Return the history of an adaptive run; raises `StepError` as `run` does."""
-    set_up = clock.perf_counter()
-    with spent_on("solving"):
-        history, system = march.run(progress), march.system
-    solved = clock.perf_counter()
-    if with_warnings:
-        add_warnings(history)
-    cost = history.cost
-    cost.setup_s, cost.solve_s, cost.checks_s = set_up - began, solved - set_up, clock.perf_counter() - solved
-    cost.unknowns = system.n_dof
-    failure = partial(StepError, time=march.time, step=march.steps, history=history)
-    check_momentum(history, march.state[system.impulses].tolist(), history.load_impulses, march.time, failure)
-    bound = march.integrator.gains_energy + sum(law.gains_energy for law in laws_of(system.scene, system.method))
-    check_gain(history, bound, "Give a smaller relative_tolerance.", failure)
-    return history
+    from impactlab.simulate import stepped_run
+else:
+    stepped_run = lazy("impactlab.simulate.stepped_run")
 
 
 def run(
@@ -122,7 +36,7 @@ def run(
     progress : callable, optional
         Called with the fraction done, from 0 to 1, about ten times a second.
     with_warnings : bool
-        Whether the finished run is examined for warnings (`add_warnings`).
+        Whether the finished run is examined for warnings (`impactlab.simulate.checks.add_warnings`).
     begun : Begun, optional
         A march of the exact solver over the first intervals of the same scene, which goes on.
     like : Simulation, optional
@@ -136,103 +50,6 @@ def run(
     StepError
         When a law fails, a number is not finite, or energy grows beyond the declared bound; carries the history so far.
     """
-    began = clock.perf_counter()
-    with spent_on("set-up"), GarbageCollectionPaused(), ahead(lambda: needed_kernels.of_steps(scene, method)):
-        if like is None:
-            prepared = ready(scene, method)
-            plan, assembly = prepared.plan, prepared.assembly()
-        else:
-            plan, assembly = prepared_like(like, scene, method)
-    planned = clock.perf_counter()
-    if plan.march is not None:
-        check_rates(scene, scene.records / scene.duration)
-        return run_adaptive(plan.march, progress, began, with_warnings)
-    if plan.integrator is None or assembly is None:
-        exact = solve(scene, method, progress=progress, begun=begun)
-        exact.integrator_used = False
-        solved = clock.perf_counter()
-        with spent_on("checks"):
-            exact.warnings.extend(plan.warnings)
-        exact.cost.setup_s += planned - began
-        exact.cost.checks_s += clock.perf_counter() - solved
-        return exact
-    history, status = step_through(plan, assembly, progress, began, with_warnings)
-    solved = clock.perf_counter()
-    with spent_on("checks"), GarbageCollectionPaused():
-        if with_warnings:
-            add_warnings(history)
-        history.cost.checks_s = clock.perf_counter() - solved
-        check_run(status, assembly, history)
-    return history
-
-
-def step_through(
-    plan: Plan, assembly: Assembly, progress: Progress | None, began: float, with_warnings: bool
-) -> tuple[RecordedHistory, int]:
-    """Take all steps of a run whose set-up ``began`` at a reading of the clock [s].
-
-    Return its history, whose balances are not checked yet, and the status with which the loop ended.
-    """
-    assert plan.integrator is not None  # noqa: S101 - a plan without steps has no arrays
-    if progress is not None:
-        progress(0.0)
-    with spent_on("set-up"), GarbageCollectionPaused():
-        if with_warnings:  # runs for a reference or for the choice measure nothing
-            check_rates(plan.scene, 1.0 / (assembly.stride * assembly.dt))
-        history = RecordedHistory(assembly, plan.integrator)
-        history.warnings.extend(plan.warnings)
-        history.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
-        entered(loop.start, assembly.memory, assembly.dt)
-        if not is_loaded(advance_of(assembly)):  # here, so that the first run's solve time is that of the steps
-            entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
-    with spent_on("solving"):
-        set_up = clock.perf_counter()  # after the line above: garbage that was held back is collected there
-        status = walk(assembly, history, progress)
-        with GarbageCollectionPaused():
-            history.finish()
-    cost = history.cost
-    cost.setup_s, cost.solve_s = set_up - began, clock.perf_counter() - set_up
-    cost.steps = assembly.clock.step
-    cost.unknowns = sum(body.system.load.size for body in plan.built.values())
-    return history, status
-
-
-def advance_of(assembly: Assembly) -> Callable[..., int]:
-    """Return the loop that takes the steps of a run: whole, or cut at events."""
-    if assembly.method.events == "located" and assembly.scene.contacts:
-        return located.advance_located
-    return advance_dated
-
-
-def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None) -> int:
-    """Run the loop in chunks of about a tenth of a second.
-
-    Return why it ended. No bit depends on the chunks. Raise `StepError` where a piece of the loop is missing, or the
-    compiled code of a part raised.
-    """
-    chunk = max(256, FIRST_CHUNK // assembly.memory.state.size)
-    advance = advance_of(assembly)
-    while True:
-        first = assembly.clock.step
-        began = clock.perf_counter()
-        last = min(first + chunk, assembly.steps)
-        with keep_raised(assembly.fail_all) as raised:
-            status = advance(assembly.memory, assembly.dt, last, assembly.stride, assembly.sample_stride)
-        spent = clock.perf_counter() - began
-        check_called(assembly.clock)
-        history.drain()
-        if raised.first is not None:
-            raise fault_of_part(assembly, raised.first, history)
-        if status in (loop.LAW_FAILED, loop.NOT_FINITE):
-            return int(status)
-        if status == loop.RECORDS_FULL:
-            assembly.grow()
-        done = assembly.clock.step
-        if progress is not None:
-            progress(done / assembly.steps)
-        if done >= assembly.steps:
-            return int(status)
-        if spent < 0.5 * CHUNK_SECONDS:
-            chunk *= 2
-        elif spent > CHUNK_SECONDS:
-            chunk = max(1, chunk // 2)
+    if is_exact(scene, method):
+        return exact_run.run(scene, method, progress, begun)
+    return stepped_run.run(scene, method, progress, with_warnings, like)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
-from impactlab.exact.contact_kinds import check as check_exact
 from impactlab.history.base import Warned
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
@@ -18,7 +17,6 @@ from impactlab.lazy import lazy
 from impactlab.mechanisms.model import MechanismModel, kernels_of
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
-from impactlab.models.continuous.model import Continuous
 from impactlab.numerics.ahead import Kernel, ahead
 from impactlab.plugins import kind_of
 from impactlab.scene.method import Method, is_exact, laws_of, modelled
@@ -26,7 +24,7 @@ from impactlab.scene.precision import beyond, in_precision, quietly
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import PERIODS_IN_A_STEP
 from impactlab.scene.sizes import check_fields, check_records, with_room
-from impactlab.simulate import probe_warnings, sawtooth
+from impactlab.simulate import exact_run, probe_warnings, sawtooth
 from impactlab.simulate.body_sizes import check_bodies
 from impactlab.simulate.pairing import check_ordinary, check_pairs, check_smooth, check_system, constraint_warnings
 from impactlab.simulate.stepping.closed_limit import check_closed
@@ -56,7 +54,6 @@ else:  # needed only under adaptive steps
 
 MAX_STEPS = 2_000_000_000
 MISFIT_WARN = 2e-3  # of the length of a body, by which its contacts and ends together are moved to a grid
-UNUSED = Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored")
 
 
 @dataclass(frozen=True)
@@ -213,12 +210,7 @@ def mechanism_kernels(built: Mapping[str, BuiltBody]) -> Iterator[Kernel]:
 
 def _prepared(scene: Scene, method: Method) -> Plan:
     if is_exact(scene, method):
-        check_records(scene, scene.records)
-        with in_precision("the contacts of the scene", "contacts"):
-            check_exact(scene, method)
-        unused = () if method.integrator is None else (UNUSED,)
-        noted = (*unused, *_not_stepped(method), *_exactly_hard(method), *_not_counted(method))
-        return Plan(scene, method, method, None, 0, {}, {}, (), (), None, noted)
+        return Plan(scene, method, method, None, 0, {}, {}, (), (), None, exact_run.check(scene, method))
     check_bodies(scene, method)
     checked = 0
     if method.step.dt is not None and not isinstance(method.integrator, AbstractAdaptive):
@@ -235,7 +227,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     if not stepped:
         # Only rigid masses are left to an integrator, and their motion under a constant force is known.
         if given is not None and not _by_default(scene, method):
-            warnings.append(UNUSED)
+            warnings.append(exact_run.UNUSED)
         integrator = ExactModal()
     check_pairs(scene, method, integrator, own)
     check_yielding(scene, method, built)
@@ -293,29 +285,6 @@ def _started(
         alike[key] = law, found[-1]
     as_given = len(laws) == len(method.laws) and all(law is method.laws[name] for name, law in laws.items())
     return method if as_given else replace(method, laws=laws), tuple(found)
-
-
-def _not_stepped(method: Method) -> Iterator[Warned]:
-    """Give a warning for a given dt in a run that takes no steps; other rules of a step may be for its methods."""
-    if method.step.dt is not None:
-        text = f"the exact solver takes no steps, and ignores the dt of {method.step.dt:.6g} s"
-        yield Warned("step_unused", text)
-
-
-def _exactly_hard(method: Method) -> Iterator[Warned]:
-    """Give a warning for each law that approximates a hard contact, which the exact solver answers itself."""
-    for name, law in method.laws.items():
-        if law.hard and not law.is_the_contact:
-            text = f"{name}: the exact solver solves the hard contact itself, and does not use law '{kind_of(law)}'"
-            yield Warned("law_unused", text)
-
-
-def _not_counted(method: Method) -> Iterator[Warned]:
-    """Give a warning for each body whose model counts modes or elements in a run that takes no steps."""
-    for name, model in method.models.items():
-        if isinstance(model, Continuous) and (model.modes is not None or model.elements is not None):
-            text = f"'{name}': the exact solver takes no steps, and ignores modes and elements"
-            yield Warned("modes_unused", text)
 
 
 def prepare_adaptive(

@@ -29,11 +29,11 @@ from impactlab.sweeps.quantities import DEFAULT, asked
 from impactlab.sweeps.result import Result, needed, refuse_large, write_table
 from impactlab.sweeps.sampled import Sampled, check_sampled
 from impactlab.sweeps.shards import Shard, read_shard
+from impactlab.types import Progress
 
 if TYPE_CHECKING:
     import xarray
 
-Progress = Callable[[float], None]
 Engine = Callable[[Sequence[int], int], Iterator[Chunk]]
 """Gives the chunks of so many points that begin at certain ones."""
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
+from impactlab import simulate
 from impactlab.bases.base import AbstractBasis
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
@@ -28,7 +29,6 @@ from impactlab.numerics.banded import full
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MECHANISMS, MODELS, Group, kind_of
 from impactlab.scene.bodies import End, Rod
 from impactlab.scene.method import Simulation, StepRule
-from impactlab.simulate import driver as simulate
 from impactlab.simulate.pairing import energy_bound
 from impactlab.testing.contracts import PIECE, AdaptiveContract, IntegratorContract, MechanismContract
 from impactlab.testing.scenes import mass_on_rod, simulation

@@ -13,8 +13,8 @@ from impactlab.numerics.raised import keep_raised
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
 from impactlab.simulate.checks import SMALLER_STEP
-from impactlab.simulate.driver import advance_of
 from impactlab.simulate.plan import Plan, prepare
+from impactlab.simulate.stepped_run import advance_of
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly

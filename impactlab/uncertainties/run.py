@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from impactlab.report.provenance import of_case
 from impactlab.sweeps import Sampled, sweep
 from impactlab.sweeps.chunks import DRAFT
 from impactlab.sweeps.run import kept_in
+from impactlab.types import Progress
 from impactlab.uncertainties.design import check_samples, design
 from impactlab.uncertainties.distributions import read_uncertain
 from impactlab.uncertainties.evaluation import COUNTED, evaluated
@@ -46,7 +47,7 @@ def uncertainty(
     out: str | Path | None = None,
     shard: str | tuple[int, int] | None = None,
     cluster: str | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     command: str = "",
     repeat: str = "impactlab run case.yaml",
 ) -> Uncertainty:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.refine import reference
+from impactlab.refine import converged_reference
 from studies.audit import answers, compare
 from studies.audit.measure import KNOWN, case_for, seen
 from studies.audit.scenes import Drawn
@@ -28,7 +28,7 @@ def claimed(drawn: Drawn) -> dict[str, Any]:
     began = clock.perf_counter()
     try:
         budget = BUDGETS[drawn.number % len(BUDGETS)]
-        found = reference.converged(*case_for(drawn.doc).simulation(), budget)
+        found = converged_reference.converged(*case_for(drawn.doc).simulation(), budget)
     except Exception as error:  # noqa: BLE001 - whatever ends it is a row of the study
         row["note"] = f"{type(error).__name__}: {error}"[:160]
         return row

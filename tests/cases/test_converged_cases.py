@@ -13,14 +13,14 @@ from scipy.optimize import brentq
 
 import impactlab as il
 from impactlab import api
-from impactlab.refine import reference
+from impactlab.refine import reference_record
 from impactlab.scene.method import Simulation
 
 CASES = Path(__file__).parents[2] / "cases"
 
 
 @cache
-def judged(name: str) -> tuple[Simulation, reference.Reference]:
+def judged(name: str) -> tuple[Simulation, reference_record.Reference]:
     asked = il.load_case(CASES / f"{name}.yaml").simulation()
     found = api.reference_of(*asked)
     assert found is not None

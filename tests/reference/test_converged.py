@@ -16,7 +16,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine import reference
+from impactlab.refine import converged_reference, reference, reference_record
 from impactlab.refine.suitable import stepped
 from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
@@ -185,8 +185,8 @@ SCENES = {
 def test_what_little_effort_says_of_itself_holds_against_more(name):
     scene = SCENES[name]()
     rough, fine = reference.find(*scene, 0.02), reference.find(*scene, 1.0)
-    assert fine.uncertainty < 0.3 * rough.uncertainty or fine.uncertainty <= reference.TARGET_UNCERTAINTY
-    for metric in reference.CONVERGED_BY:
+    assert fine.uncertainty < 0.3 * rough.uncertainty or fine.uncertainty <= converged_reference.TARGET_UNCERTAINTY
+    for metric in converged_reference.CONVERGED_BY:
         error = metrics.installed()[metric](rough.history, fine.history, scene.scene)
         assert error <= rough.uncertainties[metric] + fine.uncertainty
         assert rough.uncertainties[metric] <= rough.uncertainty
@@ -198,39 +198,43 @@ def test_refining_ends_where_costly_levels_no_longer_lower_the_uncertainty(monke
 
     def stalled(*given):
         shown.append(1e-3)
-        return dict.fromkeys(reference.CONVERGED_BY, 1e-3)
+        return dict.fromkeys(converged_reference.CONVERGED_BY, 1e-3)
 
-    monkeypatch.setattr(reference, "uncertainties", stalled)
-    description = next(reference.descriptions_of(SCENES["hertz"]()))
-    reference.refine(description, 1.0)
+    monkeypatch.setattr(converged_reference, "uncertainties", stalled)
+    description = next(converged_reference.descriptions_of(SCENES["hertz"]()))
+    converged_reference.refine(description, 1.0)
     cheap = len(shown)
-    monkeypatch.setattr(reference, "MAX_CHEAP_LEVEL_S", 0.0)
+    monkeypatch.setattr(converged_reference, "MAX_CHEAP_LEVEL_S", 0.0)
     shown.clear()
-    found, spent = reference.refine(description, 1.0)
+    found, spent = converged_reference.refine(description, 1.0)
     assert len(shown) == 3 < cheap
     assert found.uncertainty == 1e-3
     assert 0.0 < spent < 1.0
 
 
 def test_costly_levels_are_refined_less_than_cheap_ones():
-    steps = [reference.target(seconds) for seconds in (0.01, 0.1, 1.0)]
-    assert steps == [reference.MIN_UNCERTAINTY, reference.TARGET_UNCERTAINTY, reference.COSTLY_UNCERTAINTY]
+    steps = [converged_reference.target(seconds) for seconds in (0.01, 0.1, 1.0)]
+    assert steps == [
+        converged_reference.MIN_UNCERTAINTY,
+        converged_reference.TARGET_UNCERTAINTY,
+        converged_reference.COSTLY_UNCERTAINTY,
+    ]
     assert steps == sorted(steps)
 
 
 def test_the_others_take_no_longer_than_the_first_one(monkeypatch):
     """By predicted seconds, except for what any check may take."""
-    spent, refine = [], reference.refine
+    spent, refine = [], converged_reference.refine
 
     def counting(*given, **named):
         found = refine(*given, **named)
         spent.append(found[1])
         return found
 
-    monkeypatch.setattr(reference, "refine", counting)
+    monkeypatch.setattr(converged_reference, "refine", counting)
     reference.find(*SCENES["hard, stiffness damped"](), 0.05)
     assert len(spent) > 1
-    assert sum(spent[1:]) <= max(reference.MIN_CHECK_S, spent[0])
+    assert sum(spent[1:]) <= max(converged_reference.MIN_CHECK_S, spent[0])
 
 
 def test_a_first_description_that_does_not_converge_leaves_time_for_the_second(monkeypatch):
@@ -240,8 +244,8 @@ def test_a_first_description_that_does_not_converge_leaves_time_for_the_second(m
         given.append(budget)
         return None, budget
 
-    monkeypatch.setattr(reference, "refine", failing)
-    budget, share = 0.9, reference.FIRST_SHARE  # another budget than above: references are kept
+    monkeypatch.setattr(converged_reference, "refine", failing)
+    budget, share = 0.9, converged_reference.FIRST_SHARE  # another budget than above: references are kept
     assert reference.find(*SCENES["hertz on two materials"](), budget) is None
     assert given[:2] == pytest.approx([share * budget, share * (1.0 - share) * budget])
 
@@ -300,14 +304,16 @@ def apart(coarse, middle, fine):
 def test_the_uncertainty_of_each_metric_is_its_own():
     """An impulse that stands still is not known by displacements that converge fast."""
     levels = [{"mass_displacement": 1e-2 / n**2, "impulse": error} for n, error in ((1, 3e-4), (2, 1e-4), (4, 2e-4))]
-    found = reference.uncertainties(apart(*levels), (1, 2, 4), 2.0)
-    assert found["mass_displacement"] == pytest.approx(reference.SAFETY * 1e-2 / 16, rel=1e-3)
+    found = converged_reference.uncertainties(apart(*levels), (1, 2, 4), 2.0)
+    assert found["mass_displacement"] == pytest.approx(converged_reference.SAFETY * 1e-2 / 16, rel=1e-3)
     assert found["impulse"] > 2e-4
 
 
 def test_three_levels_that_agree_to_reading_claim_no_less_than_that():
     levels = [{"impulse": 1e-12 / n**2} for n in (1, 2, 4)]
-    assert reference.uncertainties(apart(*levels), (1, 2, 4), 2.0) == {"impulse": reference.MIN_UNCERTAINTY}
+    assert converged_reference.uncertainties(apart(*levels), (1, 2, 4), 2.0) == {
+        "impulse": converged_reference.MIN_UNCERTAINTY
+    }
 
 
 def test_an_answer_that_a_second_description_contradicts_claims_their_difference():
@@ -317,15 +323,15 @@ def test_an_answer_that_a_second_description_contradicts_claims_their_difference
     right, lucky = (simulate.run(*stepped(each)[0].simulation(400)) for each in (scene, heavier))
     assert right.method.step.courant == 1.0
     mesh = simulate.run(*stepped(scene)[1].simulation(200))
-    told = dict.fromkeys(reference.CONVERGED_BY, 1e-5)
-    rough = dict.fromkeys(reference.CONVERGED_BY, 3e-3)
-    second = reference.Reference(reference.CONVERGED, mesh, 3e-3, rough)
+    told = dict.fromkeys(converged_reference.CONVERGED_BY, 1e-5)
+    rough = dict.fromkeys(converged_reference.CONVERGED_BY, 3e-3)
+    second = reference_record.Reference(reference_record.CONVERGED, mesh, 3e-3, rough)
     kept, doubted = (
-        reference.checked(reference.Reference(reference.CONVERGED, history, 1e-5, told), second)
+        converged_reference.checked(reference_record.Reference(reference_record.CONVERGED, history, 1e-5, told), second)
         for history in (right, lucky)
     )
     assert kept.uncertainty == 1e-5
-    difference = max(getattr(metrics, name)(lucky, right, scene.scene) for name in reference.CONVERGED_BY)
+    difference = max(getattr(metrics, name)(lucky, right, scene.scene) for name in converged_reference.CONVERGED_BY)
     assert doubted.uncertainty == pytest.approx(difference, rel=0.3)
 
 

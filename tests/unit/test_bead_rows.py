@@ -17,7 +17,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.scene.bodies import Mass, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.simulate.driver import walk
+from impactlab.simulate.stepped_run import walk
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import REST
 from impactlab.simulate.stepping.assembly import Assembly

@@ -15,7 +15,7 @@ from impactlab import api
 from impactlab.numerics import ahead, compile_queue
 from impactlab.numerics.addresses import COMPILED, FREE, RESPOND, is_missing, type_of
 from impactlab.numerics.compile_queue import CompileQueue, Request
-from impactlab.simulate import driver, needed_kernels
+from impactlab.simulate import needed_kernels, stepped_run
 from impactlab.simulate.stepping import loop
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
@@ -189,7 +189,7 @@ def test_a_comparison_needs_the_code_of_all_its_methods(monkeypatch):
 
 
 def test_the_type_of_arrays_is_known_before_a_run():
-    made = driver.Prepared(*il.load_case("axial_impact").simulation()).kept()
+    made = stepped_run.Prepared(*il.load_case("axial_impact").simulation()).kept()
     assert made is not None
     assert type_of(made.memory) is needed_kernels.type_of_arrays()
 

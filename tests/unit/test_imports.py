@@ -104,6 +104,8 @@ def test_a_circle_is_found_however_it_is_imported(tmp_path: Path, imported: str)
 
 
 CHECKED = "import sys; sys.argv = ['impactlab', 'check', sys.argv[1]]; from impactlab.cli import main; main()"
+EXACT = CHECKED.replace("'check', sys.argv[1]", "'run', sys.argv[1], '--method', 'continuous'")
+STEPS = {"impactlab.simulate.stepped_run", "impactlab.simulate.stepping.loop", "impactlab.refine.converged_reference"}
 
 
 @pytest.mark.parametrize(
@@ -111,6 +113,7 @@ CHECKED = "import sys; sys.argv = ['impactlab', 'check', sys.argv[1]]; from impa
     [
         ("import impactlab.api", {"numba", "scipy", "matplotlib", "pandas"}),
         (CHECKED, {"numba.np.arraymath", "impactlab.simulate.driver", "impactlab.refine", "matplotlib"}),
+        (EXACT, STEPS | {"scipy.linalg", "matplotlib"}),
     ],
 )
 def test_check_and_the_api_load_no_module_that_only_a_run_needs(code: str, unwanted: set[str]) -> None:

@@ -14,7 +14,8 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine.reference import find, physics_key
+from impactlab.refine.reference import find
+from impactlab.refine.reference_record import physics_key
 from impactlab.scene import Segment
 from impactlab.scene.method import Simulation, StepRule, is_exact
 from impactlab.simulate.driver import run

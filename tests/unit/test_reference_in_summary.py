@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab import api
 from impactlab.cli import app
-from impactlab.refine import outlook, reference
+from impactlab.refine import outlook, reference, reference_record
 from impactlab.report import console, run_report, summary
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -155,8 +155,8 @@ def test_the_command_line_shows_what_it_was_measured_against(tmp_path):
 def test_the_content_of_a_scene_names_its_physics_only():
     scene = paper(HERTZ).simulation()
     other = paper(HERTZ, ("solve.model", {"kind": "modal", "modes": 5}), ("solve.step", {"dt": 1e-7})).simulation()
-    assert reference.physics_key(*scene) == reference.physics_key(*other)
-    assert reference.physics_key(*scene) != reference.physics_key(*scene.but(duration=1e-5))
+    assert reference_record.physics_key(*scene) == reference_record.physics_key(*other)
+    assert reference_record.physics_key(*scene) != reference_record.physics_key(*scene.but(duration=1e-5))
 
 
 @pytest.mark.slow

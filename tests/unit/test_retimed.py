@@ -15,7 +15,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.modal import Modal
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Wall
 from impactlab.scene.method import Simulation, StepRule
-from impactlab.simulate import driver
+from impactlab.simulate import driver, stepped_run
 from impactlab.simulate.stepping import retimed
 from impactlab.testing.scenes import simulation
 
@@ -41,7 +41,7 @@ def with_step(asked, dt, records=None):
 
 
 def arrays_of(asked):
-    prepared = driver.ready(*asked)
+    prepared = stepped_run.ready(*asked)
     return prepared.plan, prepared.kept()
 
 

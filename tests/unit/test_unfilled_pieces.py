@@ -14,7 +14,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
 from impactlab.scene.bodies import End, Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
-from impactlab.simulate import driver, run
+from impactlab.simulate import run, stepped_run
 from impactlab.simulate.stepping import assembly, pieces
 from impactlab.simulate.stepping.arrays import (
     BOOK_RARE,
@@ -70,7 +70,7 @@ def test_a_missing_piece_ends_the_run_with_an_error(
 
 
 def test_a_scene_that_needs_no_piece_has_all_places_filled() -> None:
-    made = driver.Prepared(*plain(0.45)).assembly()
+    made = stepped_run.Prepared(*plain(0.45)).assembly()
     assert made is not None
     held = made.memory.pieces.tolist()
     assert held == [address_without(piece) for piece in range(PIECES)]

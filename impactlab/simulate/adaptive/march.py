@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -20,6 +19,7 @@ from impactlab.simulate.adaptive.law import LawFailed
 from impactlab.simulate.adaptive.record import Record
 from impactlab.simulate.adaptive.system import System
 from impactlab.simulate.slides import REACH_FURTHER, out_of_reach, slid
+from impactlab.types import Progress
 
 MIN_ACCUMULATED = 20  # events within a hundredth of the time so far that count as an accumulation
 MIN_TILT = 1e-4  # rad, of a link from across its slide: nearer its acceleration grows beyond bounds
@@ -60,7 +60,7 @@ class March:
         self._under_way: dict[int, Span] = {}
         self._angles = [system.row(Point(name, x, ""), "displacement") for name, x in slid(scene)]
 
-    def run(self, progress: Callable[[float], None] | None = None) -> AdaptiveHistory:
+    def run(self, progress: Progress | None = None) -> AdaptiveHistory:
         """Return the history; raise `StepError` where solver, law or step limit fails."""
         duration, told = self.system.scene.duration, clock.perf_counter()
         try:

@@ -1,0 +1,73 @@
+"""A run by the exact solver, with what it refuses and what it warns of before it starts."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterator
+
+from impactlab.exact.contact_kinds import check as check_contacts
+from impactlab.exact.cost import Begun
+from impactlab.exact.solve import solve
+from impactlab.history.base import AbstractHistory, Warned
+from impactlab.models.continuous.model import Continuous
+from impactlab.plugins import kind_of
+from impactlab.scene.method import Method
+from impactlab.scene.precision import in_precision, quietly
+from impactlab.scene.problem import Scene
+from impactlab.scene.recent import Recent
+from impactlab.scene.sizes import check_records
+from impactlab.types import Progress
+from impactlab.wall_time import spent_on
+
+UNUSED = Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored")
+
+
+def check(scene: Scene, method: Method) -> tuple[Warned, ...]:
+    """Return the warnings of a run that the exact solver takes on; raise `CaseError` where it cannot."""
+    check_records(scene, scene.records)
+    with quietly(), in_precision("the contacts of the scene", "contacts"):
+        check_contacts(scene, method)
+    unused = () if method.integrator is None else (UNUSED,)
+    return (*unused, *_not_stepped(method), *_exactly_hard(method), *_not_counted(method))
+
+
+checked = Recent(check, lambda _: True)
+
+
+def run(scene: Scene, method: Method, progress: Progress | None, begun: Begun | None) -> AbstractHistory:
+    """Return the history of the exact solver; arguments and errors as of `impactlab.simulate.driver.run`."""
+    began = clock.perf_counter()
+    with spent_on("set-up"):
+        warnings = checked(scene, method)
+    planned = clock.perf_counter()
+    history = solve(scene, method, progress=progress, begun=begun)
+    history.integrator_used = False
+    solved = clock.perf_counter()
+    with spent_on("checks"):
+        history.warnings.extend(warnings)
+    history.cost.setup_s += planned - began
+    history.cost.checks_s += clock.perf_counter() - solved
+    return history
+
+
+def _not_stepped(method: Method) -> Iterator[Warned]:
+    """Give a warning for a given dt in a run that takes no steps; other rules of a step may be for its methods."""
+    if method.step.dt is not None:
+        text = f"the exact solver takes no steps, and ignores the dt of {method.step.dt:.6g} s"
+        yield Warned("step_unused", text)
+
+
+def _exactly_hard(method: Method) -> Iterator[Warned]:
+    """Give a warning for each law that approximates a hard contact, which the exact solver answers itself."""
+    for name, law in method.laws.items():
+        if law.hard and not law.is_the_contact:
+            text = f"{name}: the exact solver solves the hard contact itself, and does not use law '{kind_of(law)}'"
+            yield Warned("law_unused", text)
+
+
+def _not_counted(method: Method) -> Iterator[Warned]:
+    """Give a warning for each body whose model counts modes or elements in a run that takes no steps."""
+    for name, model in method.models.items():
+        if isinstance(model, Continuous) and (model.modes is not None or model.elements is not None):
+            text = f"'{name}': the exact solver takes no steps, and ignores modes and elements"
+            yield Warned("modes_unused", text)
