@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.exact.branch_tables import with_branches
-from impactlab.exact.contact_kinds import Bond, check
+from impactlab.exact.contact_kinds import Bond, bonds_of
 from impactlab.exact.end_loads import loaded
 from impactlab.exact.initial_waves import with_first_pieces
 from impactlab.exact.network import Integers, Layout, Link, Log, empty_log
@@ -125,7 +125,7 @@ def force_scales(drawing: Drawing, pairs: list[tuple[int, int]], bonds: list[Bon
 
 def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
     """Return the network of a scene and its log at t = 0; raises `CaseError` or `PairingError`."""
-    bonds = check(scene, method)
+    bonds = bonds_of(scene, method)
     drawing = draw(scene)
     nodes, members, pieces, end_nodes, pairs = drawing
     junction = junctions(len(nodes), pairs)

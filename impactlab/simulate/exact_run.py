@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterator
 
-from impactlab.exact.contact_kinds import check as check_contacts
+from impactlab.exact.contact_kinds import bonds_of
 from impactlab.exact.cost import Begun
 from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory, Warned
@@ -26,7 +26,7 @@ def check(scene: Scene, method: Method) -> tuple[Warned, ...]:
     """Return the warnings of a run that the exact solver takes on; raise `CaseError` where it cannot."""
     check_records(scene, scene.records)
     with quietly(), in_precision("the contacts of the scene", "contacts"):
-        check_contacts(scene, method)
+        bonds_of(scene, method)
     unused = () if method.integrator is None else (UNUSED,)
     return (*unused, *_not_stepped(method), *_exactly_hard(method), *_not_counted(method))
 
