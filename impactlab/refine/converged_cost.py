@@ -23,7 +23,7 @@ from impactlab.scene.sizes import default_records
 CONTACT_S = 1.5e-7  # a step and contact, beside the first
 LEVEL_S = 3e-3  # of a level, for each contact and the first
 COMPARISON_S = 4e-3  # of two levels, likewise; each is compared with two others
-FIRST_UNCERTAINTY, FIRST_OF_BEAMS = 1e-3, 1e-4  # expected of a reference at its coarsest level
+FIRST_UNCERTAINTY, FIRST_OF_BEAMS = 1e-3, 5e-4  # expected of a reference at its coarsest level
 FIRST_OF_YIELDING = 2e-2  # the same where a contact yields; steps that do not end where it begins to are of first order
 
 
