@@ -21,7 +21,8 @@ from impactlab.history import Warned
 from impactlab.history.advice import ADVICE
 from impactlab.refine.choice_record import Choice
 from impactlab.report import console
-from impactlab.report.summary import summarise, table
+from impactlab.report.comparison import table
+from impactlab.report.summary import summarise
 from impactlab.simulate import driver
 
 CASES = Path(__file__).parents[2] / "cases"
