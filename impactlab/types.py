@@ -11,7 +11,7 @@ import math
 from enum import Enum
 from typing import Annotated, Literal, NamedTuple
 
-from numpy import float64
+from numpy import float64, int64
 from numpy.typing import NDArray
 
 from impactlab.numerics.layout import Numbers, record
@@ -19,6 +19,7 @@ from impactlab.options import Relative as Relative
 from impactlab.options import option as option
 
 Array = NDArray[float64]
+Ints = NDArray[int64]
 Quantity = Literal[
     "displacement", "velocity", "strain", "stress", "force", "rotation", "bending_moment", "shear_force", "moment"
 ]

@@ -7,12 +7,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
 
 from impactlab.prefixes import prefixed, prefixed_range
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 
 class CarriedEnergy(NamedTuple):

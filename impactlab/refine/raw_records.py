@@ -18,9 +18,8 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.fronts import Samples
 from impactlab.numerics.compiling import ENTRY, PART
 from impactlab.numerics.slopes import MIN_MEANS
-from impactlab.simulate.stepping.arrays import Ints
 from impactlab.simulate.stepping.history import RecordedHistory
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 
 class Sizes(NamedTuple):
