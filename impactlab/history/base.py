@@ -24,7 +24,7 @@ from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
 
 if TYPE_CHECKING:
-    from impactlab.refine.choice_record import Choice
+    from impactlab.history.choice import Choice
 
 
 class Event(NamedTuple):

@@ -19,7 +19,7 @@ from impactlab.cli import app
 from impactlab.errors import RunWarning, StepError
 from impactlab.history import Warned
 from impactlab.history.advice import ADVICE
-from impactlab.refine.choice_record import Choice
+from impactlab.history.choice import Choice
 from impactlab.report import console
 from impactlab.report.comparison import table
 from impactlab.report.summary import summarise
