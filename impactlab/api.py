@@ -93,7 +93,7 @@ class Comparison:
 
     @property
     def references(self) -> dict[str, AbstractHistory]:
-        """The answers that the methods were measured against, by name of the method."""
+        """The references of the methods, by name of the method."""
         return {row.name: row.reference[1] for row in self.rows if row.reference is not None}
 
     @property

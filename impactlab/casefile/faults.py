@@ -130,7 +130,7 @@ def _yaml_path(loc: Sequence[int | str]) -> list[str]:
 
 
 def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> str:
-    """Return how a missing key is written: what it is, with its unit."""
+    """Return how a missing key is written, with its unit."""
     if keys == ["schema_version"]:
         return "Add schema_version: 1."
     found = (block.model_fields.get(keys[-1]) for block in _blocks_at(keys[:-1], data, allowed))

@@ -93,7 +93,7 @@ class Allowed:
         raise self._refused(value, self._hint(value) if isinstance(value, str) else "")
 
     def _hint(self, given: str) -> str:
-        """Return what a string that is not allowed may have been meant to be."""
+        """Return a hint at the likely meaning of a string that is not allowed."""
         if (self.whole or self.number) and given.strip().isdigit():
             return " Write the number without quotes."
         return closest(given, self.words)

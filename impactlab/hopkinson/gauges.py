@@ -1,4 +1,4 @@
-"""The waves at the faces of a specimen from one gauge on each bar, and warnings of what the signals lack."""
+"""The waves at the faces of a specimen from one gauge on each bar, with warnings of doubtful signals."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def _warn_of_short_record(values: Array, dt: float, lag: float, threshold: float
 
 
 def parted(values: Array, dt: float, bar: Bar, way: float, threshold: float, end: float | None) -> TwoWaves:
-    """Return what `one_gauge` does, of a checked signal and a distance in metres."""
+    """Return the waves as `one_gauge` does, from a checked signal and a distance in metres."""
     loud = above(values, threshold)
     start = float(loud[0]) * dt
     trip = 2.0 * way / bar.wave_speed

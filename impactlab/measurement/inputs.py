@@ -105,7 +105,7 @@ def _given(value: Any) -> str:
 
 
 def listed(values: float | str | Iterable[float | str]) -> list[float | str]:
-    """Return one value, or several, as a list; what is neither, as one value that is refused later."""
+    """Return one value, or several, as a list; anything else as one value, refused later."""
     return [*values] if isinstance(values, Iterable) and not isinstance(values, (str, Mapping)) else [values]  # type: ignore[list-item]
 
 

@@ -169,7 +169,7 @@ def _all_pairs(values: Sequence[Any]) -> Iterator[tuple[int, int]]:
 
 
 def _finite(found: Pairs) -> Pairs:
-    """Return distances, inf for what is no number."""
+    """Return distances, inf in place of NaN."""
     return {pair: value if math.isfinite(value) else math.inf for pair, value in found.items()}
 
 

@@ -62,7 +62,7 @@ class Steps(NamedTuple):
 
 
 class Records:
-    """The records of a run, the column of each displacement, and what was read of them.
+    """The records of a run, the column of each displacement, and values read before.
 
     Parameters
     ----------

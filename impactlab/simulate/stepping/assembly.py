@@ -148,7 +148,7 @@ class Assembly:
         return probe_at
 
     def _results(self, size: int) -> dict[str, Any]:
-        """Return the clock and the room for what a run writes; ``size`` is that of the state."""
+        """Return the clock and the arrays that a run writes; ``size`` is that of the state."""
         scene, layout, per_run = self.scene, self.layout, self.steps // self.stride
         self.snapshots, snapshots = records(SnapshotRecord, len(scene.field_times))
         for snapshot, time in zip(self.snapshots, scene.field_times, strict=True):

@@ -143,7 +143,7 @@ class PackedRows(NamedTuple):
 
 @cache
 def no_beads() -> PackedRows:
-    """Return what `packed` returns of a scene without rows."""
+    """Return the result of `packed` for a scene without rows."""
     none = np.zeros(0, np.int64)
     return PackedRows(records(BeadRowRecord, 0)[1], np.zeros((V + 1, 0)), np.zeros((REST + 1, 0)), none, none)
 
@@ -195,7 +195,7 @@ def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRo
 
 
 def _room(row: BeadRow) -> int:
-    """Return the entries of a row: beads, two ghosts, and what is read behind them, whole lines of memory."""
+    """Return the number of entries of a row: beads, two ghosts, those read behind them, in whole lines of memory."""
     return LANES * -(-(len(row.beads) + 2 + 2 * LANES) // LANES)
 
 
