@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from impactlab.refine import outlook as outlooks
     from impactlab.refine import reference as references
     from impactlab.refine.reference_record import Reference
+    from impactlab.report import comparison as comparisons
     from impactlab.report import notebook
     from impactlab.report import summary as summaries
     from impactlab.simulate import driver, needed_kernels, plan
@@ -59,6 +60,7 @@ else:  # with the libraries that they load, each when it is first used
     reference_record = lazy("impactlab.refine.reference_record")
     outlooks = lazy("impactlab.refine.outlook")
     notebook, summaries = lazy("impactlab.report.notebook"), lazy("impactlab.report.summary")
+    comparisons = lazy("impactlab.report.comparison")
 
 warnings.simplefilter("ignore", RunNote, append=True)  # the last filter: those that a user sets come before it
 
@@ -92,14 +94,14 @@ class Comparison:
 
     @property
     def references(self) -> dict[str, AbstractHistory]:
-        """The answers that the methods were measured against, by name of the method."""
+        """The references of the methods, by name of the method."""
         return {row.name: row.reference[1] for row in self.rows if row.reference is not None}
 
     @property
     def document(self) -> dict[str, Any]:
         """The document of ``compare --json``: schema_version, case, reference, rows of name and summary."""
         name = self.reference[0] if self.reference is not None else None
-        return summaries.comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
+        return comparisons.comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
 
     def plot(self) -> Figure:
         """Return a figure of all methods' signals over time, a panel for each place.
@@ -126,7 +128,7 @@ class Comparison:
 
     def __str__(self) -> str:
         width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
-        return summaries.table(self.document, width)
+        return comparisons.table(self.document, width)
 
 
 def run(case: Case | Simulation, progress: Progress | None = None, frames: int = 0) -> AbstractHistory:

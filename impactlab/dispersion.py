@@ -17,13 +17,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy import float64
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from impactlab.measurement.inputs import above_zero, expect, finite, one_of, row_of_numbers
 from impactlab.scene.bodies import BeamSegment
+from impactlab.types import Array
 
-Array = NDArray[float64]
 DIFFERENCE = 1e-5  # relative, of the wave numbers between which a group speed is taken: it is exact to 1e-10
 
 __all__ = ["Dispersion", "beam", "free_rod", "guided_rod"]

@@ -147,7 +147,9 @@ class Registry:
     def _installed(self, group: Group) -> str:
         names = ", ".join(self.names(group))
         if not names:
-            return "None is installed: install impactlab itself (pip install .), then see `impactlab plugins`."
+            is_complete = any(entry.distribution == "impactlab" for entry in self.entries)
+            missing = "the plugin that has it" if is_complete else "impactlab itself (pip install .)"
+            return f"None is installed: install {missing}, then see `impactlab plugins`."
         return f"Installed: {names} (see `impactlab plugins`)."
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Annotated, Literal, NamedTuple
 
-from numpy import float64
+from numpy import float64, int64
 from numpy.typing import NDArray
 
 from impactlab.numerics.layout import Numbers, record
@@ -20,6 +20,7 @@ from impactlab.options import Relative as Relative
 from impactlab.options import option as option
 
 Array = NDArray[float64]
+Ints = NDArray[int64]
 Progress = Callable[[float], None]
 """Called with the fraction of a run that is done, from 0 to 1."""
 Quantity = Literal[

@@ -10,9 +10,8 @@ import numpy as np
 from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import constraint_modes, fixed_modes, still_free, struck, too_few
 from impactlab.models.base import Face
-from impactlab.models.mesh.bar_elements import Ints
 from impactlab.models.mesh.base import AbstractMesh
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 
 @final

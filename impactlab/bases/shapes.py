@@ -8,11 +8,10 @@ import numpy as np
 
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.mesh.bar_elements import Ints
 from impactlab.models.mesh.base import AbstractMesh, null_space, part
 from impactlab.numerics.banded import full, multiply, solve
 from impactlab.numerics.threads import one_thread
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 MAX_KEPT = 8  # meshes whose eigenvectors stay in memory
 MAX_KEPT_SIZE = 500_000  # numbers of one of them, 4 MB

@@ -11,10 +11,9 @@ from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import constraint_modes, fixed_modes, pieces, struck, too_few
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.mesh.bar_elements import Ints
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.numerics.banded import multiply
-from impactlab.types import option
+from impactlab.types import Ints, option
 
 
 @final

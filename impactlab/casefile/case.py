@@ -14,9 +14,10 @@ from pydantic import ValidationError
 from impactlab import plugins
 from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
-from impactlab.casefile.document import MAX_GIVEN, Document, check_texts, check_tree, read_document
+from impactlab.casefile.document import Document, read_document
 from impactlab.casefile.edit import edited, numbered, plain, with_named, with_values
 from impactlab.casefile.faults import case_error
+from impactlab.casefile.limits import MAX_GIVEN, check_texts, check_tree
 from impactlab.casefile.loads import folder_of, with_tables
 from impactlab.casefile.origins import Origins
 from impactlab.casefile.path_units import unit_of

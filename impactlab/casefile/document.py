@@ -1,43 +1,26 @@
-"""Reads the text of a case file into plain values with their lines. Case files are data: nothing in one ever runs.
-
-YAML is taken event by event, so that limits, tags, anchors and double keys are refused before any value is built, and
-numbers are read by the core rules of YAML 1.2 (``2.1e11`` and ``1e-3`` are numbers, ``on`` is a text).
-"""
+"""Reads the text of a case file into plain values with their lines. Case files are data: nothing in one ever runs."""
 
 from __future__ import annotations
 
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from impactlab.casefile.limits import MAX_DEPTH, MAX_VALUES, REMEDY, SERIES, Keys, check_tree, too_deep, too_many
 from impactlab.casefile.words import closest, shown
+from impactlab.casefile.yaml_values import yaml_value
 from impactlab.errors import CaseError
 
 MAX_BYTES = 1_000_000  # bytes
 MAX_LINES = 50_000
-MAX_VALUES = 25_000  # keys, list entries and values: YAML takes some 40 us for each
-MAX_GIVEN = 2_000_000  # the same of a case made in Python
-MAX_DEPTH = 24  # levels of nesting
-MAX_KEY = 120  # characters
 MAX_VALUE = 10_000  # characters of a value given on the command line
 
-Keys = tuple[str, ...]
-"""Where a value stands: keys and list positions from the top, as texts."""
-
-_INTEGER = re.compile(r"[-+]?[0-9]{1,400}")
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
-_WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
-_WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
-_INDENTED_BY_TAB = re.compile(r" *\t")
 _JSON_WORD = re.compile(r'"(?:\\.|[^"\\])*"|-?Infinity|NaN')
 _DOTTED = re.compile(rf"""(?:[\w"'-]+\s*\.\s*){{{MAX_DEPTH + 1}}}""")
 _BRACKETS = re.compile(r"""[\[\]{}]|"(?:\\.|[^"\\\n])*"?|'(?:\\.|[^'\\\n])*'?""")  # brackets, and texts to skip
-_SERIES = "A case describes a scene; keep measured series outside it."
-_REMEDY = "A case holds plain keys and values only; see `impactlab new` for one to start from."
 
 
 class Kind(NamedTuple):
@@ -88,9 +71,9 @@ def _text(path: Path) -> str:
     with path.open("rb") as stream:
         raw = stream.read(MAX_BYTES + 1)
     if len(raw) > MAX_BYTES:
-        raise CaseError(f"the file is larger than {MAX_BYTES} bytes, the most a case may have", remedy=_SERIES)
+        raise CaseError(f"the file is larger than {MAX_BYTES} bytes, the most a case may have", remedy=SERIES)
     if (lines := raw.count(b"\n")) > MAX_LINES:
-        raise CaseError(f"the file has {lines} lines; at most {MAX_LINES} are allowed", remedy=_SERIES)
+        raise CaseError(f"the file has {lines} lines; at most {MAX_LINES} are allowed", remedy=SERIES)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -107,7 +90,7 @@ def _neighbour(path: Path) -> str:
 def parse_yaml(text: str, kind: Kind = CASE) -> Document:
     """Return a YAML 1.2 text as a document."""
     lines: dict[Keys, int | None] = {}
-    data = _yaml_value(text, lines)
+    data = yaml_value(text, lines)
     return Document(_mapping(data, kind), lines)
 
 
@@ -118,7 +101,7 @@ def parse_value(text: str) -> Any:
             f"a value of {len(text)} characters; at most {MAX_VALUE} are allowed",
             remedy="Write long values into a case file.",
         )
-    return _yaml_value(text, {})
+    return yaml_value(text, {})
 
 
 def parse_json(text: str, kind: Kind = CASE) -> Document:
@@ -140,11 +123,11 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
     except json.JSONDecodeError as error:
         raise CaseError(f"not JSON: {error.msg}", remedy="Fix the text there.", line=error.lineno) from error
     except ValueError as error:
-        raise CaseError(f"not JSON: {str(error)[:120]}", remedy=_REMEDY) from error
+        raise CaseError(f"not JSON: {str(error)[:120]}", remedy=REMEDY) from error
     check_tree(data)
     lines: dict[Keys, int | None] = {}
     try:
-        _yaml_value(text, lines)  # JSON is YAML; read again for the lines alone
+        yaml_value(text, lines)  # JSON is YAML; read again for the lines alone
     except CaseError:
         lines = {}
     return Document(_mapping(data, kind), lines)
@@ -157,7 +140,7 @@ def _placed_in_json(error: CaseError, text: str) -> CaseError:
         error.line = text.count("\n", 0, constant.start()) + 1
         return error
     try:
-        _yaml_value(text, {})  # JSON is YAML, whose reader knows lines and path
+        yaml_value(text, {})  # JSON is YAML, whose reader knows lines and path
     except CaseError as found:
         return found if "stands twice" in found.text else error
     return error
@@ -167,10 +150,10 @@ def parse_toml(text: str, kind: Kind = CASE) -> Document:
     """Return a TOML text as a document."""
     _limit_brackets(text)
     if text.count("=") + text.count(",") > MAX_VALUES:
-        raise _too_many()
+        raise too_many()
     dotted = _DOTTED.search(text)
     if dotted:
-        raise _too_deep(text.count("\n", 0, dotted.start()) + 1)
+        raise too_deep(text.count("\n", 0, dotted.start()) + 1)
     try:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
@@ -208,7 +191,7 @@ def _limit_brackets(text: str) -> None:
     for found in _BRACKETS.finditer(text):
         depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(found.group(), 0)
         if depth > MAX_DEPTH:
-            raise _too_deep(text.count("\n", 0, found.start()) + 1)
+            raise too_deep(text.count("\n", 0, found.start()) + 1)
 
 
 def _refuse_constant(name: str) -> Any:
@@ -219,186 +202,3 @@ def _mapping(data: Any, kind: Kind) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise CaseError(f"the file holds {shown(data)}; {kind.keys}", remedy=kind.remedy, line=1)
     return data
-
-
-def _too_deep(line: int) -> CaseError:
-    return CaseError(f"nested deeper than {MAX_DEPTH} levels, the most a case may have", remedy=_REMEDY, line=line)
-
-
-def _too_many(line: int | None = None, most: int = MAX_VALUES) -> CaseError:
-    return CaseError(f"more than {most} values, the most a case may have", remedy=_SERIES, line=line)
-
-
-def check_tree(data: Any, most: int = MAX_VALUES) -> None:
-    """Raise `CaseError` on too many values, or a key that cannot be shown."""
-    count, waiting = 0, [data]
-    while waiting:
-        value = waiting.pop()
-        count += 1
-        if count > most:
-            raise _too_many(most=most)
-        if isinstance(value, dict):
-            for key in value:
-                _key(key, None)
-        if isinstance(value, (dict, list)):
-            waiting.extend(value.values() if isinstance(value, dict) else value)
-
-
-def _yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import MarkedYAMLError, YAMLError
-
-    try:
-        return _Composer(YAML(typ="rt", pure=True).parse(text), lines).document()
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        problem = str(error.problem or error.context or "the text cannot be read")[:120]
-        if "<block end>" in problem:
-            problem = "this line is indented differently from the lines that it belongs to"
-        remedy = "Fix the text there (or just above)."
-        if mark and any(
-            _INDENTED_BY_TAB.match(line) for line in text.splitlines()[max(0, mark.line - 1) : mark.line + 1]
-        ):
-            remedy = "Indent with spaces, not tabs."
-        raise CaseError(f"not YAML: {problem}", remedy=remedy, line=mark.line + 1 if mark else None) from error
-    except YAMLError as error:
-        raise CaseError(
-            f"not YAML: {str(error)[:120]}", remedy="Remove the characters that are not printable."
-        ) from error
-    except (ValueError, RecursionError) as error:
-        raise CaseError(f"not YAML: {str(error)[:120]}", remedy="Fix the text.") from error
-
-
-class _Composer:
-    """Builds plain values from YAML events, within the limits."""
-
-    def __init__(self, events: Iterator[Any], lines: dict[Keys, int | None]) -> None:
-        self.events = events
-        self.count = 0
-        self.lines = lines
-
-    def document(self) -> Any:
-        value = None
-        documents = 0
-        for event in self.events:
-            kind = type(event).__name__
-            if kind == "DocumentStartEvent":
-                documents += 1
-                if event.version or event.tags:
-                    raise CaseError("a % directive is not allowed", remedy=_REMEDY, line=event.start_mark.line + 1)
-                if documents > 1:
-                    raise CaseError(
-                        "a second document begins here", remedy="A file holds one case.", line=event.start_mark.line + 1
-                    )
-            elif kind not in ("StreamStartEvent", "StreamEndEvent", "DocumentEndEvent"):
-                value = self.node(event, (), 1)
-        return value
-
-    def node(self, event: Any, path: Keys, depth: int) -> Any:
-        kind = type(event).__name__
-        line = event.start_mark.line + 1
-        self.count += 1
-        if self.count > MAX_VALUES:
-            raise _too_many(line)
-        if kind == "AliasEvent":
-            raise CaseError(
-                f"the alias *{str(event.anchor)[:20]} is not allowed", remedy="Write the value out again.", line=line
-            )
-        if event.anchor is not None:
-            raise CaseError(
-                f"the anchor &{str(event.anchor)[:20]} is not allowed", remedy="Remove it; write values out.", line=line
-            )
-        if event.tag is not None:
-            raise CaseError(
-                f"the tag {shown(str(event.tag))} is not allowed", remedy=f"Remove it. {_REMEDY}", line=line
-            )
-        self.lines.setdefault(path, line)
-        if kind == "ScalarEvent":
-            return _scalar(event.value, path, plain=bool(event.implicit[0]), line=line)
-        if depth > MAX_DEPTH:
-            raise _too_deep(line)
-        return self.sequence(path, depth) if kind == "SequenceStartEvent" else self.mapping(path, depth)
-
-    def sequence(self, path: Keys, depth: int) -> list[Any]:
-        items: list[Any] = []
-        for event in self.events:
-            if type(event).__name__ == "SequenceEndEvent":
-                break
-            items.append(self.node(event, (*path, str(len(items))), depth + 1))
-        return items
-
-    def mapping(self, path: Keys, depth: int) -> dict[str, Any]:
-        items: dict[str, Any] = {}
-        for event in self.events:
-            if type(event).__name__ == "MappingEndEvent":
-                break
-            line = event.start_mark.line + 1
-            if type(event).__name__ != "ScalarEvent" or event.anchor is not None or event.tag is not None:
-                raise CaseError("a key that is not a plain word", remedy=_REMEDY, line=line)
-            key = _key(str(event.value), line)
-            if key in items:
-                first = self.lines[(*path, key)]
-                raise CaseError(
-                    f"the key {shown(key)} stands twice (first in line {first})",
-                    remedy="Keep one of the two.",
-                    path=_dotted((*path, key)),
-                    line=line,
-                )
-            self.lines[(*path, key)] = line
-            items[key] = self.node(next(self.events), (*path, key), depth + 1)
-        return items
-
-
-def _key(key: str, line: int | None) -> str:
-    """Return a key that is safe to show in a message, or refuse it."""
-    if len(key) > MAX_KEY or not key.isprintable():
-        raise CaseError(
-            f"the key {shown(key)} is not a plain word of at most {MAX_KEY} characters", remedy=_REMEDY, line=line
-        )
-    return key
-
-
-def check_texts(data: Any, path: Keys = ()) -> None:
-    """Raise `CaseError` where a text holds a lone surrogate, which no output can show."""
-    if isinstance(data, str):
-        if data.isascii():
-            return
-        try:
-            data.encode("utf-8")
-        except UnicodeEncodeError:
-            raise CaseError(
-                f"{shown(data)} contains an incomplete Unicode character (lone surrogate)",
-                remedy="Remove the characters that are not text.",
-                path=_dotted(path),
-            ) from None
-    elif isinstance(data, dict):
-        for key, value in data.items():
-            check_texts(key, path)
-            check_texts(value, (*path, key))
-    elif isinstance(data, list):
-        for number, value in enumerate(data):
-            check_texts(value, (*path, str(number)))
-
-
-def _dotted(path: Keys) -> str:
-    """Return a path as a message shows it."""
-    return ".".join(path)[:200]
-
-
-def _scalar(text: str, path: Keys, *, plain: bool, line: int) -> Any:
-    if not plain:
-        return text
-    if text in _WORDS:
-        return _WORDS[text]
-    if _INTEGER.fullmatch(text):
-        return int(text)
-    if _NOT_FINITE.fullmatch(text):
-        raise CaseError(f"{text} is not a finite number", remedy="Give a number.", path=_dotted(path), line=line)
-    if len(text) <= 400 and _FLOAT.fullmatch(text):
-        number = float(text)
-        if number in (float("inf"), float("-inf")):
-            raise CaseError(
-                f"{shown(text)} is beyond any number", remedy="Give a finite number.", path=_dotted(path), line=line
-            )
-        return number
-    return text

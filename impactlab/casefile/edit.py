@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
-from impactlab.casefile.document import MAX_DEPTH, MAX_KEY, Document, Keys, check_texts, parse_value
+from impactlab.casefile.document import Document, parse_value
+from impactlab.casefile.limits import MAX_DEPTH, MAX_KEY, Keys, check_texts
 from impactlab.casefile.repeat import block_of, count_of
 from impactlab.casefile.samples import Samples
 from impactlab.casefile.schema import CHOSEN, SolveBlock

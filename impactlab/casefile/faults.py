@@ -1,4 +1,4 @@
-"""Turns the faults that pydantic finds into one error of ours: place, given value, allowed values, remedy."""
+"""Errors of single values for pydantic, and the faults it finds as one error: place, value given, allowed, remedy."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic_core import ErrorDetails, PydanticCustomError
 
 from impactlab.casefile.synonyms import meant, renamed
 from impactlab.casefile.words import closest, listed, shown
@@ -130,7 +130,7 @@ def _yaml_path(loc: Sequence[int | str]) -> list[str]:
 
 
 def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> str:
-    """Return how a missing key is written: what it is, with its unit."""
+    """Return how a missing key is written, with its unit."""
     if keys == ["schema_version"]:
         return "Add schema_version: 1."
     found = (block.model_fields.get(keys[-1]) for block in _blocks_at(keys[:-1], data, allowed))
@@ -190,3 +190,8 @@ def _blocks_in(annotation: Any) -> list[type[BaseModel]]:
 def _kinds_of(block: type[BaseModel]) -> tuple[str, ...]:
     field = block.model_fields.get("kind")
     return () if field is None else get_args(field.annotation)
+
+
+def refuse(text: str) -> PydanticCustomError:
+    """Return the error of a value, with a text that is shown as it stands."""
+    return PydanticCustomError("value", "{text}", {"text": text})

@@ -13,12 +13,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
 
 from impactlab.casefile.words import listed, shown
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 MAX_LENGTH = 400  # characters
 MAX_NODES = 150

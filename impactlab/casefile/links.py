@@ -8,7 +8,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from impactlab.casefile.blocks import Block, Length, MassValue, Name, Time
-from impactlab.casefile.values import Allowed, Reader, quantity, refuse, words
+from impactlab.casefile.faults import refuse
+from impactlab.casefile.values import Allowed, Reader, quantity, words
 from impactlab.casefile.words import shown
 
 MAX_LINKS, MAX_AXIAL = 100, 200

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic_core import PydanticCustomError
 
+from impactlab.casefile.faults import refuse
 from impactlab.casefile.formula import TimeFormula
 from impactlab.casefile.samples import Samples
 from impactlab.casefile.units import to_si
@@ -43,11 +43,6 @@ def folder_of(file: str) -> Iterator[None]:
         _folder.reset(token)
 
 
-def wrong(text: str) -> PydanticCustomError:
-    """Return the error of a load, with a text that is shown as it stands."""
-    return PydanticCustomError("value", "{text}", {"text": text})
-
-
 def is_over_time(value: Any) -> bool:
     """Return whether a value is meant as a force over time, not as a number with a unit."""
     return isinstance(value, (Mapping, AbstractLoad)) or (isinstance(value, str) and bool(_OF_TIME.search(value)))
@@ -61,18 +56,18 @@ def read_load(value: Any, unit: str) -> AbstractLoad:
         try:
             return FunctionLoad(TimeFormula(value))
         except ValueError as error:
-            raise wrong(str(error)) from error
+            raise refuse(str(error)) from error
     keys = set(value)
     if keys == {"t", "f"}:
         times, forces = _column(value["t"], "t", "s"), _column(value["f"], "f", unit)
         return _checked(times, forces, "the table")
     if keys == {"file", "t", "f"}:
         if not all(isinstance(value[key], str) and value[key] for key in keys):
-            raise wrong(f"file, t and f must be strings. Allowed: {FORMS}")
+            raise refuse(f"file, t and f must be strings. Allowed: {FORMS}")
         columns = _from_file(_path(value["file"]), value["t"], value["f"], unit)
         return _checked(np.array(columns[0]), np.array(columns[1]), value["file"])
     hint = next((closest(str(key), ("t", "f", "file")) for key in keys - {"t", "f", "file"}), "")
-    raise wrong(f"{shown(dict.fromkeys(value, '...'))} is not a valid force over time.{hint} Allowed: {FORMS}")
+    raise refuse(f"{shown(dict.fromkeys(value, '...'))} is not a valid force over time.{hint} Allowed: {FORMS}")
 
 
 def load_values(load: AbstractLoad) -> Any:
@@ -99,7 +94,7 @@ def load_schema(unit: str) -> tuple[dict[str, Any], ...]:
 
 def _column(values: Any, name: str, unit: str) -> np.ndarray[Any, Any]:
     if not isinstance(values, (Samples, list, tuple)):
-        raise wrong(f"{name} of the table is {shown(values)}; give a list of numbers in {unit}")
+        raise refuse(f"{name} of the table is {shown(values)}; give a list of numbers in {unit}")
     if isinstance(values, Samples):
         return values.array
     return np.array([_number(value, name, number, unit) for number, value in enumerate(values)], dtype=float)
@@ -114,32 +109,32 @@ def _number(value: Any, name: str, number: int, unit: str) -> float:
     try:
         return to_si(str(value), unit)
     except ValueError as error:
-        raise wrong(f"{name} {number + 1} of the table is {shown(value)}: {error}") from error
+        raise refuse(f"{name} {number + 1} of the table is {shown(value)}: {error}") from error
 
 
 def _checked(times: np.ndarray[Any, Any], forces: np.ndarray[Any, Any], what: str) -> SampledLoad:
     """Return the samples as a load; raise where they are not finite numbers at rising times."""
     if len(times) != len(forces):
-        raise wrong(f"{what} has {len(times)} times t and {len(forces)} forces f; give one f for each t")
+        raise refuse(f"{what} has {len(times)} times t and {len(forces)} forces f; give one f for each t")
     if len(times) < MIN_SAMPLES:
-        raise wrong(f"{what} has {len(times)} sample{'s' if len(times) != 1 else ''}; give at least {MIN_SAMPLES}")
+        raise refuse(f"{what} has {len(times)} sample{'s' if len(times) != 1 else ''}; give at least {MIN_SAMPLES}")
     for name, column in (("t", times), ("f", forces)):
         bad = np.flatnonzero(~np.isfinite(column))
         if len(bad):
-            raise wrong(f"{name} {bad[0] + 1} of {what} is not a finite number; leave that sample out")
+            raise refuse(f"{name} {bad[0] + 1} of {what} is not a finite number; leave that sample out")
     falls = np.flatnonzero(np.diff(times) <= 0.0)
     if len(falls):
         at = int(falls[0])
         kind = "repeats the one before" if times[at] == times[at + 1] else "is before the one before"
         text = f"time {at + 2} of {what}, {times[at + 1]:g} s, {kind}; give rising times"
-        raise wrong(f"{text} (a jump is a steep line between two times)")
+        raise refuse(f"{text} (a jump is a steep line between two times)")
     return SampledLoad(tuple(times.tolist()), tuple(forces.tolist()))
 
 
 def _path(name: str) -> Path:
     folder = _folder.get()
     if folder is None:
-        raise wrong(
+        raise refuse(
             f"{shown(name)} stands in no folder: this case was made without a file. Read the columns and give them as "
             "{t: times, f: forces}"
         )
@@ -150,11 +145,11 @@ def _path(name: str) -> Path:
     except (OSError, ValueError):
         inside, there = True, False
     if not inside:
-        raise wrong(
+        raise refuse(
             f"{shown(name)} lies outside the folder of the case; put the file beside the case and name it alone"
         )
     if not there:
-        raise wrong(f"there is no file {shown(name)} in the folder of the case; put it there, or correct the name")
+        raise refuse(f"there is no file {shown(name)} in the folder of the case; put it there, or correct the name")
     return path
 
 
@@ -162,10 +157,10 @@ def _from_file(path: Path, t: str, f: str, unit: str) -> tuple[Sequence[float], 
     try:
         state = path.stat()
         if state.st_size > MAX_BYTES:
-            raise wrong(f"{path.name} has {state.st_size} bytes; at most {MAX_BYTES} are read. Keep fewer samples")
+            raise refuse(f"{path.name} has {state.st_size} bytes; at most {MAX_BYTES} are read. Keep fewer samples")
         return _columns(str(path), (state.st_mtime_ns, state.st_size), t, f, unit)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise wrong(f"{path.name} cannot be read as a table: {str(error)[:120]}; save it as UTF-8 text") from error
+        raise refuse(f"{path.name} cannot be read as a table: {str(error)[:120]}; save it as UTF-8 text") from error
 
 
 @lru_cache(maxsize=8)
@@ -180,7 +175,7 @@ def _columns(
     rows = list(csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8-sig"))))
     rows = [row for row in rows if any(cell.strip() for cell in row)]
     if not rows:
-        raise wrong(f"{name} is empty; its first line names the columns, then a line for each sample")
+        raise refuse(f"{name} is empty; its first line names the columns, then a line for each sample")
     headings = [cell.strip() for cell in rows[0]]
     found = [_heading(headings, column, wanted, name) for column, wanted in ((t, "s"), (f, unit))]
     columns: list[list[float]] = [[], []]
@@ -190,7 +185,7 @@ def _columns(
                 column.append(factor * float(row[at]))
             except (IndexError, ValueError):
                 cell = shown(row[at]) if at < len(row) else "nothing"
-                raise wrong(f"row {line} of {name} has {cell} under {shown(headings[at])}; give a number") from None
+                raise refuse(f"row {line} of {name} has {cell} under {shown(headings[at])}; give a number") from None
     return columns[0], columns[1]
 
 
@@ -204,12 +199,12 @@ def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[in
             named.setdefault(key, (number, factor_of))
     if column not in named:
         hint = closest(column, named)
-        raise wrong(f"{name} has no column {shown(column)}.{hint} Columns: {listed(headings)}")
+        raise refuse(f"{name} has no column {shown(column)}.{hint} Columns: {listed(headings)}")
     number, given = named[column]
     try:
         return number, to_si(f"1 {given}", unit) if given else 1.0
     except ValueError as error:
-        raise wrong(f"column {shown(headings[number])} of {name}: {error}") from error
+        raise refuse(f"column {shown(headings[number])} of {name}: {error}") from error
 
 
 def with_tables(data: Any, key: str = "") -> Any:

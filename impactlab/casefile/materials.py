@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import core_schema
 
-from impactlab.casefile.values import refuse
+from impactlab.casefile.faults import refuse
 from impactlab.casefile.words import closest, shown
 
 
@@ -21,10 +21,6 @@ class Constants(NamedTuple):
 
 
 _KAYE_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th ed. 1995, elastic constants"
-_PMMA = (
-    "slow loading, 2.4 to 3.5 GPa: Lai, Rubin and Krempl, Introduction to Continuum Mechanics, 2010, table 5.2; "
-    "viscoelastic, stiffer under impact"
-)
 MATERIALS = {
     "steel": Constants(210e9, 0.30, 7850.0, "EN 1993-1-1:2005, 3.2.6; EN 1991-1-1:2002, table A.4"),
     "aluminium": Constants(70e9, 0.30, 2700.0, "EN 1999-1-1:2007, 3.2.5"),

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from impactlab.casefile.blocks import Block, Place
-from impactlab.casefile.values import Allowed, Reader, refuse
+from impactlab.casefile.faults import refuse
+from impactlab.casefile.values import Allowed, Reader
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Rotation

@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import Any, final
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
+
+from impactlab.types import Array
 
 
 @final
@@ -21,6 +21,6 @@ class Samples(tuple[float, ...]):
         return self
 
     @cached_property
-    def array(self) -> NDArray[float64]:
+    def array(self) -> Array:
         """The numbers, shape (n,)."""
         return np.array(self)

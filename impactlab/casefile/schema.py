@@ -23,12 +23,13 @@ from impactlab.casefile.blocks import (
     Time,
     Velocity,
 )
+from impactlab.casefile.faults import refuse
 from impactlab.casefile.links import ALONG, LinkBlock, MechanismBlock
 from impactlab.casefile.repeat import MAX_REPEAT
 from impactlab.casefile.rods import RodBlock
 from impactlab.casefile.rotation import RotationBlock
 from impactlab.casefile.shafts import ShaftBlock
-from impactlab.casefile.values import Allowed, object_schema, refuse, words
+from impactlab.casefile.values import Allowed, object_schema, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError

@@ -18,10 +18,11 @@ from impactlab.casefile.blocks import (
     end_values,
     profile_values,
 )
+from impactlab.casefile.faults import refuse
 from impactlab.casefile.formula import Formula
 from impactlab.casefile.materials import NAMED
 from impactlab.casefile.rods import bounded
-from impactlab.casefile.values import SHAPE, Allowed, EndReader, quantity, refuse
+from impactlab.casefile.values import SHAPE, Allowed, EndReader, quantity
 from impactlab.casefile.words import listed
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import End, Profile, Segment, Shaft, Table, shaft_end, shaft_segment

@@ -1,4 +1,4 @@
-"""Keys as other programs call them, and what they are called in a case: hints for keys that are not known."""
+"""Names of keys in other programs and in a case: hints for unknown keys."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def meant(name: str) -> Key | None:
 
 
 def renamed(name: str, allowed: Iterable[str], inside: str = "") -> str:
-    """Return a sentence on what an unknown key is called in a case, or nothing.
+    """Return a sentence with the name in a case of an unknown key, or nothing.
 
     ``inside`` is the sentence on the block inside this one that has the key.
     """

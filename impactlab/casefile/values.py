@@ -16,6 +16,7 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
+from impactlab.casefile.faults import refuse
 from impactlab.casefile.formula import Formula, parse
 from impactlab.casefile.loads import FORMS, is_over_time, load_schema, read_load
 from impactlab.casefile.units import to_si
@@ -26,11 +27,6 @@ from impactlab.types import Relative
 
 _LIMIT_WORDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
 _LIMIT_KEYS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
-
-
-def refuse(text: str) -> PydanticCustomError:
-    """Return the error of a value, with a text that is shown as it stands."""
-    return PydanticCustomError("value", "{text}", {"text": text})
 
 
 @dataclass(frozen=True)
@@ -97,7 +93,7 @@ class Allowed:
         raise self._refused(value, self._hint(value) if isinstance(value, str) else "")
 
     def _hint(self, given: str) -> str:
-        """Return what a string that is not allowed may have been meant to be."""
+        """Return a hint at the likely meaning of a string that is not allowed."""
         if (self.whole or self.number) and given.strip().isdigit():
             return " Write the number without quotes."
         return closest(given, self.words)

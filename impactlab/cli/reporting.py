@@ -65,7 +65,7 @@ def output_fault(leaving: BaseException) -> OSError | None:
 
 
 def left_without_output(fault: OSError) -> Left:
-    """Say that standard output could not be written, drop what is left of it, and return what to leave with."""
+    """Report that standard output could not be written, drop the rest of it, and return the exit status."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     print(words(fault), file=sys.stderr)
     return Left(1)

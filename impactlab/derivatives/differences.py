@@ -14,8 +14,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
 
 from impactlab import api
 from impactlab.casefile import Case
@@ -26,8 +24,7 @@ from impactlab.metrics.grazing import MIN_CONTACT, touches_of
 from impactlab.scene.method import Method, StepRule
 from impactlab.sweeps.axes import at_point
 from impactlab.sweeps.quantities import Asked, values
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 EVENT_STEPS = 5.0  # steps by which each event moves over half the width, at least
 MIN_WIDTH = 0.02  # half of the width, of the parameter or, where that is 0, of its scale in the scene

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.exact.branch_tables import ACTS, DAMPING, STIFFNESS
-from impactlab.exact.network import Integers
 from impactlab.exact.signals import Signals, clenshaw, gauss, sizes_of
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 
 class BranchContact:
@@ -34,11 +33,11 @@ class BranchContact:
         self.yields = self.acts & (self.stiffness != self.elastic)
         self.follows = ~self.acts & (self.stiffness == self.elastic)  # unloaded by its dashpot, which takes its energy
 
-    def states(self, t: Array) -> Integers:
+    def states(self, t: Array) -> Ints:
         """Return the number of the state at every time, that after a change."""
         return np.maximum(np.searchsorted(self.time, t + self.rates[0].tolerance, side="right") - 1, 0)
 
-    def at(self, state: Integers, t: Array) -> tuple[Array, Array]:
+    def at(self, state: Ints, t: Array) -> tuple[Array, Array]:
         """Return static force [N] and set [m] of states at times, shape of both."""
         approach = self.places[0](t) - self.places[1](t) - self.gap
         force = self.constant[state] + self.stiffness[state] * approach
@@ -55,7 +54,7 @@ class BranchContact:
         """Return the energy of the spring [J], shape of t."""
         return self._held(*self.at(self.states(t), t))
 
-    def _slid(self, state: Integers, t: Array) -> Array:
+    def _slid(self, state: Ints, t: Array) -> Array:
         """Return the loss of the slider from the start of each state to a time in it [J], shape of both.
 
         Force and set are linear in the approach, so its work is the mean of two forces times the way of the slider.
@@ -66,7 +65,7 @@ class BranchContact:
         relaxed = self._held(f0, s0) - self._held(f1, s1)
         return np.asarray(np.where(self.yields[state], slid, np.where(self.follows[state], relaxed, 0.0)))
 
-    def _damped(self, piece: Integers, until: Array, size: int | None = None) -> Array:
+    def _damped(self, piece: Ints, until: Array, size: int | None = None) -> Array:
         """Return the loss of the dashpot from the start of each piece to a time in it [J], shape of both (n,)."""
         left, right = self.rates
         x, w = gauss((size or max(len(left.table), len(right.table))) + 1)

@@ -12,10 +12,11 @@ from impactlab.exact.branch_tables import with_branches
 from impactlab.exact.contact_kinds import Bond, bonds_of
 from impactlab.exact.end_loads import loaded
 from impactlab.exact.initial_waves import with_first_pieces
-from impactlab.exact.network import Integers, Layout, Link, Log, empty_log
+from impactlab.exact.network import Layout, Link, Log, empty_log
 from impactlab.scene.bodies import End, Segment, WaveBody
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Point, Scene
+from impactlab.types import Ints
 
 MERGE_TOL = 1.0e-12  # of the shortest round trip: closer breaks are merged
 SAME_CUT = 1.0e-12  # of the length of a rod: nearer places are one node
@@ -101,7 +102,7 @@ def draw(scene: Scene) -> Drawing:
     return drawing
 
 
-def junctions(count: int, pairs: list[tuple[int, int]]) -> Integers:
+def junctions(count: int, pairs: list[tuple[int, int]]) -> Ints:
     """Return the junction of every node: nodes linked by contacts share one."""
     label = list(range(count))
     for a, b in pairs:

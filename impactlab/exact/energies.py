@@ -8,11 +8,11 @@ import numpy as np
 
 from impactlab.exact.branch_energies import BranchContact
 from impactlab.exact.end_loads import work_of_loads
-from impactlab.exact.network import Integers, Layout, Link, Log
+from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signals, clenshaw, gauss
 from impactlab.history.base import EnergyBook
 from impactlab.scene.problem import Scene
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 MAX_SAMPLES = 4000
 EVEN_SAMPLES = 201
@@ -96,7 +96,7 @@ class SpringContact:
         depth = np.maximum(0.0, self.places[0](t) - self.places[1](t) - self.gap)
         return np.asarray(0.5 * self.stiffness * depth**2)
 
-    def within(self, piece: Integers, until: Array) -> Array:
+    def within(self, piece: Ints, until: Array) -> Array:
         """Return the loss from the start of each piece to a time in it [J], shape of both (n,).
 
         While the force is up the dashpot loses d d'^2. A spring that is unloaded but still overlapped returns nothing

@@ -33,6 +33,7 @@ from impactlab.history.base import (
     places_on,
     within_run,
 )
+from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.noise_floor import above_noise
 from impactlab.history.unmet import never_met
 from impactlab.history.waves import wave_body
@@ -40,7 +41,6 @@ from impactlab.lazy import lazy
 from impactlab.metrics.grazing import near_grazing
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.scene.bodies.base import PLACE_ROUNDING
-from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact, Probe
 from impactlab.types import QUANTITIES_OF_ROD, Array

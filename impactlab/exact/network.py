@@ -25,10 +25,9 @@ from impactlab.exact.kernel import MAX_DEPTH, ROOM, WIDTH
 from impactlab.numerics import records
 from impactlab.numerics.records import columns
 from impactlab.scene.bodies import Segment
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 ARRAYS = [name for name in MarchArrays._fields if name not in ("coupled", "changes", "pool")]
-Integers = NDArray[np.int64]
 Columns = NDArray[np.void]
 
 
@@ -55,7 +54,7 @@ class Layout:
 
     links: dict[str, tuple[Link, ...]]  # rods, from left to right
     nodes: dict[str, tuple[int, ...]]  # every body: its nodes (rods: from left to right; walls: one per contact)
-    places: Integers  # contact of the network -> contact of the scene
+    places: Ints  # contact of the network -> contact of the scene
     carried: dict[int, float] = field(default_factory=dict)  # m, by end: time integral of its wave up to -transit
 
 

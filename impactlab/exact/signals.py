@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from impactlab.exact.network import Integers, Log
-from impactlab.types import Array
+from impactlab.exact.network import Log
+from impactlab.types import Array, Ints
 
 MAX_BREAKS = 5000  # of a signal, at which its extremes are sought
 
@@ -19,7 +19,7 @@ def gauss(points: int) -> tuple[Array, Array]:
     return np.asarray(places), np.asarray(weights)
 
 
-def clenshaw(table: Array, piece: Integers, y: Array) -> Array:
+def clenshaw(table: Array, piece: Ints, y: Array) -> Array:
     """Return the series table[:, piece] at y, shape of y; table is (coefficients, pieces), piece broadcasts to y."""
     b1, b2, room = np.zeros((3, *y.shape))
     twice = 2.0 * y
@@ -49,7 +49,7 @@ def turning_times(breaks: Array, tolerance: float, duration: float) -> Array:
 SIZES = (1, 2, 3, 4, 6, 8, 12, 18, 24, 36)  # coefficients of pieces that are taken together, and all more
 
 
-def sizes_of(*tables: Array) -> Integers:
+def sizes_of(*tables: Array) -> Ints:
     """Return how many coefficients each piece needs in all of the tables, (pieces,), rounded up to one of few numbers.
 
     Many pieces are short, between events, and few are long: with all coefficients of the longest, quadrature of them
@@ -74,10 +74,10 @@ class Signal:
         self.table = table  # (coefficients, pieces)
         self.tolerance = tolerance  # s; a time this near below a break counts as after it
         self.grouped = grouped  # whether integrals take pieces of few coefficients apart
-        self._sizes: Integers | None = None
+        self._sizes: Ints | None = None
         self._kept: dict[bool, tuple[Array, Array]] = {}
 
-    def pieces(self, t: Array) -> Integers:
+    def pieces(self, t: Array) -> Ints:
         """Return the number of the piece of every time."""
         return np.minimum(np.searchsorted(self.stop, t + self.tolerance, side="right"), len(self.stop) - 1)
 
@@ -92,7 +92,7 @@ class Signal:
         before = np.sum(self.table[:, :-1], axis=0)
         return np.asarray(self.start[1:][np.abs(after - before) > floor])
 
-    def _gauss(self, piece: Integers, y: Array, square: bool, size: int | None = None) -> Array:
+    def _gauss(self, piece: Ints, y: Array, square: bool, size: int | None = None) -> Array:
         """Return the integral of the signal or its square from the start of the piece to y, shape of y."""
         if self.grouped and size is None:
             if self._sizes is None:
@@ -149,7 +149,7 @@ class Signals:
         self.log = log
         self.gravity = float(log.state["gravity"])  # m/s2, along +x
         self._made: dict[tuple[int, int], Signal] = {}
-        self._pieces: dict[int, tuple[Array, Array, Integers, Integers]] = {}  # start, stop, size, offset by junction
+        self._pieces: dict[int, tuple[Array, Array, Ints, Ints]] = {}  # start, stop, size, offset by junction
         names = ("nodes", "ends", "first_node", "first_end", "first_contact")
         self._junctions = list(zip(*(log.junctions[name].tolist() for name in names), strict=True))
         self._of_nodes, self._of_ends = log.nodes["junction"].tolist(), log.ends["junction"].tolist()

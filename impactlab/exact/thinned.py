@@ -28,10 +28,10 @@ from impactlab.history.base import (
     places_on,
     within_run,
 )
+from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.noise_floor import above_noise
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.numerics.slopes import slopes
-from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array

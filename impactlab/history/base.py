@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 import numpy as np
-from numpy import float64
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError
 from impactlab.history.energy import CarriedEnergy as CarriedEnergy
@@ -22,11 +21,10 @@ from impactlab.history.waves import Waves, separated
 from impactlab.scene.bodies import Body
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Probe, Scene
+from impactlab.types import Array
 
 if TYPE_CHECKING:
-    from impactlab.refine.choice_record import Choice
-
-Array = NDArray[float64]
+    from impactlab.history.choice import Choice
 
 
 class Event(NamedTuple):

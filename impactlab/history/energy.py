@@ -7,12 +7,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
 
 from impactlab.prefixes import prefixed, prefixed_range
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 
 class CarriedEnergy(NamedTuple):
@@ -38,7 +35,7 @@ class EnergyBook:
     stored: Array  # (n,) held by contacts
     booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
     work: Array  # (n,) work of gravity and end forces so far
-    carried: CarriedEnergy | None = None  # by free bodies in a common motion (`impactlab.scene.frame`); None: nothing
+    carried: CarriedEnergy | None = None  # by free bodies in a common motion (`impactlab.history.frame`); None: nothing
 
     def __repr__(self) -> str:
         bodies = f"{len(self.bodies)} bod{'ies' if len(self.bodies) != 1 else 'y'}"

@@ -12,15 +12,13 @@ from contextlib import suppress
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy import float64
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
 from impactlab.numerics.low_pass import REACH, deviation
 from impactlab.scene.instrument import Instrument
 from impactlab.scene.problem import Probe, Scene
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 MIN_POINTS = 32  # of the filter's weights in its standard deviation: a jump is placed within 0.7 % of its height
 MAX_POINTS = 1024  # of them

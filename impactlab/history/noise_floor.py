@@ -16,9 +16,9 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from impactlab.history.base import ContactSpan, Event
+from impactlab.history.frame import Group, groups
 from impactlab.models.base import AbstractRodModel
 from impactlab.scene.bodies import Body
-from impactlab.scene.frame import Group, groups
 from impactlab.scene.problem import Contact, Point, Scene
 
 MIN_SHARE = 1e-11  # of the largest force and impulse among the bodies that interact: a touch below it is rounding

@@ -16,7 +16,6 @@ from impactlab.errors import ImpactlabError, closest
 from impactlab.history.base import (
     END_ROUNDING,
     AbstractHistory,
-    Array,
     Cased,
     ContactSpan,
     Cost,
@@ -32,6 +31,7 @@ from impactlab.history.sampling import frame_times, page_times
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe
+from impactlab.types import Array
 
 KEPT = ("displacement", "velocity", "strain", "stress", "force", "bending_moment")  # as far as a body has them
 

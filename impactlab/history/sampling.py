@@ -6,8 +6,8 @@ They are equal steps over the whole run.
 from __future__ import annotations
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
+
+from impactlab.types import Array
 
 FRAMES = 240
 """Steps between the frames of fields along bodies: eight seconds at 30 frames per second."""
@@ -17,12 +17,12 @@ MAX_FORCES = 200  # contacts whose forces stand in a table of probes; nobody rea
 MIN_POINTS, MAX_NUMBERS = 101, 20_000_000  # of a file: at least these instants, else at most 160 MB
 
 
-def page_times(duration: float, points: int = HISTORY_POINTS) -> NDArray[float64]:
+def page_times(duration: float, points: int = HISTORY_POINTS) -> Array:
     """Return the instants of time traces, shape (points,) [s]."""
     return np.linspace(0.0, duration, points)
 
 
-def file_times(duration: float, channels: int, points: int = HISTORY_POINTS) -> NDArray[float64]:
+def file_times(duration: float, channels: int, points: int = HISTORY_POINTS) -> Array:
     """Return the instants of a file [s].
 
     There are fewer where it holds thousands of channels, as of a chain of many bodies.
@@ -30,6 +30,6 @@ def file_times(duration: float, channels: int, points: int = HISTORY_POINTS) -> 
     return page_times(duration, min(points, max(MIN_POINTS, MAX_NUMBERS // max(1, channels))))
 
 
-def frame_times(duration: float) -> NDArray[float64]:
+def frame_times(duration: float) -> Array:
     """Return the instants of fields along bodies, shape (FRAMES + 1,) [s]."""
     return np.linspace(0.0, duration, FRAMES + 1)

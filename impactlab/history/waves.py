@@ -12,15 +12,12 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
 
 from impactlab.errors import CaseError, ImpactlabError, closest
 from impactlab.scene.bodies import Body, WaveBody
 from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.problem import Scene
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 
 class Waves(NamedTuple):

@@ -37,7 +37,8 @@ from typing import TYPE_CHECKING
 from impactlab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
-    from impactlab.hopkinson.evaluation import Curve, Specimen, Test, equilibrium, evaluate, measured
+    from impactlab.hopkinson.evaluation import Curve, Specimen, Test, equilibrium, evaluate
+    from impactlab.hopkinson.gauges import measured
     from impactlab.hopkinson.histories import bar_of, of_history, sampled
     from impactlab.hopkinson.separation import TwoWaves, force_and_velocity, one_gauge, two_gauges
     from impactlab.hopkinson.windows import Pulse, cut, pulses
@@ -67,7 +68,8 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "impactlab.hopkinson.evaluation": ("Curve", "Specimen", "Test", "equilibrium", "evaluate", "measured"),
+        "impactlab.hopkinson.evaluation": ("Curve", "Specimen", "Test", "equilibrium", "evaluate"),
+        "impactlab.hopkinson.gauges": ("measured",),
         "impactlab.hopkinson.histories": ("bar_of", "of_history", "sampled"),
         "impactlab.hopkinson.windows": ("Pulse", "cut", "pulses"),
         "impactlab.hopkinson.separation": ("TwoWaves", "force_and_velocity", "one_gauge", "two_gauges"),

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
-from impactlab.hopkinson.evaluation import Test, measured
+from impactlab.hopkinson.evaluation import Test
+from impactlab.hopkinson.gauges import measured
 from impactlab.hopkinson.windows import THRESHOLD, above
 from impactlab.measurement.dispersion import Bar, Theory
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 FINER = 32  # times the rate of a gauge: fronts are placed to 1/64 of a sample
 WIDTH = 4.0  # standard deviations of the smoothing on each side: beyond are 6e-5 of it

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.measurement.inputs import finite, pair, warn_unusual
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 MAX_QUIET = 0.1  # of its range: that of the first signal, by noise, in an interval before the first pulse
 MIN_OFFSET = 2e-3  # of the largest strain: of a smaller offset the strain of a specimen changes by some 1 %

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import DoubtfulResult, ImpactlabError
@@ -13,8 +12,7 @@ from impactlab.hopkinson.offsets import warn_of_drift, zeroed
 from impactlab.hopkinson.windows import THRESHOLD, above, cut
 from impactlab.measurement.dispersion import Bar, band_limit, checked_signal, expect_bar, padded, shift, wave_number
 from impactlab.measurement.inputs import above_zero, finite, pair, warn, warn_samples
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 DECAY = 11.5
 """Exponent of the decay over a record that divides two gauges: what a padded record repeats is below e^-23 = 1e-10."""
@@ -119,7 +117,7 @@ def _warn_of_short_record(values: Array, dt: float, lag: float, threshold: float
 
 
 def parted(values: Array, dt: float, bar: Bar, way: float, threshold: float, end: float | None) -> TwoWaves:
-    """Return what `one_gauge` does, of a checked signal and a distance in metres."""
+    """Return the waves as `one_gauge` does, from a checked signal and a distance in metres."""
     loud = above(values, threshold)
     start = float(loud[0]) * dt
     trip = 2.0 * way / bar.wave_speed

@@ -6,15 +6,13 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.measurement.dispersion import checked_signal
 from impactlab.measurement.inputs import above_zero, finite, in_si
 from impactlab.prefixes import prefixed_range
-
-Array = NDArray[float64]
+from impactlab.types import Array
 
 THRESHOLD = 0.05
 """Share of the largest value of a signal above which it is a pulse, and below which it is quiet."""

@@ -63,7 +63,7 @@ def alpha_step(
 
 
 def newmark_losses(dt: float, newmark: tuple[float, float]) -> Losses | None:
-    """Return what dashpots lose in Newmark's scheme of weights (beta, gamma), or None for average acceleration.
+    """Return the losses of dashpots in Newmark's scheme of weights (beta, gamma), or None for average acceleration.
 
     With kappa = (beta - gamma/2) dt^2 a step moves by [u] = dt (v + v_new)/2 + kappa [a]. Free motion then changes
     v M v/2 + u K u/2 + kappa a M a/2 by -((1 - gamma) v + gamma v_new) C [u], less (gamma - 1/2) ([u] K [u] +

@@ -1,6 +1,6 @@
 """The compiled leapfrog step of a row of beam elements, node by node.
 
-The energy of an element is stated at `impactlab.models.mesh.beam_elements.BeamElements`. Forces come from differences
+The energy of an element is stated at `impactlab.models.mesh.beam_runs.BeamElements`. Forces come from differences
 of deflections, so that a body far from its start feels little rounding of its travel.
 
 Parameters: a header, whose places are the constants below, then the arrays that `split` returns.
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.models.mesh.beam_elements import BeamElements
+from impactlab.models.mesh.beam_runs import BeamElements
 from impactlab.numerics.compiling import HELPER, UNPACK
 from impactlab.numerics.lanes import LANES, lanes_at, lanes_of_pairs, put_lanes, swapped
 from impactlab.types import Array

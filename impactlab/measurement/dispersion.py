@@ -25,15 +25,14 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.lazy import lazy
 from impactlab.measurement.inputs import above_zero, expect, finite, in_si, row_of_numbers, warn_size
 from impactlab.prefixes import prefixed
+from impactlab.types import Array
 
-Array = NDArray[float64]
 Theory = Literal["pochhammer", "love", "none"]
 
 fft, interpolate, special = lazy("scipy.fft"), lazy("scipy.interpolate"), lazy("scipy.special")

@@ -10,11 +10,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy import float64
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, RunWarning, UnusualValue
 from impactlab.lazy import lazy
+from impactlab.types import Array
 
 units = lazy("impactlab.casefile.units")  # loaded by the first string
 
@@ -74,7 +74,7 @@ def pair(name: str, values: Any) -> tuple[Any, Any]:
     return found[0], found[1]
 
 
-def row_of_numbers(name: str, values: ArrayLike) -> NDArray[float64]:
+def row_of_numbers(name: str, values: ArrayLike) -> Array:
     """Return numbers as an array of any shape; raise `ImpactlabError` where they are none."""
     try:
         return np.asarray(values, float)
@@ -105,7 +105,7 @@ def _given(value: Any) -> str:
 
 
 def listed(values: float | str | Iterable[float | str]) -> list[float | str]:
-    """Return one value, or several, as a list; what is neither, as one value that is refused later."""
+    """Return one value, or several, as a list; anything else as one value, refused later."""
     return [*values] if isinstance(values, Iterable) and not isinstance(values, (str, Mapping)) else [values]  # type: ignore[list-item]
 
 
@@ -118,7 +118,7 @@ def warn_size(name: str, value: float) -> None:
         )
 
 
-def warn_samples(dt: float, *strains: NDArray[float64]) -> None:
+def warn_samples(dt: float, *strains: Array) -> None:
     """Issue an `UnusualValue` of strains beyond those of a bar, and of a long interval between samples [s]."""
     peak = max((float(np.abs(strain).max()) for strain in strains if strain.size), default=0.0)
     if peak > MAX_STRAIN:

@@ -8,9 +8,9 @@ import math
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.history.frame import frames as frames_of
+from impactlab.history.frame import touched_in
 from impactlab.metrics.norms import ZERO, force_channels, largest, midpoints
-from impactlab.scene.frame import frames as frames_of
-from impactlab.scene.frame import touched_in
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -33,7 +33,7 @@ def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: S
 
     A body's velocity is its momentum at the end of the run over its mass; bodies that something holds are left out.
     The largest speed is that of the reference, over those bodies and the run, in the frame of the bodies that interact
-    (`impactlab.scene.frame`; the frame at rest where no contact was closed). None where there is no such body.
+    (`impactlab.history.frame`; the frame at rest where no contact was closed). None where there is no such body.
     """
     bodies = free_bodies(scene, history, reference)
     t, end = midpoints(scene.duration), np.array([scene.duration])

@@ -15,9 +15,9 @@ import numpy as np
 
 from impactlab.errors import PluginError
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.history.frame import common_drift, touched_in
 from impactlab.plugins import METRICS, Registry, registry
 from impactlab.scene.facts import changes
-from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -65,7 +65,7 @@ def relative_l2(values: Array, reference: Array, drift: Array | None = None) -> 
     """Return |values - reference| / |reference| on equal cells, arrays of shape (cells,).
 
     None where the reference is zero throughout, NaN where values are NaN. With a ``drift``
-    (`impactlab.scene.frame.common_drift`, same shape) the scale is |reference - drift|: that of the motion within the
+    (`impactlab.history.frame.common_drift`, same shape) the scale is |reference - drift|: that of the motion within the
     frame of the bodies that interact. Where that is zero, a body only drifts, and the scale is |reference|.
     """
     size, own = float(np.linalg.norm(reference)), float(np.linalg.norm(values))

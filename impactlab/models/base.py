@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.errors import PairingError
 from impactlab.models.equations import AbstractEquations
-from impactlab.models.mesh.beam_elements import BeamElements
+from impactlab.models.mesh.beam_runs import BeamElements
 from impactlab.numerics.banded import grounded, multiply
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 from impactlab.types import Array, Quantity

@@ -66,7 +66,7 @@ def solve_each(banded: Array, rows: Array) -> Array:
 
 
 def _solved(banded: Array, given: Array) -> Array:
-    """Return what `scipy.linalg.solveh_banded` returns, which checks for longer; it is called where LAPACK fails."""
+    """Return the result of `scipy.linalg.solveh_banded`, which checks for longer; it is called where LAPACK fails."""
     from scipy.linalg import solveh_banded
     from scipy.linalg.lapack import dpbsv, dptsv
 

@@ -15,7 +15,7 @@ from impactlab.numerics.compile_queue import Request
 
 
 def serve() -> None:
-    """Compile what is asked for until the input ends."""
+    """Compile the requests of the input until it ends."""
     asked, answers = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a compiler prints is no answer
     while True:

@@ -96,7 +96,6 @@ RELEASING_ENTRY: Decorator = kept(nogil=True, **EXACTLY)  # without the interpre
 EXACT_PART: Decorator = once(njit(**EXACTLY, **CALLED))
 EXACT_INLINE: Decorator = njit(inline="always", **EXACTLY, **CALLED)
 ALLOCATING_PART: Decorator = njit(error_model="numpy", **CALLED)
-ALLOCATING_ENTRY: Decorator = kept(error_model="numpy")
 
 
 def plain(function: Function) -> Function:

@@ -46,7 +46,7 @@ class PartLibrary(Library):  # type: ignore[misc] # numba has types in some vers
         return WithoutEnvironments(self._codegen) if self._waits else self._codegen
 
     def finalize(self) -> None:
-        """Take in the code of what is called; nothing can be added afterwards."""
+        """Include the code of called functions; nothing can be added afterwards."""
         locked()
         self._raise_if_finalized()
         for library in dict.fromkeys(self._linking_libraries):
@@ -64,7 +64,7 @@ class PartLibrary(Library):  # type: ignore[misc] # numba has types in some vers
         return int(super().get_pointer_to_function(name))
 
     def serialize_using_object_code(self) -> tuple[str, str, Any]:
-        """Return what is kept on disk: the intermediate code, if there is no other."""
+        """Return the state for the disk: the intermediate code, if there is no other."""
         found: tuple[str, str, Any] = (
             self.serialize_using_bitcode() if self._waits else super().serialize_using_object_code()
         )
@@ -89,7 +89,7 @@ class PartLibrary(Library):  # type: ignore[misc] # numba has types in some vers
 
 @contextlib.contextmanager
 def as_parts(generator: Any) -> Iterator[None]:
-    """Let what a code generator of numba compiles or reads from disk inside be code of parts, one thread at a time."""
+    """Make code parts of the functions that a generator of numba compiles or loads inside, one thread at a time."""
     with compiler_lock:
         before = generator._library_class
         generator._library_class = PartLibrary

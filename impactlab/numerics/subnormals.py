@@ -21,7 +21,7 @@ _typing, _lowering = cast(tuple[Any, Any], (type_callable, lower_builtin))
 
 
 def take_tiny_as_zero() -> int:
-    """Let this thread take numbers below 2.2e-308 for zero; return what `restore_tiny` needs.
+    """Let this thread take numbers below 2.2e-308 for zero; return the state for `restore_tiny`.
 
     This holds in compiled code on processors of the x86 family; elsewhere nothing changes.
     """

@@ -1,4 +1,4 @@
-"""Modes of beams as a family of the automatic choice: how many modes a run has, and what those left out cost.
+"""Modes of beams as a family of the automatic choice: their number in a run, and the error of those left out.
 
 Two errors add up: the modes left out, of order 3 in their number where nothing shears, and the steps across a contact,
 of order 2. Either all runs of a scene have the same modes, whose error is stated by the flexibility of the others, or

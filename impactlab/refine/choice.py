@@ -9,9 +9,9 @@ from functools import partial
 
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.history.choice import Candidate, Choice, Ladder
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.refine import out_of_reach, search
-from impactlab.refine.choice_record import Candidate, Choice, Ladder
 from impactlab.refine.convergence import Level, Study
 from impactlab.refine.ladder import candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.level_errors import allowed

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.history.frame import common_drift, touched_in
 from impactlab.metrics.fronts import LEAST
 from impactlab.metrics.norms import ZERO, displaced, face_channels, mass_channels, midpoints
 from impactlab.metrics.peaks import MIN_PEAK, Laws, find_peak, near_jumps, smooth_force
 from impactlab.refine.convergence import Distance, Pairs
 from impactlab.refine.raw_records import Records, Sizes, records_of, sizes_of
-from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.method import COUNTED, Counted, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -54,7 +54,7 @@ def distances(
     -------
     list of Distance
         Of each displacement, impulse and peak force; inf where a value is not finite. Displacements are measured in the
-        frame of the bodies that interact (`impactlab.scene.frame`). Quantities that are zero in the last run are left
+        frame of the bodies that interact (`impactlab.history.frame`). Quantities that are zero in the last run are left
         out.
     """
     raw = [found for found in map(records_of, histories) if found is not None]
@@ -169,7 +169,7 @@ def _all_pairs(values: Sequence[Any]) -> Iterator[tuple[int, int]]:
 
 
 def _finite(found: Pairs) -> Pairs:
-    """Return distances, inf for what is no number."""
+    """Return distances, inf in place of NaN."""
     return {pair: value if math.isfinite(value) else math.inf for pair, value in found.items()}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from impactlab.history.base import AbstractHistory
-from impactlab.refine.choice_record import Candidate, Verdict
+from impactlab.history.choice import Candidate, Verdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
 from impactlab.refine.description import TWO_LEVEL_SAFETY
 from impactlab.refine.level_errors import DONE

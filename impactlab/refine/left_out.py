@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.history.frame import common_drift, touched_in
 from impactlab.metrics.norms import ZERO, midpoints
 from impactlab.refine.contact_times import times_of
 from impactlab.refine.distances import norm
 from impactlab.refine.raw_records import records_of
 from impactlab.scene.facts import beams_of
-from impactlab.scene.frame import common_drift, touched_in
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact
 

@@ -58,7 +58,7 @@ class Outlook(NamedTuple):
 
 
 def run_s(history: AbstractHistory) -> float:
-    """Return the predicted seconds of a run, by what its history counts."""
+    """Return the predicted time of a run [s], from the counts of its history."""
     done, contacts = history.cost, len(history.scene.contacts)
     setup = SETUP_S * max(1, contacts)
     if done.rhs_evaluations is not None:
@@ -86,7 +86,7 @@ def converged_s(scene: Scene, method: Method) -> Outlook:
 
 
 def unasked(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Reference | None, Outlook]:
-    """Return the reference that a run is measured against where nothing was asked for, and what is known of it.
+    """Return the reference of a run where none was requested, with its outlook.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def unasked(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Ref
 
 
 def of(reference: Reference | None) -> Outlook:
-    """Return what is known of a reference that was asked for."""
+    """Return the outlook of a reference that was requested."""
     if reference is None:
         return Outlook("none")
     return Outlook("converged" if reference.name == CONVERGED else "exact")

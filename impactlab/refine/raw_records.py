@@ -18,9 +18,8 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.fronts import Samples
 from impactlab.numerics.compiling import ENTRY, PART
 from impactlab.numerics.slopes import MIN_MEANS
-from impactlab.simulate.stepping.arrays import Ints
 from impactlab.simulate.stepping.history import RecordedHistory
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 
 class Sizes(NamedTuple):
@@ -63,7 +62,7 @@ class Steps(NamedTuple):
 
 
 class Records:
-    """The records of a run, the column of each displacement, and what was read of them.
+    """The records of a run, the column of each displacement, and values read before.
 
     Parameters
     ----------

@@ -129,7 +129,7 @@ def _succeeds(study: Study, asked: Simulation, failed: list[ImpactlabError], pro
 
 
 def _failed(study: Study, fineness: int, error: StepError) -> None:
-    """Set what follows a level that failed: a finer one, a few times; nothing after an exact run."""
+    """Set the level after one that failed: a finer one, a few times; none after an exact run."""
     study.failures += 1
     study.next = study.description.whole(FINER * fineness)
     study.closed = f"failed: {error.text}" if study.failures > MAX_FAILURES or not study.description.unit else ""
@@ -183,7 +183,7 @@ def _affordable(study: Study, seconds: float) -> int | None:
 
 
 def beyond_budget(study: Study, left: float) -> str:
-    """Return why the next level of a study is not run, for people; ``left`` is what remains of the budget [s]."""
+    """Return why the next level of a study is not run, as text; ``left`` is the rest of the budget [s]."""
     needed = f"would take {_cost_of_trial(study):.2g} s of solving"
     if left < BUDGET_S:
         return f"{needed}, and {max(left, 0.0):.2g} s are left of the {BUDGET_S:g} s that a choice may take"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from html import escape
+
 from impactlab.scene.bodies import Beam, End, Mass, Rod, Wall
 from impactlab.scene.problem import Scene
 
@@ -23,7 +25,7 @@ def beam_sketch(scene: Scene) -> str:
         parts += [
             f'<rect x="{LEFT}" y="{y - HALF}" width="{width:.1f}" height="{2 * HALF}" class="rod"/>',
             *(_support(end, place, y, side) for end, place, side in _ends(beam, width)),
-            f'<text x="{LEFT + width + 52:.1f}" y="{y + 4}">{_plain(beam.name)}</text>',
+            f'<text x="{LEFT + width + 52:.1f}" y="{y + 4}">{escape(beam.name)}</text>',
         ]
         if beam.velocity:
             parts.append(_arrow(LEFT + 0.12 * width, y - 30.0, beam.velocity))
@@ -62,7 +64,7 @@ def _met(scene: Scene, beam: Beam, y: float, width: float, number: int) -> str:
         moving = (
             "" if isinstance(other, Wall) or not other.velocity else _arrow(x + 26.0, face + side * 16, other.velocity)
         )
-        return f"{shape}{name}{_plain(there.body)}</text>{moving}"
+        return f"{shape}{name}{escape(there.body)}</text>{moving}"
     return ""
 
 
@@ -104,7 +106,3 @@ def _arrow(x: float, y: float, velocity: float) -> str:
         f'<path d="M{x:.1f} {y + 15 * side:.1f}l-4 {-8 * side}h8z" class="head"/>'
         f'<text x="{x + 9:.1f}" y="{y + 4:.1f}">{abs(velocity):g} m/s</text>'
     )
-
-
-def _plain(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;")

@@ -37,7 +37,7 @@ def write_comparison(
     out_dir : Path
         An existing folder; the caller makes it appear under its name only when all is written.
     comparison : mapping
-        The comparison (`impactlab.report.summary.comparison`); rows that failed are shown as such.
+        The comparison (`impactlab.report.comparison.comparison`); rows that failed are shown as such.
     histories : mapping
         Histories of the methods that ended, by name.
     scene : Scene

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.prefixes import Unit, scaled
 from impactlab.report.signals import UNITS
 from impactlab.report.stage import frames, layout, shown_load
-from impactlab.report.style import INK, MUTED, PAPER, Margins, clock, drawn, grid, is_narrow, scaled
+from impactlab.report.style import INK, MUTED, PAPER, Margins, clock, drawn, grid, is_narrow
 from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MEANING = {"stress": "stress σ", "torque": "torque T", "displacement": "deflection u"}
@@ -66,7 +68,18 @@ def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
             image, cax=axis.inset_axes((1.0 + (0.12 + 0.9 * number) / inches, 0.0, 0.11 / inches, 1.0))
         )
         bar.set_label(f"{MEANING[quantity]}  [{unit.label}]")
-    faces = {}
+    _draw_contacts(axis, history, scene, place, time)
+    axis.set_xlim(0.0, whole / place.size)
+    axis.set_ylim(0.0, scene.duration / time.size)
+    axis.grid(visible=False)
+    axis.set_xlabel(f"place  x  [{place.label}]")
+    axis.set_ylabel(f"time  t  [{time.label}]")
+    return figure
+
+
+def _draw_contacts(axis: Axes, history: AbstractHistory, scene: Scene, place: Unit, time: Unit) -> None:
+    """Draw contacts as lines while they are closed, closings and openings as dots."""
+    spots, faces = layout(scene), {}
     for contact in scene.contacts:
         side = contact.left if scene.bodies[contact.left.body].length else contact.right
         faces[contact.name] = (spots[side.body].x + side.x) / place.size
@@ -86,9 +99,3 @@ def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
                 markeredgewidth=0.9,
                 clip_on=False,
             )
-    axis.set_xlim(0.0, whole / place.size)
-    axis.set_ylim(0.0, scene.duration / time.size)
-    axis.grid(visible=False)
-    axis.set_xlabel(f"place  x  [{place.label}]")
-    axis.set_ylabel(f"time  t  [{time.label}]")
-    return figure

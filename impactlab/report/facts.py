@@ -10,8 +10,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from impactlab.plugins import kind_of
+from impactlab.report.comparison import cell, in_round_trips, model_label
 from impactlab.report.style import scaled
-from impactlab.report.summary import STEPPED, cell, has_numbers, in_round_trips, model_label
+from impactlab.report.summary import STEPPED, has_numbers
 from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
 from impactlab.scene.problem import Contact, Scene
 

@@ -77,7 +77,7 @@ def output_folder(folder: Path) -> Iterator[Path]:
 
 
 def new_draft(parent: Path, name: str) -> Path:
-    """Return a new folder in which an output of that name is made; its own name tells host and process."""
+    """Return a new folder in which an output of that name is made; its own name has host and process."""
     return Path(tempfile.mkdtemp(prefix=f".{name[:100]}{DRAFT}{_host()}-{os.getpid()}.", dir=parent))
 
 

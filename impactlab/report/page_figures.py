@@ -8,11 +8,11 @@ from typing import Any
 
 from impactlab.history.base import AbstractHistory
 from impactlab.report import applications, balance, diagram, fields, mechanism, overview, plots, signals
+from impactlab.report.comparison import cell
 from impactlab.report.named_contacts import NamedContact, law_of, named_contacts, with_figures
 from impactlab.report.page import Plate
 from impactlab.report.signals import MEASURED, Panel
 from impactlab.report.style import Trace, exact_of
-from impactlab.report.summary import cell
 from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 

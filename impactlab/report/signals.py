@@ -52,7 +52,7 @@ def shown(traces: Sequence[Trace]) -> list[Trace]:
 
 
 def named(reference: AbstractHistory | None) -> str:
-    """Return what a page calls the answer that a run is judged by."""
+    """Return the name of a reference on a page."""
     return "exact" if reference is None or reference.dt is None else "converged"
 
 

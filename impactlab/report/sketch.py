@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from html import escape
 
 from impactlab.report.beam_sketch import beam_sketch
 from impactlab.scene.bodies import Body, Mass, MechanismBody, WaveBody
@@ -36,7 +37,7 @@ def sketch(scene: Scene) -> str:
         else:
             width = WALL
             parts.append(_hatch(x if number else x + width, -1 if number == 0 else 1, 34.0))
-        parts.append(f'<text x="{x + width / 2:.1f}" y="{MIDDLE + 48}" text-anchor="middle">{_plain(body.name)}</text>')
+        parts.append(f'<text x="{x + width / 2:.1f}" y="{MIDDLE + 48}" text-anchor="middle">{escape(body.name)}</text>')
         velocity = 0.0 if not isinstance(body, Mass | WaveBody) else body.velocity
         if velocity:
             parts.append(_arrow(x + width / 2, MIDDLE - 40, velocity))
@@ -152,7 +153,3 @@ def _arrow(x: float, y: float, velocity: float) -> str:
         f'<path d="M{tail:.1f} {y}H{tip:.1f}" class="move"/>'
         f'<path d="M{tip + 3 * side:.1f} {y}l{-8 * side} -4v8z" class="head"/>{text}'
     )
-
-
-def _plain(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;")

@@ -1,4 +1,4 @@
-"""The summary of a run, as ``--json`` prints it, and the table of a comparison.
+"""The summary of a run, as ``--json`` prints it.
 
 The keys are a contract with the scripts of users: keys may be added, never removed. Numbers are finite or null.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,11 @@ import numpy as np
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history.base import AbstractHistory, ContactSpan, Event
 from impactlab.metrics import norms as metrics
-from impactlab.metrics.collisions import agreements, collisions
+from impactlab.metrics.collisions import collisions
 from impactlab.plugins import kind_of
 from impactlab.refine.outlook import Outlook, of
 from impactlab.refine.reference_record import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
-from impactlab.report.counts import counted
 from impactlab.scene.bodies import Body, Mechanism, PartMechanism, WaveBody
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, models_of
@@ -231,173 +230,3 @@ def plain(value: Any) -> Any:
             return [plain(item) for item in value]
         case _:
             return str(value)
-
-
-def comparison(
-    case_name: str, reference_name: str | None, rows: Iterable[tuple[str, Mapping[str, Any]]]
-) -> dict[str, Any]:
-    """Return several summaries of one case side by side, ready for JSON; failed rows stay in it."""
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "case": case_name,
-        "reference": reference_name,
-        "collisions": agreements(rows := list(rows)),
-        "rows": [{"name": name, "summary": dict(summary)} for name, summary in rows],
-    }
-
-
-COLUMNS: Mapping[str, str] = {
-    "method": "",
-    "model": "",
-    "law": "",
-    "integrator": "",
-    "dt": "T",
-    "mass": "%",
-    "face": "%",
-    "impulse": "%",
-    "first opening": "T",
-    "contacts": "",
-    "gain": "%",
-    "loss": "%",
-    "steps": "",
-    "solve": "ms",
-    "warnings": "",
-}
-"""The columns of the table of a comparison, with their units."""
-
-
-def table_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return one row per method, keys as in `COLUMNS`; text, number or None. Shares are in %, times in T.
-
-    A row that failed has ``failure`` and nothing else but its name.
-    """
-    return [_table_row(row["name"], row["summary"]) for row in comparison["rows"]]
-
-
-def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
-    row: dict[str, Any] = dict.fromkeys(COLUMNS) | {"method": name}
-    if not has_numbers(summary["status"]):
-        fault = summary.get("error", {})
-        place = f"{fault['path']}: " if fault.get("path") else ""
-        reason = place + " ".join(str(fault.get("text", "")).split())
-        return row | {"failure": f"{summary['status']}: {reason}".strip(": ")}
-    used, errors = summary["method"], summary["errors"] or {}
-    openings = [event["time"] for event in summary["events"] if event["kind"] == "open"]
-    kicks = [span["kicks"] for span in summary["contacts"] if span.get("kicks") is not None]
-    return row | {
-        "model": ", ".join(dict.fromkeys(model_label(model) for model in used["models"].values())),
-        "law": ", ".join(dict.fromkeys(law["kind"] for law in used["laws"])),
-        "integrator": used["integrator"]["kind"] if used["integrator"] else None,
-        "dt": in_round_trips(used["dt"], summary),
-        "mass": _percent(errors.get("mass_displacement")),
-        "face": _percent(errors.get("face_displacement")),
-        "impulse": _percent(errors.get("impulse")),
-        "first opening": in_round_trips(openings[0], summary) if openings else None,
-        "contacts": f"{sum(kicks)} kicks" if kicks else len(summary["contacts"]),
-        "gain": _percent(summary["energy"]["largest_gain"]),
-        "loss": _percent(summary["energy"]["largest_loss"]),
-        "steps": summary["cost"]["steps"],
-        "solve": 1e3 * summary["cost"]["solve_s"],
-        "warnings": ", ".join(dict.fromkeys(warned["code"] for warned in summary["warnings"])),
-    }
-
-
-def model_label(model: Mapping[str, Any]) -> str:
-    """Return a model in few letters: ``modal 100/40`` is 40 modes of a mesh of 100 elements."""
-    sizes = [str(model[key]) for key in ("elements", "modes") if model.get(key) is not None]
-    return f"{model['kind']} {'/'.join(sizes)}".strip()
-
-
-def in_round_trips(time: float | None, summary: Mapping[str, Any]) -> float | None:
-    """Return a time [s] of a summary in T; None where there is no time or no T."""
-    return None if time is None or not summary.get("round_trip") else time / float(summary["round_trip"])
-
-
-def _percent(share: float | None) -> float | None:
-    return None if share is None else 100.0 * share
-
-
-def cell(value: Any) -> str:
-    """Return a table cell as text: three significant digits (four places near one), a dash for None."""
-    match value:
-        case None | "":
-            return "–"
-        case str() | int():
-            return str(value)
-        case 0.0:
-            return "0"
-        case float() if abs(value) >= 1e4 or abs(value) < 1e-3:
-            return f"{value:.1e}".replace("e-0", "e-").replace("e+0", "e+").replace(".0e", "e")
-        case float():
-            return f"{value:.{max(0, min(5, 2 - math.floor(math.log10(abs(value)))))}f}"
-        case _:
-            return str(value)
-
-
-ROUNDING = 1e-6  # %, below which a table gives this bound
-
-
-def headings() -> list[str]:
-    """Return the headings of the table, units behind them."""
-    return [f"{name} [{unit}]" if unit else name for name, unit in COLUMNS.items()]
-
-
-def cells(row: Mapping[str, Any]) -> list[str]:
-    """Return a row of `table_rows` as text; the opening gets four places, shares of rounding none."""
-    texts = {name: cell(row[name]) for name in COLUMNS}
-    texts |= {name: f"<{cell(ROUNDING)}" for name, unit in COLUMNS.items() if unit == "%" and _rounding(row[name])}
-    if row["first opening"] is not None:
-        texts["first opening"] = f"{row['first opening']:.4f}"
-    return list(texts.values())
-
-
-def _rounding(share: float | None) -> bool:
-    return share is not None and 0.0 < share < ROUNDING
-
-
-NARROW = ("loss", "first opening", "dt", "steps", "integrator", "model", "gain", "law", "warnings", "face")
-"""The columns that a table leaves out where the terminal is narrow, in this order."""
-
-
-def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
-    """Return the comparison as aligned plain text: one line per method, failed ones with their reason.
-
-    A warning that all methods share is a matter of the case: it stands once, below. ``width`` is that of the terminal
-    in characters; columns that do not fit are left out and named. None: all columns.
-    """
-    rows = table_rows(comparison)
-    codes = [row["warnings"].split(", ") for row in rows if "failure" not in row]
-    shared = [code for code in (codes[0] if len(codes) > 1 else []) if code and all(code in each for each in codes)]
-    for row in rows:
-        if "failure" not in row:
-            row["warnings"] = ", ".join(code for code in row["warnings"].split(", ") if code not in shared)
-    names, left_out = list(COLUMNS), []
-    lines = _aligned(rows, names)
-    for name in NARROW:
-        if width is None or max(map(len, lines)) <= width:
-            break
-        names.remove(name)
-        left_out.append(name)
-        lines = _aligned(rows, names)
-    reference = comparison["reference"]
-    title = f"{comparison['case']}: {counted(len(rows))}" + (f" against {reference}" if reference else "")
-    below = [each["text"] for each in comparison.get("collisions", ())]
-    below += [f"all methods: {code}" for code in shared]
-    below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []
-    return "\n".join([title, "", *lines, *below])
-
-
-def _aligned(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> list[str]:
-    """Return headings, a rule and the rows of `table_rows` as aligned lines of the named columns."""
-    places = [list(COLUMNS).index(name) for name in names]
-    body = [[row["method"], row["failure"]] if "failure" in row else [cells(row)[i] for i in places] for row in rows]
-    full = [[headings()[i] for i in places], *(line for line in body if len(line) == len(names))]
-    widths = [max(len(line[i]) for line in full) for i in range(len(names))]
-    widths[0] = max([widths[0], *(len(line[0]) for line in body)])
-    text = {i for i, name in enumerate(names) if name in ("method", "model", "law", "integrator", "warnings")}
-
-    def aligned(line: Sequence[str]) -> str:
-        padded = zip(line, widths, range(len(widths)), strict=False)  # a failed row has two cells only
-        return "  ".join(c.ljust(w) if i in text else c.rjust(w) for c, w, i in padded).rstrip()
-
-    return [aligned(full[0]), "  ".join("-" * width for width in widths), *map(aligned, body)]

@@ -7,7 +7,7 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from impactlab.report.summary import COLUMNS, cells, headings, table_rows
+from impactlab.report.comparison import COLUMNS, cells, headings, table_rows
 
 JUDGED = ("mass", "face", "impulse")
 """The columns in which the smallest value is the best."""

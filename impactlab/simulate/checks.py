@@ -9,6 +9,7 @@ import numpy as np
 
 from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.history.frame import frames, in_frame, touched_in
 from impactlab.history.unmet import never_met
 from impactlab.mechanisms.model import MechanismModel, Turned
 from impactlab.metrics.grazing import grazing_kick, near_grazing
@@ -16,7 +17,6 @@ from impactlab.metrics.linear_theory import overstrained
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
 from impactlab.scene.facts import moving_faces
-from impactlab.scene.frame import frames, in_frame, touched_in
 from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS, all_finite

@@ -58,7 +58,7 @@ def _not_stepped(method: Method) -> Iterator[Warned]:
 
 
 def _exactly_hard(method: Method) -> Iterator[Warned]:
-    """Give a warning for each law that approximates a hard contact, which the exact solver answers itself."""
+    """Give a warning for each law that approximates a hard contact, which the exact solver solves itself."""
     for name, law in method.laws.items():
         if law.hard and not law.is_the_contact:
             text = f"{name}: the exact solver solves the hard contact itself, and does not use law '{kind_of(law)}'"

@@ -25,7 +25,7 @@ NOTHING = Rounded(0.0, 0.0)
 
 
 def rounded(history: AbstractRecordedHistory, time: float) -> dict[str, Rounded]:
-    """Return what rounding may give the bodies on meshes over [0, time] of a run, by name.
+    """Return the momentum and energy that rounding may give bodies on meshes over [0, time], by name.
 
     The displacement u0 + v t of a body at first and by its flight is multiplied by the stiffness k of its slow motion
     and the share ``mesh_rounding`` of it that remains as a force. The energy E of a body bounds v = sqrt(2 E/m).

@@ -17,8 +17,9 @@ from impactlab.numerics.records import records
 from impactlab.scene.method import Method, is_exact, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.simulate.stepping import loop
-from impactlab.simulate.stepping.arrays import SOLVE_SEVERAL, Floats, Ints, StepArrays
+from impactlab.simulate.stepping.arrays import SOLVE_SEVERAL, StepArrays
 from impactlab.simulate.stepping.pieces import kernel_of
+from impactlab.types import Array, Ints
 
 if TYPE_CHECKING:
     from impactlab.exact import end_balance, march, periods
@@ -41,7 +42,7 @@ def type_of_arrays() -> Any:
     """Return the type of the arrays of the step loop, the same for all runs."""
     made: dict[str, Any] = {}
     for name, kind in get_type_hints(StepArrays).items():
-        if kind in (Floats, Ints):
+        if kind in (Array, Ints):
             made[name] = np.zeros((0,) * DIMENSIONS.get(name, 1), get_args(get_args(kind)[1])[0])
         else:
             made[name] = records(get_args(kind)[0], 0)[1]

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from impactlab.history.base import ContactSpan, Warned
+from impactlab.history.frame import frames, in_frame, touched_in
 from impactlab.metrics.norms import midpoints
 from impactlab.scene.facts import impedance_of, moving_faces
-from impactlab.scene.frame import frames, in_frame, touched_in
 from impactlab.scene.method import is_relative, stiffness_of
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory

@@ -98,7 +98,7 @@ def asked(
 
 
 def absent_words(over: str) -> str:
-    """Return why a scene has no place for the values of a quantity, by what it has values over."""
+    """Return why a scene has no contact, pair, body or link for the values of a quantity."""
     return "no body moves" if over == BODY else "the case has no contact"
 
 

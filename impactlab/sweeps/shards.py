@@ -54,7 +54,7 @@ def read_shard(given: str | tuple[int, int]) -> Shard:
 
 @contextlib.contextmanager
 def held(path: Path, shard: Shard | None, prepare: Callable[[], T]) -> Iterator[T]:
-    """Hold the lock of a folder, or of a shard in it, and give what ``prepare`` returns; it runs undisturbed.
+    """Hold the lock of a folder, or of a shard in it, and give the result of ``prepare``, which runs undisturbed.
 
     Raises
     ------

@@ -5,11 +5,9 @@
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import linecache
 from collections.abc import Callable, Iterable, Iterator
-from types import FrameType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -186,25 +184,7 @@ def reason_of(error: Exception) -> str:
         trace = trace.tb_next
     if not text and trace is not None:
         text = linecache.getline(trace.tb_frame.f_code.co_filename, trace.tb_lineno).strip()
-        text += sides_of(text, trace.tb_frame) if isinstance(error, AssertionError) else ""
     return (kind + text)[:300] or type(error).__name__
-
-
-def sides_of(assertion: str, frame: FrameType) -> str:
-    """Return the two sides of an assertion that compares, as numbers; nothing where they are none."""
-    try:
-        (statement,) = ast.parse(assertion).body
-    except (SyntaxError, ValueError):  # it goes on in the next line
-        return ""
-    compared = statement.test if isinstance(statement, ast.Assert) else None
-    if not isinstance(compared, ast.Compare) or len(compared.ops) != 1:
-        return ""
-    known = frame.f_globals | frame.f_locals
-    with np.errstate(all="ignore"):
-        sides = [eval(ast.unparse(side), known) for side in (compared.left, *compared.comparators)]  # noqa: S307
-    if not all(isinstance(side, int | float | np.number) for side in sides):
-        return ""
-    return f" (here {sides[0]:.4g} and {sides[1]:.4g})"
 
 
 def _named(part: Any, name: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from impactlab.casefile import document
+from impactlab.casefile import document, yaml_values
 from impactlab.casefile.document import parse_json, parse_toml, parse_value, parse_yaml
 from impactlab.errors import CaseError
 
@@ -82,15 +82,15 @@ def test_yaml_that_is_refused(text, says):
 def test_deep_yaml_is_refused_where_it_becomes_too_deep(text, monkeypatch):
     made = []
 
-    class Counted(document._Composer):
+    class Counted(yaml_values._Composer):
         def __init__(self, *given):
             super().__init__(*given)
             made.append(self)
 
-    monkeypatch.setattr(document, "_Composer", Counted)
+    monkeypatch.setattr(yaml_values, "_Composer", Counted)
     with pytest.raises(CaseError):
         parse_yaml(text)
-    assert made[0].count <= 2 * document.MAX_DEPTH
+    assert made[0].count <= 2 * yaml_values.MAX_DEPTH
 
 
 @pytest.mark.parametrize(

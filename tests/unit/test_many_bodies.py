@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.casefile import case as case_module
 from impactlab.cli import app
+from impactlab.history.frame import frames, groups
 from impactlab.report.counts import counted
 from impactlab.report.drawn_part import MAX_DRAWN, drawn_part
-from impactlab.scene.frame import frames, groups
 from impactlab.simulate.plan import prepare
 
 N = 250

@@ -15,13 +15,13 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.energy_conserving import EnergyConserving
 from impactlab.contact.penalty import Penalty
 from impactlab.errors import StepError
+from impactlab.history.frame import carried_energy, common_drift, drift, drift_velocities, groups, touched_in
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import Body, End, Mass, Rod, Segment, Wall
-from impactlab.scene.frame import carried_energy, common_drift, drift, drift_velocities, groups, touched_in
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import FREE, in_a_row, simulation, touching

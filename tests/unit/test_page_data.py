@@ -21,6 +21,7 @@ from impactlab.history import Field
 from impactlab.history.sampling import frame_times, page_times
 from impactlab.report import page_figures
 from impactlab.report.compare_report import write_comparison
+from impactlab.report.comparison import comparison
 from impactlab.report.figure_files import compact
 from impactlab.report.packed_arrays import MISSING, Packer
 from impactlab.report.page_data import MAX_DATA, page_data
@@ -28,7 +29,7 @@ from impactlab.report.provenance import Provenance, now, of_case
 from impactlab.report.signals import panels, shown
 from impactlab.report.stage import frames, layout
 from impactlab.report.style import traces
-from impactlab.report.summary import comparison, summarise
+from impactlab.report.summary import summarise
 from impactlab.scene import Contact, Mass, Probe, Rod
 from impactlab.testing.scenes import UNIT, face
 from impactlab.types import Array

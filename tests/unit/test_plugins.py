@@ -13,7 +13,7 @@ import pytest
 from impactlab import PluginError, load_case
 from impactlab.casefile.listing import listing
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.plugins import GROUPS, INTEGRATORS, LAWS, MODELS, Entry, Registry, registry
+from impactlab.plugins import GROUPS, INTEGRATORS, LAWS, MECHANISMS, MODELS, Entry, Registry, registry
 from impactlab.scene.method import laws_of
 from impactlab.types import Level, Relative, Start, option
 
@@ -123,8 +123,11 @@ def test_unknown_name_gives_the_closest_and_the_sorted_list(parts):
     assert str(caught.value) == (
         "'sofd' is not a contact law. Did you mean 'soft'?\nInstalled: cushion, soft (see `impactlab plugins`)."
     )
-    with pytest.raises(PluginError, match="None is installed"):
+    with pytest.raises(PluginError, match="None is installed: install impactlab itself"):
         found.load(MODELS, "modal")
+    complete = Registry([Entry(LAWS.name, "penalty", "impactlab.contact.penalty:Penalty", "impactlab")])
+    with pytest.raises(PluginError, match="None is installed: install the plugin that has it, then"):
+        complete.load(MECHANISMS, "scotch_yoke")
 
 
 def case_with(tmp_path, law_block: str, found: Registry):

@@ -19,9 +19,10 @@ from impactlab.cli import app
 from impactlab.errors import RunWarning, StepError
 from impactlab.history import Warned
 from impactlab.history.advice import ADVICE
-from impactlab.refine.choice_record import Choice
+from impactlab.history.choice import Choice
 from impactlab.report import console
-from impactlab.report.summary import summarise, table
+from impactlab.report.comparison import table
+from impactlab.report.summary import summarise
 from impactlab.simulate import driver
 
 CASES = Path(__file__).parents[2] / "cases"

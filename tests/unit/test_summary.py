@@ -12,9 +12,10 @@ import pytest
 import impactlab as il
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.plugins import kind_of
+from impactlab.report.comparison import cell, comparison, table, table_rows
 from impactlab.report.console import summary_text
 from impactlab.report.facts import method_facts
-from impactlab.report.summary import cell, comparison, describe, extremes, plain, summarise, table, table_rows
+from impactlab.report.summary import describe, extremes, plain, summarise
 from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import UNIT, mass_on_rod

@@ -27,7 +27,7 @@ class BeamModes(Coordinates):
     """The first modes of a uniform beam with clamped, pinned or free ends, mass-normalised, its rigid motions first.
 
     Rigid motions are not counted: a translation and a rotation of a free beam, a rotation of one that is pinned and
-    free. Each elastic mode is made of the four fields of one frequency (`beam_waves`), even and odd about the middle,
+    free. Each elastic mode is made of the four fields of one frequency (`waves`), even and odd about the middle,
     or about the pinned end where only one end is pinned; its first quantity at the left end that is not zero is
     positive.
 

@@ -17,8 +17,7 @@ import numpy as np
 
 from impactlab.bases.beams.search import BOTH, CLAMPED, EVEN, FREE, ODD, PINNED, find_roots
 from impactlab.bases.beams.waves import BeamNumbers, Ends, frequencies
-from impactlab.models.mesh.bar_elements import Ints
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 Held = Literal["clamped", "pinned", "free"]
 

@@ -14,7 +14,7 @@ from impactlab.bench.report.sheets import DASH, Sheet, headings, milliseconds, p
 from impactlab.bench.report.summary_sheets import named
 from impactlab.bench.report.views import BOTH, CLOCKS, NORMS, TOLERANCES, Family, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
-from impactlab.report.summary import cell
+from impactlab.report.comparison import cell
 
 
 def slug(name: str) -> str:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
-from impactlab.report.summary import cell
+from impactlab.report.comparison import cell
 
 DASH = "–"
 SPECIAL = "†"  # behind the name of a method on a special grid

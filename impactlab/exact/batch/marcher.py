@@ -21,10 +21,10 @@ from impactlab.exact.batch.points import (
 )
 from impactlab.exact.batch.writing import SPRING
 from impactlab.exact.build import build
-from impactlab.exact.network import Integers, Log, with_room
+from impactlab.exact.network import Log, with_room
 from impactlab.numerics.addresses import entered
 from impactlab.scene.method import Simulation
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 MAX_POOL = 20_000_000  # coefficients of a march, 160 MB; longer ones are runs of their own
 
@@ -71,7 +71,7 @@ class Marcher:
         """Number of results of a point."""
         return sum(len(names) * count for names, count in parts_of(self.pattern))
 
-    def results(self, points: Integers, asked: int) -> tuple[Array, Integers]:
+    def results(self, points: Ints, asked: int) -> tuple[Array, Ints]:
         """Return the results of points, (points, columns), and whether each stands, or why it does not."""
         out = np.full((len(points), self.columns), np.nan)
         states = np.zeros(len(points), np.int64)

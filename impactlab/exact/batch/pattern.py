@@ -17,12 +17,12 @@ import numpy as np
 
 from impactlab.exact.build import cuts
 from impactlab.exact.contact_kinds import balanced, massless
-from impactlab.exact.network import Integers, Layout, Log
+from impactlab.exact.network import Layout, Log
 from impactlab.numerics.layout import record
 from impactlab.numerics.records import columns
 from impactlab.scene.bodies import End, Segment, WaveBody
 from impactlab.scene.problem import Scene
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 FIXED, INNER, END, RIGID = 0, 1, 2, 3  # kinds of nodes
 SUPPORTS = ("free", "mass", "spring", "dashpot")  # of ends that can move, by their numbers here
@@ -113,7 +113,7 @@ class Pattern(NamedTuple):
     links: Sequence[LinkPattern]
     contacts: Sequence[ContactPattern]
     pairs: Sequence[PairPattern]
-    cuts: Integers  # of all rods: how many segments lie before it, or -1 - place among the fixed ones
+    cuts: Ints  # of all rods: how many segments lie before it, or -1 - place among the fixed ones
     fixed: Array  # m, places of inner contacts
 
     def same_as(self, other: Pattern) -> bool:

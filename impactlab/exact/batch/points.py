@@ -24,10 +24,9 @@ from impactlab.exact.batch.results import (
 )
 from impactlab.exact.batch.writing import round_trip, write
 from impactlab.exact.march import advance
-from impactlab.exact.network import Integers
 from impactlab.exact.periods import CONTACT, IMPULSE, PEAK, SPAN_COLUMNS, START, STOP
 from impactlab.numerics.compiling import EXACT_PART, RELEASING_ENTRY
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 MAX_INTERVALS = 50_000  # of a march in a batch, some tenths of a second: longer ones are runs of their own
 OF_CONTACT = ("contacts", "first_opening", "time_in_contact", "impulse", "peak_force")
@@ -53,11 +52,11 @@ class Numbers(NamedTuple):
     """
 
     base: Array  # the vector of the scene
-    divisor: Integers  # (axes,)
-    size: Integers  # (axes,)
-    first: Integers  # (axes + 1,) into `entries`
-    entries: Integers  # places in the vector
-    start: Integers  # (axes,) into `values`
+    divisor: Ints  # (axes,)
+    size: Ints  # (axes,)
+    first: Ints  # (axes + 1,) into `entries`
+    entries: Ints  # places in the vector
+    start: Ints  # (axes,) into `values`
     values: Array  # of each axis (size, its entries)
 
 
@@ -153,8 +152,8 @@ def read(m: MarchArrays, q: Pattern, r: Room, asked: int, out: Array) -> int:
 
 @RELEASING_ENTRY
 def march_points(
-    m: MarchArrays, q: Pattern, numbers: Numbers, r: Room, points: Integers, first: int, asked: int, out: Array,
-    states: Integers,
+    m: MarchArrays, q: Pattern, numbers: Numbers, r: Room, points: Ints, first: int, asked: int, out: Array,
+    states: Ints,
 ) -> int:  # fmt: skip
     """March points[first:] one after the other; return how many are done, all unless an array of the march is full.
 

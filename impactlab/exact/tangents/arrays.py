@@ -9,13 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactlab.exact.kernel import ROOM
 from impactlab.exact.network import Log
-from impactlab.types import Array
-
-Integers = NDArray[np.int64]
+from impactlab.types import Array, Ints
 
 OF_STATE = ("gravity", "duration")
 OF_NODES = ("mass", "u", "v", "spring", "dashpot", "push")
@@ -53,9 +50,9 @@ class TangentArrays(NamedTuple):
     v: Array  # (P, nodes): of the velocities; used of nodes with mass
     carried: Array  # (P, ends)
     moves: Array  # (pieces, 2, P): of start and stop of a piece
-    size: Integers  # (pieces,): coefficients of a row
-    offset: Integers  # (pieces,): into the pool
-    used: Integers  # (2,): of the pool; coefficients of the rows that have ever been written
+    size: Ints  # (pieces,): coefficients of a row
+    offset: Ints  # (pieces,): into the pool
+    used: Ints  # (2,): of the pool; coefficients of the rows that have ever been written
     pool: Array  # of a piece: parameter by parameter, row by row
     dated: Array  # (events, P): of the time of an event
     bend: Array  # (events, 3): first two time derivatives of the quantity that crossed zero, and 1 (`CROSSED`); or the
@@ -67,10 +64,10 @@ class TangentArrays(NamedTuple):
     waves: Array  # (ends of a junction, ROOM)
     loads: Array  # (nodes of a junction, ROOM): of the groups, without tangents
     fronts: Array  # (ends of a junction, 2, ROOM): slopes of the waves that arrive, and x times these
-    sizes: Integers  # (ends of a junction,): coefficients of the waves that arrive
+    sizes: Ints  # (ends of a junction,): coefficients of the waves that arrive
     jumps: Array  # (ends of a junction,): of the waves at a front that arrives with the start of the interval
     pivots: Array  # (nodes of a junction, 4, ROOM): of the equations of nodes with mass, see `series.eliminate`
-    orders: Integers  # (nodes of a junction,): for which they were made; 0 for none
+    orders: Ints  # (nodes of a junction,): for which they were made; 0 for none
     room: Array  # (4, ROOM): scratch
     springs: int  # address of the tangents of nodes on springs; 0 without springs
 

@@ -8,10 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from impactlab.exact.network import Integers
 from impactlab.exact.signals import clenshaw, gauss
 from impactlab.exact.tangents.run import Solved
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 SAME_PEAK = 1.0e-12  # of a peak: values nearer to it are peaks, too
 
@@ -42,12 +41,12 @@ class MovingSignal:
         """Derivative of the series in their places, (coefficients, pieces)."""
         return np.asarray(chebyshev.chebder(self.table)) if len(self.table) > 1 else np.zeros((1, len(self.stop)))
 
-    def places(self, t: Array) -> tuple[Integers, Array]:
+    def places(self, t: Array) -> tuple[Ints, Array]:
         """Return the piece of each time, and the place in it."""
         piece = np.minimum(np.searchsorted(self.stop, t + self.tolerance, side="right"), len(self.stop) - 1)
         return piece, (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece]
 
-    def label(self, piece: Integers, y: Array) -> Array:
+    def label(self, piece: Ints, y: Array) -> Array:
         """Return the derivative of the time at a place of a piece."""
         moves = self.moves[piece]
         return np.asarray(0.5 * ((1.0 - y) * moves[:, 0] + (1.0 + y) * moves[:, 1]))

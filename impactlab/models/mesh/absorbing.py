@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError
-from impactlab.models.mesh.bar_elements import Ints, spread
+from impactlab.models.mesh.bar_elements import spread
 from impactlab.scene.bodies import Beam
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 REACH = 2.0  # lengths of the beam that a layer is long at least
 SPREAD = 16.0  # lengths (EI/(rho A))^(1/4) sqrt(t) that a layer is long at least, t the duration of the run

@@ -7,13 +7,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Segment
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
-Ints = NDArray[np.int64]
 MassMatrix = Literal["consistent", "lumped", "redistributed"]
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from impactlab.errors import CaseError
 from impactlab.models.base import Face, Operators
 from impactlab.models.mesh.bar_elements import (
-    Ints,
     MassMatrix,
     assembled,
     assembled_diagonal,
@@ -23,7 +22,7 @@ from impactlab.models.mesh.base import AbstractMesh, quadratic_forms, sums_witho
 from impactlab.models.mesh.massless import MasslessNodes, redistribute, struck_nodes
 from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import End, Profile, WaveBody
-from impactlab.types import Array, Quantity
+from impactlab.types import Array, Ints, Quantity
 
 NODE_TOL = 1e-9  # of an element: a place so near to a node is that node
 

@@ -10,10 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from impactlab.models.base import AbstractDiscreteModel, Operators
-from impactlab.models.mesh.bar_elements import Ints
 from impactlab.numerics.banded import multiply, solve
 from impactlab.scene.bodies import ElasticBody, End, Profile
-from impactlab.types import Array, Quantity
+from impactlab.types import Array, Ints, Quantity
 
 FULL_RANK = 1e-6  # of the largest entry squared: two rows with such a determinant are no multiples of each other
 

@@ -21,26 +21,6 @@ GAUSS = np.polynomial.legendre.leggauss(4)  # exact for the square of a cubic
 GAUSS_PLACES = 0.5 * (1.0 + GAUSS[0])
 
 
-class BeamElements(NamedTuple):
-    """A stiffness in runs of equal beam elements, of which each stores a s^2/2 + b d^2/2.
-
-    Here s = w2 - w1 - l (theta1 + theta2) shears the element and d = theta2 - theta1 bends it: a = 12 EI/h^3/(1 + Phi),
-    l = h/2, b = EI/h. Other stiffness stands at single nodes: supports, and under tension springs at the rotations.
-
-    Of a beam that turns no two elements are equal and the lever arms of their nodes differ: s = w2 - w1 - l1 theta1 -
-    l2 theta2. Beside the elements it has -softening times the mass.
-    """
-
-    lead: int  # coordinates before the first whole node: 1 where the rotation of a pinned end stands alone
-    nodes: int  # whole ones
-    ends: Array  # (12,) stiffness of the first, then of the last whole node beyond the runs: w w, w theta, theta theta;
-    #              then of a lone rotation beyond each: its own, its coupling to w and to theta of the whole node
-    rest: Array  # (nodes,) springs at the rotations of the nodes between
-    runs: Array  # (n_runs, 4) number of elements, a, l, b; none of a beam that turns
-    each: Array  # (n_elements, 4) a, l1, l2, b of the elements of a beam that turns, else none
-    softening: float  # 1/s2, of a beam that turns in the plane of its motion
-
-
 class ElementMatrices(NamedTuple):
     """The matrices of one element, (4, 4) each."""
 

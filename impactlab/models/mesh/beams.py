@@ -16,7 +16,6 @@ from impactlab.models.mesh.base import AbstractMesh, null_space, part, quadratic
 from impactlab.models.mesh.beam_elements import (
     GAUSS_PLACES,
     PLACES,
-    BeamElements,
     curvatures,
     deflections,
     lumped,
@@ -27,6 +26,7 @@ from impactlab.models.mesh.beam_elements import (
     slope_of_curvature,
     stretched,
 )
+from impactlab.models.mesh.beam_runs import element_runs
 from impactlab.models.mesh.beam_sides import sides_of
 from impactlab.numerics.banded import grounded, multiply
 from impactlab.scene.bodies import Beam, BeamSegment, End, Profile
@@ -129,14 +129,18 @@ class BeamMesh(AbstractMesh):
         return BeamMesh(self.beam, elements, mass, gravity, duration=duration, faces=self._faces)
 
     def operators(self) -> Operators:
+        rotation, turned = self.beam.rotation, None
         stated = self.stated(
             self.highest_of_elements(), self._uniform, self._gravity, self.at_ends("dashpot")[self._kept]
         )
-        if self.beam.rotation is not None:  # the centrifugal part of a row's sum would be lost beside the bending part
-            softness = self.beam.rotation.squared * self._softness
+        if rotation is not None:  # the centrifugal part of a row's sum would be lost beside the bending part
+            softness = rotation.squared * self._softness
             ground = grounded(self.stiffness + softness) - multiply(softness, np.ones(softness.shape[1]))
             stated = stated._replace(ground_springs=ground)
-        return stated._replace(beam_elements=self._elements())
+            turned = self.beam.softening * self.mass[0] - softness[0]
+        if self.lumped:  # only schemes for a lumped mass walk over elements
+            stated = stated._replace(beam_elements=element_runs(self.beam, self._elastic, turned))
+        return stated
 
     def element_matrices(self, number: int) -> tuple[Array, Array]:
         segment, h = self.beam.segments[self.of_segment[number]], float(self.lengths[number])
@@ -285,51 +289,6 @@ class BeamMesh(AbstractMesh):
         if beam.damping.mass or beam.damping.stiffness:
             damping += beam.damping.mass * mass + beam.damping.stiffness * stiffness
         return mass, damping, stiffness, softness
-
-    def _elements(self) -> BeamElements | None:
-        """Return the stiffness as runs of beam elements between whole nodes; None with less than two of these.
-
-        Only schemes for a lumped mass walk over elements.
-        """
-        held = [end.kind in ("clamped", "pinned") for _, end in self.ends]
-        first, last = int(held[0]), len(self.lengths) - int(held[1])
-        nodes = last - first + 1
-        if nodes < 2 or not self.lumped:
-            return None
-        k = self._elastic
-        a, near, far = -k[:, 2, 0], k[:, 2, 1] / k[:, 2, 0], k[:, 2, 3] / k[:, 2, 0]
-        far = near if self.beam.rotation is None else far
-        b = a * (near * far) - k[:, 3, 1]
-        rest, ends, lead = np.zeros(nodes), np.zeros((4, 3)), int(self.ends[0][1].kind == "pinned")
-        if self.beam.tension or self.beam.rotation is not None:  # springs at rotations
-            rest[:-1] += (k[:, 1, 1] - a * near**2 - b)[first:last]
-            rest[1:] += ((k[:, 1, 1] if self.beam.rotation is None else k[:, 3, 3]) - a * far**2 - b)[first:last]
-        if self.beam.rotation is not None:
-            turned = self.beam.softening * self.mass[0] - self.beam.rotation.squared * self._softness[0]
-            rest += turned[lead + 1 : lead + 2 * nodes : 2]
-            ends[2:, 0] = turned[[0, -1]]  # of lone rotations; those of whole nodes are set below
-        ends[:2, 2] = rest[[0, -1]]
-        rest[[0, -1]] = 0.0
-        for side, (_, end) in enumerate(self.ends):
-            beyond = k[-1 if side else 0]
-            inner, outer = (slice(0, 2), slice(2, 4)) if side else (slice(2, 4), slice(0, 2))
-            if end.kind == "spring":
-                ends[side] += end.value, 0.0, end.rotational
-            elif end.kind in ("clamped", "pinned"):
-                block = beyond[inner, inner]
-                ends[side] += block[0, 0], block[0, 1], block[1, 1]
-            if end.kind == "pinned":
-                ends[2 + side] = ends[2 + side, 0] + beyond[outer, outer][1, 1], *beyond[outer, inner][1]
-            else:
-                ends[2 + side] = 0.0
-        if self.beam.rotation is not None:
-            each = np.column_stack((a, near, far, b))[first:last]
-            return BeamElements(lead, nodes, ends.ravel(), rest, np.zeros((0, 4)), each, self.beam.softening)
-        runs = np.column_stack((a, near, b))[first:last]
-        heads = np.concatenate(([0], np.flatnonzero(np.any(np.diff(runs, axis=0) != 0.0, axis=1)) + 1))
-        counts = np.diff(np.append(heads, len(runs)))
-        table = np.column_stack((counts, runs[heads]))
-        return BeamElements(lead, nodes, ends.ravel(), rest, table, np.zeros((0, 4)), 0.0)
 
     def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
         """Return the motions a + b x without strain or support, mass-normalised, and coordinates that stop them."""

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.models.mesh.bar_elements import Ints
 from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import WaveBody
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 
 class MasslessNodes:

@@ -10,9 +10,8 @@ from typing import final
 
 import numpy as np
 from numpy import float64
-from numpy.typing import NDArray
 
-Array = NDArray[float64]
+from impactlab.types import Array
 
 PARTS = 200  # of a run, in each of which a function may change its slope
 LINES = 20_000  # that stand for a function beside its run: in checks, scales and impulses

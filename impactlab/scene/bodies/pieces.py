@@ -8,12 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
 
 from impactlab.scene.bodies.loads import AbstractLoad
+from impactlab.types import Array
 
-Profile = Callable[[NDArray[float64]], NDArray[float64]]
+Profile = Callable[[Array], Array]
 """A quantity as a function of x [m], shape (n,) to shape (n,)."""
 
 
@@ -24,7 +23,7 @@ class Table:
     x: tuple[float, ...]
     u: tuple[float, ...]
 
-    def __call__(self, x: NDArray[float64]) -> NDArray[float64]:
+    def __call__(self, x: Array) -> Array:
         return np.asarray(np.interp(x, self.x, self.u), dtype=float)
 
 

@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
 
 from impactlab.scene.bodies.pieces import End, Segment
+from impactlab.types import Array
 
-Array = NDArray[float64]
 RIGID = 1e-9  # of the highest frequency that the lowest may be: strains below are 1e-18 of the displacements
 ABOVE = 1.0 + 1e-6  # times a bound that may be reached: rounding of a phase is far below pi times 1e-6
 

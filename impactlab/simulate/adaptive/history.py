@@ -8,8 +8,8 @@ from typing import final
 import numpy as np
 
 from impactlab.history.base import ContactSpan, EnergyBook, Event
+from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.noise_floor import above_noise
-from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.simulate.adaptive.record import Record
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.types import Array

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.history.frame import drift_velocities
 from impactlab.models.equations import SeveralEquations
 from impactlab.scene.facts import field_acceleration
-from impactlab.scene.frame import drift_velocities
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Point, Scene
 from impactlab.simulate.adaptive.law import InstantContact

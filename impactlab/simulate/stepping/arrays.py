@@ -9,17 +9,11 @@ import ctypes
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from numpy import float64, int64
-from numpy.typing import NDArray
-
 from impactlab.numerics.layout import Integers, Numbers, record
 from impactlab.numerics.tables import by_table
-from impactlab.types import Port, Reply
+from impactlab.types import Array, Ints, Port, Reply
 
 FEW = 4  # entries of the state that a force changes at a node of a lumped mesh, or on a rigid mass
-
-Floats = NDArray[float64]
-Ints = NDArray[int64]
 
 
 @record
@@ -252,47 +246,45 @@ class StepArrays(NamedTuple):
     loads: Sequence[LoadRecord]  # (n_loads,)
     phases: Sequence[PhaseRecord]  # (n_phases,)
     dampers: Sequence[DamperRecord]  # (n_groups,) groups of dashpots
-    dashpots: Floats  # (5, n_dashpots) in the layers below
+    dashpots: Array  # (5, n_dashpots) in the layers below
     bead_rows: Sequence[BeadRowRecord]  # (n_rows,)
     events: Sequence[EventRecord]  # (room,)
     snapshots: Sequence[SnapshotRecord]  # (n_snapshots,)
-    beads: Floats  # (5, n_entries) in the layers below
-    bead_contacts: Floats  # (12, n_entries) in the layers below
+    beads: Array  # (5, n_entries) in the layers below
+    bead_contacts: Array  # (12, n_entries) in the layers below
     shared: Ints  # pairs: where the state of a bead begins that something else moves, too, and its entry
     called: Ints  # (n_called,) numbers of the bodies that are not beads: their steppers are called
-    parameters: Floats  # flat, of all steppers
-    state: Floats  # flat
-    backup: Floats  # room for a step to be taken again
-    momentum: Floats  # row over the state, N s
-    jump: Floats  # flat, body by body: velocities per impulse of each face, then its loads: see `write_columns`
-    responses: Floats  # flat, body by body: (3, n_ports, n_state) to a force, an impulse and a projection at each port
+    parameters: Array  # flat, of all steppers
+    state: Array  # flat
+    backup: Array  # room for a step to be taken again
+    momentum: Array  # row over the state, N s
+    jump: Array  # flat, body by body: velocities per impulse of each face, then its loads: see `write_columns`
+    responses: Array  # flat, body by body: (3, n_ports, n_state) to a force, an impulse and a projection at each port
     candidates: Ints  # (n_pairs,) contact by contact, those that may act on its faces: they share a body, or are itself
     coupled: Ints  # (n_pairs,) contact by contact, those that do, in the first places of its range
-    influence: Floats  # (n_pairs, 3, 9) of these on left face, right face and pushed row: layers
-    own_influence: Floats  # (3, 9) room for that of a contact on itself
+    influence: Array  # (n_pairs, 3, 9) of these on left face, right face and pushed row: layers
+    own_influence: Array  # (3, 9) room for that of a contact on itself
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state
-    row_value: Floats
+    row_value: Array
     probe_at: Ints  # (n_recorded,) entry of the state that each probe or wave is; -1 where it is a sum over several
-    load_times: Floats  # s, samples of the loads, one after the other
-    load_forces: Floats  # N
-    left_out: Floats  # (n_readings, n_contacts) static response of the modes left out per force of the step before
-    record: (
-        Floats  # (room, n_columns) time; of each contact force, gap, left u, v, right u, v; forces of bead contacts;
-    )
+    load_times: Array  # s, samples of the loads, one after the other
+    load_forces: Array  # N
+    left_out: Array  # (n_readings, n_contacts) static response of the modes left out per force of the step before
+    record: Array  # (room, n_columns) time; of each contact force, gap, left u, v, right u, v; forces of bead contacts;
     #                 u, v of beads; probes
-    sample: Floats  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body
-    snapshot_state: Floats  # (n_snapshots, 2, n_state)
-    scratch: Floats  # (4,)
+    sample: Array  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body
+    snapshot_state: Array  # (n_snapshots, 2, n_state)
+    scratch: Array  # (4,)
     pieces: Ints  # addresses of the pieces of the loop that few scenes need, in the order below; see `unfilled`
     order: Ints  # (n_contacts,) place of each contact in the linear system, in which coupled ones stand close together
     system: (
-        Floats  # (2 n_contacts, width + 2) banded linear system of coupled contacts: see `solve_banded`; empty for one
+        Array  # (2 n_contacts, width + 2) banded linear system of coupled contacts: see `solve_banded`; empty for one
     )
-    other_state: Floats  # values exchanged as a contact of a body with phases opens or closes: empty without phases,
+    other_state: Array  # values exchanged as a contact of a body with phases opens or closes: empty without phases,
     #                      else one array after the other in the shapes of parameters, momentum, jump, responses,
     #                      row_value, left_out
-    maps: Floats  # flat (2, 2, n_dof, n_dof) per phase record: closing, opening; displacements, velocities
+    maps: Array  # flat (2, 2, n_dof, n_dof) per phase record: closing, opening; displacements, velocities
 
 
 # Layers of `beads`: dt over mass [s/kg], constant load [N], mass [kg], displacement [m], velocity [m/s].

@@ -22,8 +22,6 @@ from impactlab.simulate.stepping.arrays import (
     ContactRecord,
     EventRecord,
     FaceRecord,
-    Floats,
-    Ints,
     LoadRecord,
     SnapshotRecord,
     StepArrays,
@@ -43,7 +41,7 @@ from impactlab.simulate.stepping.pairs import arranged, find_pairs
 from impactlab.simulate.stepping.pieces import fill_pieces
 from impactlab.simulate.stepping.response_ranges import describe, write_ranges
 from impactlab.simulate.stepping.unfilled import addresses_without
-from impactlab.types import Array, Port, Reply
+from impactlab.types import Array, Ints, Port, Reply
 
 MANY = 100  # contacts, from which the room for events is that of a few steps
 MIN_EVENTS = 512  # room for events between two returns of the loop
@@ -118,7 +116,7 @@ class Assembly:
             "faces": faces, "pushes": pushes, "readings": readings,
         }  # fmt: skip
 
-    def _bodies(self, coordinates: BothPhases, state: Floats) -> dict[str, Any]:
+    def _bodies(self, coordinates: BothPhases, state: Array) -> dict[str, Any]:
         """Return the arrays of the bodies, of their loads and of their dashpots."""
         layout, values = self.layout, coordinates.values
         phases, maps = phase_records(layout)
@@ -150,7 +148,7 @@ class Assembly:
         return probe_at
 
     def _results(self, size: int) -> dict[str, Any]:
-        """Return the clock and the room for what a run writes; ``size`` is that of the state."""
+        """Return the clock and the arrays that a run writes; ``size`` is that of the state."""
         scene, layout, per_run = self.scene, self.layout, self.steps // self.stride
         self.snapshots, snapshots = records(SnapshotRecord, len(scene.field_times))
         for snapshot, time in zip(self.snapshots, scene.field_times, strict=True):

@@ -16,15 +16,15 @@ from impactlab.simulate.stepping.arrays import (
     STIFFNESS,
     TOTAL,
     BeadRowRecord,
-    Floats,
     U,
     V,
 )
 from impactlab.simulate.stepping.beads import HERTZ, BeadArrays
+from impactlab.types import Array
 
 
 @PART
-def stored_in(row: BeadRowRecord, u: Floats, v: Floats, gap: Floats, stiffness: Floats, dt: float) -> float:
+def stored_in(row: BeadRowRecord, u: Array, v: Array, gap: Array, stiffness: Array, dt: float) -> float:
     """Return the energy stored in the contacts of a row [J].
 
     Leapfrog conserves the energy of a spring, n = 1, with the product of the overlaps at both ends of a step as square.
@@ -67,7 +67,7 @@ def sample_beads(m: BeadArrays, dt: float) -> tuple[float, bool]:
 
 
 @PART
-def record_forces(forces: Floats, recent: Floats, span: Floats, total: Floats, share: float) -> None:
+def record_forces(forces: Array, recent: Array, span: Array, total: Array, share: float) -> None:
     """Write mean forces since the last record, and begin the next sums."""
     for i in range(forces.size):
         forces[i] = recent[i] * share

@@ -24,13 +24,11 @@ from impactlab.simulate.stepping.arrays import (
     REST,
     STIFFNESS,
     BeadRowRecord,
-    Floats,
-    Ints,
     U,
     V,
 )
 from impactlab.simulate.stepping.beads import BLOCK
-from impactlab.types import PowerForce
+from impactlab.types import Array, Ints, PowerForce
 
 
 class BeadRow(NamedTuple):
@@ -137,15 +135,15 @@ class PackedRows(NamedTuple):
     """Rows of beads as the arrays of the loop."""
 
     rows: Sequence[BeadRowRecord]
-    beads: Floats  # as in `StepArrays`
-    contacts: Floats
+    beads: Array  # as in `StepArrays`
+    contacts: Array
     shared: Ints
     slots: Ints  # (n_contacts,) slot of each contact
 
 
 @cache
 def no_beads() -> PackedRows:
-    """Return what `packed` returns of a scene without rows."""
+    """Return the result of `packed` for a scene without rows."""
     none = np.zeros(0, np.int64)
     return PackedRows(records(BeadRowRecord, 0)[1], np.zeros((V + 1, 0)), np.zeros((REST + 1, 0)), none, none)
 
@@ -197,7 +195,7 @@ def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRo
 
 
 def _room(row: BeadRow) -> int:
-    """Return the entries of a row: beads, two ghosts, and what is read behind them, whole lines of memory."""
+    """Return the number of entries of a row: beads, two ghosts, those read behind them, in whole lines of memory."""
     return LANES * -(-(len(row.beads) + 2 + 2 * LANES) // LANES)
 
 
@@ -205,7 +203,7 @@ def _joined(parts: list[Ints]) -> Ints:
     return np.concatenate([np.zeros(0, np.int64), *parts])
 
 
-def _find_rest(row: BeadRowRecord, beads: Floats, contacts: Floats, shared: Ints) -> None:
+def _find_rest(row: BeadRowRecord, beads: Array, contacts: Array, shared: Ints) -> None:
     """Mark the blocks of a row in which no bead moves, none is moved by something else, and no contact is closed."""
     for start in range(0, row.count + 1, BLOCK):
         at = row.first + np.arange(start, min(start + BLOCK, row.count + 1))
@@ -214,7 +212,7 @@ def _find_rest(row: BeadRowRecord, beads: Floats, contacts: Floats, shared: Ints
         contacts[REST, at[0]] = float(not moves and not np.any(closed))
 
 
-def _watched(contacts: Floats, exponent: float) -> Floats:
+def _watched(contacts: Array, exponent: float) -> Array:
     """Return the forces [N] at which the tangent stiffness n K d^(n-1) times the compliance becomes coarse."""
     steep = contacts[COARSE] / (exponent * contacts[STIFFNESS] * contacts[COMPLIANCE])  # d^(n-1)
     if exponent == 1.0:  # coarse at any overlap, or at none

@@ -48,12 +48,11 @@ from impactlab.simulate.stepping.arrays import (
     ClockRecord,
     ContactRecord,
     EventRecord,
-    Floats,
-    Ints,
     StepArrays,
     U,
     V,
 )
+from impactlab.types import Array, Ints
 
 CLOSE, OPEN = 0, 1  # kinds of events, as in `event_times`
 BLOCK = 128  # slots, a multiple of `LANES`: their data stay in the fastest memory from a first pass to a second
@@ -67,12 +66,12 @@ class BeadArrays(NamedTuple):
     bead_rows: Sequence[BeadRowRecord]
     contacts: Sequence[ContactRecord]
     events: Sequence[EventRecord]
-    beads: Floats
-    bead_contacts: Floats
+    beads: Array
+    bead_contacts: Array
     shared: Ints
-    state: Floats
-    record: Floats
-    sample: Floats
+    state: Array
+    record: Array
+    sample: Array
 
 
 @INLINE
@@ -98,14 +97,14 @@ class Row(NamedTuple):
     Displacements reach one entry further than the slots; forces begin one slot before them.
     """
 
-    u: Floats  # (n + 1,) m
-    v: Floats  # (n,) m/s
-    kick: Floats  # (n,) s/kg
-    gap: Floats  # (n,) m
-    stiffness: Floats  # (n,)
-    force: Floats  # (n + 1,) N
-    recent: Floats  # (n,) N
-    peak: Floats  # (n,) N
+    u: Array  # (n + 1,) m
+    v: Array  # (n,) m/s
+    kick: Array  # (n,) s/kg
+    gap: Array  # (n,) m
+    stiffness: Array  # (n,)
+    force: Array  # (n + 1,) N
+    recent: Array  # (n,) N
+    peak: Array  # (n,) N
 
 
 @INLINE

@@ -17,12 +17,12 @@ from impactlab.simulate.stepping.arrays import (
     DAMPING,
     BodyRecord,
     DamperRecord,
-    Floats,
     LoadRecord,
     PhaseRecord,
 )
 from impactlab.simulate.stepping.flat_arrays import dashpots, flat
 from impactlab.simulate.stepping.layout import Layout
+from impactlab.types import Array
 
 
 class Loads(NamedTuple):
@@ -30,8 +30,8 @@ class Loads(NamedTuple):
 
     by_name: Sequence[LoadRecord]
     records: Sequence[LoadRecord]
-    times: Floats
-    forces: Floats
+    times: Array
+    forces: Array
 
 
 def body_records(layout: Layout, starts: list[list[int]]) -> Sequence[BodyRecord]:
@@ -67,8 +67,8 @@ def kernels_of(layout: Layout) -> list[Kernel]:
 
 
 def damper_records(
-    layout: Layout, integrator: AbstractIntegrator, state: Floats
-) -> tuple[Sequence[DamperRecord], Floats]:
+    layout: Layout, integrator: AbstractIntegrator, state: Array
+) -> tuple[Sequence[DamperRecord], Array]:
     """Return the groups of dashpots of all bodies, and the values of each dashpot."""
     found = [(name, each) for name, body in layout.built.items() for each in dashpots(body.system)]
     by_name, dampers = records(DamperRecord, len(found))
@@ -87,7 +87,7 @@ def damper_records(
     return dampers, values
 
 
-def phase_records(layout: Layout) -> tuple[Sequence[PhaseRecord], Floats]:
+def phase_records(layout: Layout) -> tuple[Sequence[PhaseRecord], Array]:
     """Return the bodies with phases, and the maps between their coordinates."""
     phased = {name: body.system.phases for name, body in layout.built.items() if body.system.phases is not None}
     by_name, phases = records(PhaseRecord, len(phased))

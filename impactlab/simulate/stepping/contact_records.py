@@ -10,10 +10,10 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.law_address import LawAddress
 from impactlab.numerics.records import records
 from impactlab.scene.problem import Point
-from impactlab.simulate.stepping.arrays import ContactRecord, FaceRecord, Ints, PushRecord, ReadingRecord
+from impactlab.simulate.stepping.arrays import ContactRecord, FaceRecord, PushRecord, ReadingRecord
 from impactlab.simulate.stepping.layout import Layout, faces_of_contact
 from impactlab.simulate.stepping.preparation import face_read
-from impactlab.types import Port, Reply
+from impactlab.types import Ints, Port, Reply
 
 
 class Contacts(NamedTuple):

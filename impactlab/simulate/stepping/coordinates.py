@@ -10,7 +10,6 @@ import numpy as np
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel
 from impactlab.simulate.channels import Probed
-from impactlab.simulate.stepping.arrays import Floats, Ints
 from impactlab.simulate.stepping.flat_arrays import flat, jumps_and_loads, responses_of, sparse
 from impactlab.simulate.stepping.layout import MOTION, Layout
 from impactlab.simulate.stepping.preparation import (
@@ -21,7 +20,7 @@ from impactlab.simulate.stepping.preparation import (
     prepare_steppers,
     reading_place,
 )
-from impactlab.types import Array, Arriving, Quantity
+from impactlab.types import Array, Arriving, Ints, Quantity
 
 Models = Mapping[str, AbstractDiscreteModel]  # by name of the body
 Steppers = Mapping[str, Stepper]
@@ -30,12 +29,12 @@ Steppers = Mapping[str, Stepper]
 class Coordinates(NamedTuple):
     """Values that belong to one set of coordinates of the bodies, in the layout of `StepArrays`."""
 
-    parameters: Floats
-    momentum: Floats
-    jump: Floats
-    responses: Floats
+    parameters: Array
+    momentum: Array
+    jump: Array
+    responses: Array
     rows: list[tuple[int, Array]]  # each a shift into the whole state and its values
-    left_out: Floats
+    left_out: Array
     starts: list[list[int]]  # of parameters, jumps and responses, body by body
 
 
@@ -45,8 +44,8 @@ class BothPhases(NamedTuple):
     values: Coordinates
     row_start: Ints
     row_index: Ints
-    row_value: Floats
-    other_state: Floats
+    row_value: Array
+    other_state: Array
 
 
 def both_phases(layout: Layout, integrator: AbstractIntegrator, dt: float) -> BothPhases:
@@ -83,7 +82,7 @@ def coordinates(layout: Layout, models: Models, steppers: Steppers) -> Coordinat
     return Coordinates(parameters, momentum, jump, responses, *_rows(layout, models), starts)
 
 
-def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Floats]:
+def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Array]:
     """Return all rows in the order that `StepArrays` states, and the static responses of modes left out.
 
     The latter are those at each reading per force of each contact.

@@ -15,13 +15,13 @@ from impactlab.simulate.stepping.arrays import (
     PRODUCT,
     RATE,
     DamperRecord,
-    Floats,
     StepArrays,
 )
+from impactlab.types import Array
 
 
 @PART
-def write_lengths(lengths: Floats, near: Floats, far: Floats) -> None:
+def write_lengths(lengths: Array, near: Array, far: Array) -> None:
     """Write the lengths of dashpots from the displacements of their ends; ``far`` is empty where that is the ground."""
     if far.size == 0:
         for i in range(lengths.size):
@@ -33,7 +33,7 @@ def write_lengths(lengths: Floats, near: Floats, far: Floats) -> None:
 
 @PART
 def loss_times_step(
-    damping: Floats, lengths: Floats, changes: Floats, near: Floats, far: Floats, share_before: float
+    damping: Array, lengths: Array, changes: Array, near: Array, far: Array, share_before: float
 ) -> float:
     """Return the loss in dashpots over a step, times its length [J s], and write by how much their lengths change.
 
@@ -56,13 +56,13 @@ def loss_times_step(
 
 
 @INLINE
-def near_ends(m: StepArrays, group: DamperRecord) -> Floats:
+def near_ends(m: StepArrays, group: DamperRecord) -> Array:
     """Return the displacements of the first ends of a group."""
     return window(m.state, group.index, group.count)
 
 
 @INLINE
-def far_ends(m: StepArrays, group: DamperRecord) -> Floats:
+def far_ends(m: StepArrays, group: DamperRecord) -> Array:
     """Return the displacements of the other ends of a group; none where these are the ground."""
     return window(m.state, max(group.other, 0), group.count if group.other >= 0 else 0)
 
@@ -85,7 +85,7 @@ def write_rates(m: StepArrays, group: DamperRecord) -> None:
 
 
 @PART
-def loss_by_rates(m: StepArrays, group: DamperRecord, near: Floats, far: Floats) -> float:
+def loss_by_rates(m: StepArrays, group: DamperRecord, near: Array, far: Array) -> float:
     """Return the loss in dashpots over a step by their rates [J]; see `impactlab.integrators.base.Losses`."""
     total = 0.0
     for i in range(group.count):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from impactlab.numerics.compiling import PART
-from impactlab.simulate.stepping.arrays import Floats, StepArrays
+from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.simulate.stepping.influence import row_times_state
+from impactlab.types import Array
 
 
 @PART
-def force_at(times: Floats, forces: Floats, piece: int, t: float) -> float:
+def force_at(times: Array, forces: Array, piece: int, t: float) -> float:
     """Return the force [N] of samples at a time in the piece after sample ``piece``; -1 is before the first."""
     if piece < 0:
         return float(forces[0])
@@ -19,7 +20,7 @@ def force_at(times: Floats, forces: Floats, piece: int, t: float) -> float:
 
 
 @PART
-def force_over(times: Floats, forces: Floats, piece: int, start: float, dt: float, point: float) -> float:
+def force_over(times: Array, forces: Array, piece: int, start: float, dt: float, point: float) -> float:
     """Return the force of a load in a step [N].
 
     It is that at its start (point 0) or its end (1), else its exact mean over the step.

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from impactlab.integrators.base import Stepper, loads_of
 from impactlab.models.base import Operators
-from impactlab.simulate.stepping.arrays import Floats, Ints
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 
-def flat(arrays: list[Array]) -> tuple[Floats, list[int]]:
+def flat(arrays: list[Array]) -> tuple[Array, list[int]]:
     """Return arrays in a row and where each starts, with the end, n + 1 in all."""
     starts = [0, *itertools.accumulate([array.size for array in arrays])]
     return np.concatenate([array.ravel() for array in arrays]) if arrays else np.zeros(0), starts
@@ -55,7 +54,7 @@ def groups(values: Array) -> list[tuple[int, Array]]:
     return [(int(part[0]), values[part]) for part in parts]
 
 
-def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None = None) -> tuple[Ints, Ints, Floats]:
+def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None = None) -> tuple[Ints, Ints, Array]:
     """Return rows, each a shift into the state and a dense row, as starts, indices, values; without zeros."""
     if not rows:
         return np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0)

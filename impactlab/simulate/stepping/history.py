@@ -19,11 +19,11 @@ from impactlab.history.base import (
     places_on,
     within_run,
 )
+from impactlab.history.frame import carried_by, drifts_alone, groups, touched_in
 from impactlab.history.noise_floor import Found, above_noise, reach_of
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
-from impactlab.scene.frame import carried_by, drifts_alone, groups, touched_in
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times, readout
 from impactlab.simulate.stepping.arrays import SAMPLED

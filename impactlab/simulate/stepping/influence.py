@@ -14,16 +14,15 @@ from impactlab.simulate.stepping.arrays import (
     V_FORCE,
     V_JUMP,
     V_PUSH,
-    Floats,
-    Ints,
     StepArrays,
 )
+from impactlab.types import Array, Ints
 
 NO_EFFECT = 1e-20  # of a contact's effect on its own faces
 
 
 @PART
-def sum_of_row(index: Ints, value: Floats, state: Floats) -> float:
+def sum_of_row(index: Ints, value: Array, state: Array) -> float:
     """Return a sparse row times the state; contiguous entries, as of modes, are read without an index."""
     total, last = 0.0, index.size - 1
     if last >= 0 and index[last] - index[0] == last:
@@ -46,7 +45,7 @@ def row_times_state(m: StepArrays, row: int) -> float:
 
 
 @PART
-def row_times(m: StepArrays, row: int, values: Floats, shift: int) -> float:
+def row_times(m: StepArrays, row: int, values: Array, shift: int) -> float:
     """Return a sparse row times values with the layout of the state, shifted."""
     total = 0.0
     for entry in range(m.row_start[row], m.row_start[row + 1]):
@@ -56,7 +55,7 @@ def row_times(m: StepArrays, row: int, values: Floats, shift: int) -> float:
 
 @PART
 def add_effects(
-    m: StepArrays, out: Floats, other: int, place: int, u_row: int, v_row: int, weight: float, at: int
+    m: StepArrays, out: Array, other: int, place: int, u_row: int, v_row: int, weight: float, at: int
 ) -> None:
     """Add the effects of a contact on one row of a body, and on its rate, to its influence coefficients.
 
@@ -88,7 +87,7 @@ def add_effects(
 
 
 @PART
-def write_effects(m: StepArrays, out: Floats, number: int, other: int) -> None:
+def write_effects(m: StepArrays, out: Array, number: int, other: int) -> None:
     """Write the influence coefficients of one contact on the faces and the pushed row of another."""
     for place in range(3):
         for layer in range(LAYERS):

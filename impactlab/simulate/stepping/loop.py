@@ -24,14 +24,13 @@ from impactlab.simulate.stepping.arrays import (
     REWRITE_COLUMNS,
     SHOW_ROWS,
     STEP_ROWS,
-    Floats,
     StepArrays,
 )
 from impactlab.simulate.stepping.contact_solve import effect_of, evaluate, solve_contacts
 from impactlab.simulate.stepping.event_times import write_events
 from impactlab.simulate.stepping.influence import fill_influence, row_times_state
 from impactlab.simulate.stepping.samples import sample_energies
-from impactlab.types import MEMORY
+from impactlab.types import MEMORY, Array
 
 # Status that `advance_dated` returns.
 DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4
@@ -116,7 +115,7 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
 
 
 @PART
-def add_range(state: Floats, response: Floats, factor: float) -> None:
+def add_range(state: Array, response: Array, factor: float) -> None:
     """Add a factor times a response to a state, in vector registers."""
     for i in range(state.size):
         state[i] += factor * response[i]

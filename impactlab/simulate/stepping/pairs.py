@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.simulate.stepping.arrays import ContactRecord, FaceRecord, Ints
+from impactlab.simulate.stepping.arrays import ContactRecord, FaceRecord
 from impactlab.simulate.stepping.preparation import Push
+from impactlab.types import Ints
 
 ReadOn = Mapping[str, Mapping[int, Sequence[Ints]]]
 """Entries of a body's state that its faces are read from, by name of the body and number of the face."""

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from impactlab.numerics.compiling import ENTRY, PART
-from impactlab.simulate.stepping.arrays import BodyRecord, FaceRecord, Floats, Ints, LoadRecord, PushRecord
+from impactlab.simulate.stepping.arrays import BodyRecord, FaceRecord, LoadRecord, PushRecord
+from impactlab.types import Array, Ints
 
 MIN_EVEN = 16  # coordinates: a shorter momentum row is soon read
 SAME_TOL = 4.0 * float(np.finfo(float).eps)  # of an entry of the momentum row: others differ by rounding
@@ -23,7 +24,7 @@ def write_ranges(
     kinds: int,
     bodies: Sequence[BodyRecord],
     phased: Ints,
-    responses: Floats,
+    responses: Array,
 ) -> None:
     """Write the ranges of displacements, velocities and other state with nonzero response.
 
@@ -45,7 +46,7 @@ def write_ranges(
 
 
 @PART
-def nonzero_range(responses: Floats, start: int, begin: int, end: int, whole: bool) -> tuple[int, int]:
+def nonzero_range(responses: Array, start: int, begin: int, end: int, whole: bool) -> tuple[int, int]:
     """Return the range of the nonzero entries of a part of a response.
 
     Entries within rounding are zero; the range of none is (0, 0).
@@ -65,7 +66,7 @@ def nonzero_range(responses: Floats, start: int, begin: int, end: int, whole: bo
 
 
 @PART
-def write_entries(faces: Sequence[FaceRecord], row_start: Ints, row_index: Ints, row_value: Floats) -> None:
+def write_entries(faces: Sequence[FaceRecord], row_start: Ints, row_index: Ints, row_value: Array) -> None:
     """Write the entries of the state that are the displacement and the velocity of a face; -1 where they are sums."""
     for number in range(len(faces)):
         u_at = alone(number, row_start, row_index, row_value)
@@ -76,7 +77,7 @@ def write_entries(faces: Sequence[FaceRecord], row_start: Ints, row_index: Ints,
 
 
 @PART
-def alone(row: int, row_start: Ints, row_index: Ints, row_value: Floats) -> int:
+def alone(row: int, row_start: Ints, row_index: Ints, row_value: Array) -> int:
     """Return the entry of the state that a sparse row is; -1 where it is more than that entry, or none."""
     at = row_start[row]
     if row_start[row + 1] - at == 1 and row_value[at] == 1.0:
@@ -85,7 +86,7 @@ def alone(row: int, row_start: Ints, row_index: Ints, row_value: Floats) -> int:
 
 
 @PART
-def write_even(bodies: Sequence[BodyRecord], phased: Ints, momentum: Floats) -> None:
+def write_even(bodies: Sequence[BodyRecord], phased: Ints, momentum: Array) -> None:
     """Write the entry of the momentum row that all coordinates of a body but the outer two share."""
     for number in range(len(bodies)):
         body = bodies[number]
@@ -103,11 +104,11 @@ def describe(
     bodies: Sequence[BodyRecord],
     faces: Sequence[FaceRecord],
     phased: Ints,
-    momentum: Floats,
-    responses: Floats,
+    momentum: Array,
+    responses: Array,
     row_start: Ints,
     row_index: Ints,
-    row_value: Floats,
+    row_value: Array,
     probe_at: Ints,
     first_probe: int,
 ) -> None:

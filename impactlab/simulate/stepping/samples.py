@@ -5,11 +5,12 @@ from __future__ import annotations
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import INLINE, PART
 from impactlab.numerics.windows import window
-from impactlab.simulate.stepping.arrays import SAMPLE_ROWS, SAMPLED, Floats, StepArrays
+from impactlab.simulate.stepping.arrays import SAMPLE_ROWS, SAMPLED, StepArrays
+from impactlab.types import Array
 
 
 @PART
-def sum_of_momenta(row: Floats, velocity: Floats, even: float) -> float:
+def sum_of_momenta(row: Array, velocity: Array, even: float) -> float:
     """Return the momentum of a body, its row times its velocities; an entry ``even`` shared inside is not read."""
     total, last = 0.0, row.size - 1
     if even == 0.0:

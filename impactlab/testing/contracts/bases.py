@@ -14,7 +14,7 @@ from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.modal_body import ModalBody
 from impactlab.numerics.banded import full
 from impactlab.scene.bodies import Beam, End, Rod, Segment
-from impactlab.testing.contracts.common import BAR, PIECE, SOFT_BAR, STRUCK, described
+from impactlab.testing.contracts.common import BAR, PIECE, SOFT_BAR, STRUCK, at_most, described
 
 KINDS = (("rod", "free"), ("rod", "clamped"), ("beam", "free"), ("beam", "pinned"), ("beam", "clamped"))
 
@@ -51,7 +51,7 @@ class BasisContract:
         for kind, right in KINDS:
             mesh = self.mesh(kind, right)
             span = self.part.span(mesh, self.modes, STRUCK)
-            assert span.shapes.shape[1] == self.modes + mesh.rigid.shape[1]
+            assert span.shapes.shape[1] == self.modes + mesh.rigid.shape[1], f"there are {span.shapes.shape[1]}"
             assert span.closed is None or span.closed[1].shape == span.shapes.shape
 
     def test_its_coordinates_have_unit_mass_and_squared_frequencies(self) -> None:
@@ -59,10 +59,12 @@ class BasisContract:
             reduced = self.reduced(kind, right)
             shapes, mesh = reduced.shapes, reduced.mesh
             # Rounding of sums over forty nodes; of the stiffness, relative to its largest entry.
-            assert np.max(np.abs(shapes.T @ full(mesh.mass) @ shapes - np.eye(shapes.shape[1]))) < 1e-11
+            error = float(np.max(np.abs(shapes.T @ full(mesh.mass) @ shapes - np.eye(shapes.shape[1]))))
+            at_most(error, 1e-11, f"the error of the unit mass of a {kind}")
             squared, highest = reduced.frequencies**2, float(full(mesh.stiffness).diagonal().max())
             size = max(squared[-1], highest * float(np.max(shapes**2)))
-            assert np.max(np.abs(shapes.T @ full(mesh.stiffness) @ shapes - np.diag(squared))) < 1e-11 * size
+            error = float(np.max(np.abs(shapes.T @ full(mesh.stiffness) @ shapes - np.diag(squared))))
+            at_most(error, 1e-11 * size, f"the error of the squared frequencies of a {kind} [1/s2]")
             assert np.all(np.diff(squared) >= 0.0)
             assert np.count_nonzero(squared == 0.0) == mesh.rigid.shape[1]
 
@@ -71,13 +73,13 @@ class BasisContract:
             reduced = self.reduced(kind, right)
             mesh = reduced.mesh
             shares = reduced.shapes.T @ full(mesh.mass) @ mesh.rigid
-            assert np.max(np.abs(reduced.shapes @ shares - mesh.rigid), initial=0.0) < 1e-11 * np.max(
-                np.abs(mesh.rigid), initial=1.0
-            )
+            error = float(np.max(np.abs(reduced.shapes @ shares - mesh.rigid), initial=0.0))
+            at_most(error, 1e-11 * float(np.max(np.abs(mesh.rigid), initial=1.0)), f"the error of those of a {kind}")
             if right == "free":
                 # Coordinates of unit velocity are the momentum of each, its mass being 1: the translation's alone.
                 velocity = reduced.project_uniform()
-                assert abs(velocity @ velocity / mesh.momentum_row().sum() - 1.0) < 1e-11
+                error = abs(float(velocity @ velocity / mesh.momentum_row().sum()) - 1.0)
+                at_most(error, 1e-11, f"the relative error of the mass of a {kind}")
 
     def test_its_frequencies_are_bounds_from_above_and_fall_with_more_modes(self) -> None:
         from scipy.linalg import eigh
@@ -94,9 +96,9 @@ class BasisContract:
             assert np.all(more**2 >= exact[: more.size] ** 2 - slack)
             rigid = mesh.rigid.shape[1]
             first = slice(rigid, rigid + 3)
-            worst = [np.max(np.abs(found[first] / exact[first] - 1.0)) for found in (fewer, more)]
-            assert worst[1] <= worst[0] + slack / exact[rigid] ** 2
-            assert worst[1] < 1e-3  # the first three frequencies
+            worst = [float(np.max(np.abs(found[first] / exact[first] - 1.0))) for found in (fewer, more)]
+            at_most(worst[1], worst[0] + slack / exact[rigid] ** 2, f"the error of a {kind} with more modes")
+            at_most(worst[1], 1e-3, f"the relative error of the first three frequencies of a {kind}")
 
     def test_modes_and_residual_flexibility_add_up_to_the_static_compliance(self) -> None:
         for kind, right in KINDS:
@@ -110,11 +112,13 @@ class BasisContract:
                     / reduced.frequencies[elastic] ** 2
                 )
                 left = body.left_out(float(x), "displacement", 0.0)
-                assert abs(kept + left - reduced.static(float(x), "displacement", 0.0)) < 1e-12 * largest
+                error = abs(float(kept + left - reduced.static(float(x), "displacement", 0.0)))
+                at_most(error, 1e-12 * largest, f"the error of the compliance of a {kind} at x = {x:.4g} m [m/N]")
                 if type(self.part).static_exact and right == "clamped":
                     # The condition of forty elements, 1e3 of a rod and 1e6 of this beam, times the rounding of a small
                     # eigenvalue problem.
-                    assert abs(left) < {"rod": 1e-9, "beam": 1e-6}[kind] * largest
+                    limit = {"rod": 1e-9, "beam": 1e-6}[kind] * largest
+                    at_most(abs(left), limit, f"the compliance left out of a {kind} at x = {x:.4g} m [m/N]")
 
     def test_all_modes_are_the_whole_mesh(self) -> None:
         if not type(self.part).complete:
@@ -125,4 +129,5 @@ class BasisContract:
             mesh = self.mesh(kind, "clamped")
             squared = eigh(full(mesh.stiffness), full(mesh.mass), eigvals_only=True)
             found = self.reduced(kind, "clamped", squared.size).frequencies ** 2
-            assert np.max(np.abs(found - squared)) < 1e-10 * squared[-1]
+            error = float(np.max(np.abs(found - squared)))
+            at_most(error, 1e-10 * squared[-1], f"the error of a squared frequency of a {kind} [1/s2]")

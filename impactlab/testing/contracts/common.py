@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 from impactlab import plugins
 from impactlab.casefile.units import is_si
@@ -18,19 +19,29 @@ STRUCK = (Face(0.0, 0, PIECE.mass),)  # by a mass, at the left end
 PORTS = 200  # random ones of each test
 
 
+def at_most(value: float, limit: float, text: str) -> None:
+    """Check that a number is at most its limit, and no NaN; ``text`` names it, with its unit."""
+    assert value <= limit, f"{text} is {value:.4g}, and may be at most {limit:.4g}"
+
+
+def has_description(part: Any) -> None:
+    """Check that the docstring of a class or a function begins with a short line."""
+    assert plugins.describe(part), f"{part.__name__} has no docstring"
+    at_most(len(plugins.describe(part)), 199, "the number of characters in the first line of its docstring")
+
+
 def described(part: object) -> None:
     """Check the description, sources and options of a part."""
     kind = type(part)
-    assert plugins.describe(kind), f"{kind.__name__} has no docstring"
-    assert len(plugins.describe(kind)) < 200
+    has_description(kind)
     given = getattr(kind, "citations", ())
     assert not isinstance(given, str), f"citations is a text, and must be a tuple: citations = ({given!r},)"
     citations = plugins.citations_of(kind)
     assert citations, f'{kind.__name__} cites no source; an unpublished part of your own says citations = ("own",)'
-    assert all(isinstance(key, str) and key for key in citations)
+    assert all(isinstance(key, str) and key for key in citations), f"citations must be keys, not {citations!r}"
     unknown = [key for key in citations if not key.startswith("@") and key not in (OWN, *entries_for(kind))]
     assert not unknown, f"no entry in citations.bib for {', '.join(unknown)}"
-    assert dataclasses.is_dataclass(part)
+    assert dataclasses.is_dataclass(part), f"{kind.__name__} is no dataclass"
     for field in dataclasses.fields(part):
         if field.init:
             assert field.metadata.get("description"), f"option '{field.name}' has no description"

@@ -13,7 +13,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.numerics.banded import full, multiply, solve
 from impactlab.scene.bodies import End, Rod
-from impactlab.testing.contracts.common import PIECE, described
+from impactlab.testing.contracts.common import PIECE, at_most, described
 from impactlab.types import Array
 
 
@@ -51,7 +51,7 @@ class IntegratorContract:
 
     def test_its_facts_have_the_right_types(self) -> None:
         kind = type(self.part)
-        assert kind.order >= 1
+        assert kind.order >= 1, f"order is {kind.order}"
         assert all(0.0 <= point <= 1.0 for point in (kind.load_point, kind.velocity_point))
         for fact in (
             kind.any_dt,
@@ -109,7 +109,8 @@ class IntegratorContract:
         other = stepped(loaded, begun)
         for part in (slice(0, n_dof), slice(n_dof, 2 * n_dof)):
             # One step of six coordinates in two orders: some ten roundings of the largest.
-            assert np.max(np.abs(one[part] - other[part])) < 1e-13 * np.max(np.abs(other[part]))
+            size = float(np.max(np.abs(other[part])))
+            at_most(float(np.max(np.abs(one[part] - other[part]))), 1e-13 * size, "the difference of both states")
 
     def test_projection_moves_displacements_and_what_follows_from_them(self) -> None:
         system, dt = self.system(), 0.3 / self.modes()[0][-1]
@@ -121,12 +122,14 @@ class IntegratorContract:
             # The projection moves the start of the step: its end lies elsewhere.
             assert np.any(response[n_dof : 2 * n_dof] != 0.0)
             return
-        assert np.max(np.abs(response[:n_dof] - moved)) < 1e-14 * np.max(np.abs(moved))
+        error = float(np.max(np.abs(response[:n_dof] - moved)))
+        at_most(error, 1e-14 * float(np.max(np.abs(moved))), "the error of the displacement per projection [1/kg]")
         assert not np.any(response[n_dof : 2 * n_dof])
         begun = self.part.prepare(system._replace(displacement=system.displacement + moved), row[None, :], dt)
         rest = (begun.state - stepper.state)[2 * n_dof :]
         # Products of six coordinates in two orders.
-        assert np.max(np.abs(response[2 * n_dof :] - rest), initial=0.0) <= 1e-13 * np.max(np.abs(rest), initial=0.0)
+        error = float(np.max(np.abs(response[2 * n_dof :] - rest), initial=0.0))
+        at_most(error, 1e-13 * float(np.max(np.abs(rest), initial=0.0)), "the error of what follows from displacements")
 
     def largest_after(self, dt: float, steps: int) -> float:
         """Return how many times its start a free motion in the highest mode has grown."""
@@ -142,12 +145,13 @@ class IntegratorContract:
     def test_it_is_stable_up_to_its_limit_and_not_beyond(self) -> None:
         limit = self.part.limit(self.system())
         if math.isinf(limit):
-            assert self.largest_after(100.0 / self.modes()[0][-1], 500) < 1e3
+            at_most(self.largest_after(100.0 / self.modes()[0][-1], 500), 1e3, "the growth of the highest mode")
             return
         # Two per cent below the limit of 2/w a leapfrog swings to 1/sin of a fifth: five times its start at most.
-        assert self.largest_after(0.98 * limit, 500) < 20.0
+        at_most(self.largest_after(0.98 * limit, 500), 20.0, "the growth of the highest mode below the limit")
         # Two per cent above, a step grows by e^0.4: 500 of them by more than 1e80.
-        assert not self.largest_after(1.02 * limit, 500) < 1e6
+        growth = self.largest_after(1.02 * limit, 500)
+        assert not growth < 1e6, f"beyond its limit the highest mode grows by {growth:.4g} only: the limit is too low"
 
     def test_energy_of_a_free_motion_never_rises(self) -> None:
         system, random = self.system(), np.random.default_rng(6)
@@ -161,8 +165,8 @@ class IntegratorContract:
             stepper.measure(stepper.parameters, state, out)
             energies.append(out[0])
         # 300 steps of six coordinates: rounding.
-        rise = np.max(np.array(energies) - np.minimum.accumulate(energies))
-        assert rise < 1e-12 * energies[0]
+        rise = float(np.max(np.array(energies) - np.minimum.accumulate(energies)))
+        at_most(rise, 1e-12 * energies[0], "the rise of the energy [J]")
 
     def test_a_retimed_stepper_is_one_prepared_for_that_step(self) -> None:
         system, dt = self.system(), 0.3 / self.modes()[0][-1]

@@ -13,7 +13,7 @@ from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.compiling import plain
 from impactlab.numerics.law_address import LawAddress
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push
-from impactlab.testing.contracts.common import PIECE, PORTS, described
+from impactlab.testing.contracts.common import PIECE, PORTS, at_most, described
 from impactlab.testing.followed import Follower
 from impactlab.types import Arriving, Level, Port, Reply, SideFacts
 
@@ -133,9 +133,11 @@ class LawContract:
                 scale = table.elastic * (abs(approach) + abs(last) + abs(follower.set))
                 expected = follower.force(approach, rate)
                 damped = max(branch.damping for branch in table.branches) * abs(rate)
-                assert abs(reply.force - expected) <= 1e-10 * (scale + damped), follower.branch.name
+                text = f"the force [N] less that of its branch '{follower.branch.name}'"
+                at_most(abs(reply.force - expected), 1e-10 * (scale + damped), text)
                 if (at := self.part.set_of([*reply.memory])) is not None:
-                    assert abs(at - follower.set_at(approach)) <= 1e-10 * (abs(approach) + abs(last) + abs(at))
+                    slack = 1e-10 * (abs(approach) + abs(last) + abs(at))
+                    at_most(abs(at - follower.set_at(approach)), slack, "its set [m] less that of its branch")
                 port.memory[:], last = [*reply.memory], approach
 
     def test_its_power_force_is_its_reply(self) -> None:
@@ -148,7 +150,7 @@ class LawContract:
         assert power.stiffness > 0.0
         assert power.exponent >= 1.0
         assert power.coarse <= power.most
-        for number in range(PORTS):
+        for _ in range(PORTS):
             port = self.port(random)
             # So little compliance that no step is too long for the law.
             port.jump_in_force, port.in_contact = 1.0, 0.0
@@ -159,7 +161,7 @@ class LawContract:
             expected = power.stiffness * max(0.0, overlap) ** power.exponent
             reply = self.reply_to(port)
             assert reply.failed == 0.0
-            assert abs(reply.force - expected) <= 1e-12 * expected, number
+            at_most(abs(reply.force - expected), 1e-12 * expected, "the force [N] less K d^n")
             assert reply.impulse == reply.projection == reply.push == 0.0
             assert reply.dissipated == 0.0
 
@@ -187,7 +189,7 @@ class LawContract:
                     one, other = float(getattr(plain, name)), float(getattr(reply, name))
                     # A compiler may contract a product and a sum: a few roundings of the terms, which may cancel.
                     size = {"stored": 1e-3, "dissipated": 1e-3, "unresolved": 1e-3}.get(name, 1e4)
-                    assert abs(one - other) <= 1e-12 * max(abs(one), size), name
+                    at_most(abs(one - other), 1e-12 * max(abs(one), size), f"the difference of its {name}")
 
 
 class ContactLawContract(LawContract):
@@ -200,14 +202,14 @@ class ContactLawContract(LawContract):
             reply = self.reply_to(port)
             assert reply.failed == 0.0
             assert reply.force >= 0.0, f"it pulls: its force is {reply.force:.4g} N, and compression is positive"
-            assert reply.impulse >= 0.0
+            assert reply.impulse >= 0.0, f"it pulls: its impulse is {reply.impulse:.4g} N s"
             # A law that pushes along a reading holds part of that body's own strain energy, of either sign.
-            assert reply.stored >= 0.0 or reply.push != 0.0
-            assert reply.unresolved >= 0.0
+            assert reply.stored >= 0.0 or reply.push != 0.0, f"it stores {reply.stored:.4g} J"
+            assert reply.unresolved >= 0.0, f"unresolved is {reply.unresolved:.4g} J, and may not be negative"
             # Of contacts that collide together, one that was parting may have a negative share of a loss of all.
             shared = self.part.shares_losses and port.gap_rate > 0.0
             assert reply.dissipated >= 0.0 or shared, f"dissipated is {reply.dissipated:.4g} J, and may not be negative"
-            assert reply.in_contact in (0.0, 1.0)
+            assert reply.in_contact in (0.0, 1.0), f"in_contact is {reply.in_contact:.4g}, neither 0 nor 1"
             assert math.isfinite(reply.force + reply.impulse + reply.trial)
 
     def test_far_apart_its_reply_is_zero(self) -> None:

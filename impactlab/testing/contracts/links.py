@@ -8,7 +8,7 @@ import numpy as np
 
 from impactlab.numerics.compiling import plain
 from impactlab.simulate.stepping.ports import fill_acting
-from impactlab.testing.contracts.common import PORTS
+from impactlab.testing.contracts.common import PORTS, at_most
 from impactlab.testing.contracts.laws import LawContract
 
 WALKS = 40  # random motions of a link, each with an amplitude of its own
@@ -54,8 +54,8 @@ class LinkContract(LawContract):
             reply = self.reply_to(self.port(random))
             assert reply.failed == 0.0
             assert reply.impulse == reply.projection == 0.0, "a link answers by a force"
-            assert reply.unresolved >= 0.0
-            assert reply.dissipated >= 0.0
+            assert reply.unresolved >= 0.0, f"unresolved is {reply.unresolved:.4g} J, and may not be negative"
+            assert reply.dissipated >= 0.0, f"dissipated is {reply.dissipated:.4g} J, and may not be negative"
             assert math.isfinite(reply.force + reply.trial + reply.stored)
 
     def test_it_gives_no_energy_in_any_motion(self) -> None:
@@ -64,16 +64,16 @@ class LinkContract(LawContract):
         for _ in range(WALKS):
             work, stored, _, largest = self.walked(random)
             given = stored[0] + np.cumsum(work)
-            assert given.min() >= -ROUNDING * largest
+            at_most(-float(given.min()), ROUNDING * largest, "the energy that it gives [J]")
 
     def test_work_is_the_change_of_stored_energy_and_the_loss(self) -> None:
         random = np.random.default_rng(6)
         for _ in range(WALKS):
             work, stored, loss, largest = self.walked(random)
             balance = np.diff(stored) + loss - work
-            assert np.abs(balance).max() <= ROUNDING * largest
-            assert min(loss) >= 0.0
-            assert min(stored) >= 0.0
+            at_most(float(np.abs(balance).max()), ROUNDING * largest, "the error of the balance of a step [J]")
+            assert min(loss) >= 0.0, f"the loss of a step is {min(loss):.4g} J, and may not be negative"
+            assert min(stored) >= 0.0, f"it stores {min(stored):.4g} J, and may not store less than 0"
 
     def test_it_shares_its_totals_between_pieces(self) -> None:
         """Several pieces in one place answer as the whole law; a law without totals refuses."""
@@ -92,4 +92,5 @@ class LinkContract(LawContract):
             start = piece.begin(*self.sides(), self.dt)
             port.parameters[: len(start.parameters)] = [*start.parameters]
             part = self.reply_to(port).force
-            assert abs(4.0 * part - whole) <= 1e-12 * max(abs(whole), 1e-300)
+            limit = 1e-12 * max(abs(whole), 1e-300)
+            at_most(abs(4.0 * part - whole), limit, "the force [N] of four pieces less that of the whole")

@@ -13,7 +13,7 @@ from impactlab.mechanisms.equations import MechanismEquations
 from impactlab.mechanisms.model import energy_bound, numbers_of, stepper_of
 from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, TERMS, call, entered, in_python, kernel_address
 from impactlab.numerics.compiling import ENTRY
-from impactlab.testing.contracts.common import described
+from impactlab.testing.contracts.common import at_most, described
 from impactlab.types import Array
 
 GRAVITY = (1.5, -9.81)  # m/s2
@@ -93,8 +93,9 @@ class EquationsContract:
         assert n > 0
         assert motion.velocity.shape == (n,)
         assert motion.stiffness.shape == (n, n)
-        largest = np.max(np.abs(motion.stiffness))
-        assert np.max(np.abs(motion.stiffness - motion.stiffness.T)) <= 1e-12 * largest
+        largest = float(np.max(np.abs(motion.stiffness)))
+        skew = float(np.max(np.abs(motion.stiffness - motion.stiffness.T)))
+        at_most(skew, 1e-12 * largest, "the difference of the stiffness and its transpose")
         assert motion.parameters.ndim == 1
         assert motion.rate > 0.0 or np.any(motion.stiffness)
         assert all(0 <= drive.coordinate < n for drive in motion.drives)
@@ -122,7 +123,8 @@ class EquationsContract:
         motion = self.motion()
         for p, v in self.states():
             for one, other in zip(self.taken(motion, p, v), self.taken(motion, p, v, plain=True), strict=True):
-                assert np.max(np.abs(one - other)) <= 1e-12 * np.max(np.abs(other))  # sums in another order
+                size = float(np.max(np.abs(other)))  # sums in another order
+                at_most(float(np.max(np.abs(one - other))), 1e-12 * size, "the difference of its terms")
 
     def test_its_mass_matrix_is_symmetric_and_positive(self) -> None:
         motion = self.motion()
@@ -130,7 +132,7 @@ class EquationsContract:
             mass = self.taken(motion, p, v).mass
             size = np.sqrt(np.outer(np.diag(mass), np.diag(mass)))
             assert np.all(np.diag(mass) > 0.0)
-            assert np.max(np.abs(mass - mass.T) / size) < 1e-12
+            at_most(float(np.max(np.abs(mass - mass.T) / size)), 1e-12, "the asymmetry of the mass matrix")
             assert np.linalg.eigvalsh(mass / size)[0] > 0.0
 
     def test_rows_are_derivatives_of_the_values(self) -> None:
@@ -147,8 +149,8 @@ class EquationsContract:
                     found += factor * self.taken(motion, moved, v).values / (12.0 * step)
                 largest = max(float(np.max(np.abs(terms.rows[:, i]))), float(np.max(np.abs(terms.values))))
                 # Rounding of values over the step, and the fourth order of small steps.
-                error = np.max(np.abs(found[:-1] - terms.rows[:, i]))
-                assert error < 1e-6 * largest + 1e-14 * largest / step, f"coordinate {i}: {error}"
+                error = float(np.max(np.abs(found[:-1] - terms.rows[:, i])))
+                at_most(error, 1e-6 * largest + 1e-14 * largest / step, f"the error of coordinate {i}")
 
     def test_rates_are_rows_times_velocities(self) -> None:
         motion = self.motion()
@@ -200,7 +202,7 @@ class EquationsContract:
         coarse, fine = self.errors()
         if coarse > 1e-11:  # else rounding
             assert math.log2(coarse / fine) > 1.9 or fine < 1e-11, f"errors {coarse:.3g}, {fine:.3g}"
-        assert fine < 1e-3
+        at_most(fine, 1e-3, "the relative change of its energy")
 
 
 class MechanismContract(EquationsContract):
@@ -211,9 +213,9 @@ class MechanismContract(EquationsContract):
 
     def test_its_readings_have_names_of_their_own(self) -> None:
         names = [reading.name for reading in self.part.readings]
-        assert len(set(names)) == len(names)
-        assert all(name.isidentifier() for name in names)
+        assert len(set(names)) == len(names), f"a name stands twice in {', '.join(names)}"
+        assert all(name.isidentifier() for name in names), f"names are words of letters, digits and _, not {names}"
         assert any(not reading.is_angle for reading in self.part.readings), "no reading is a position: nothing can meet"
 
     def test_its_declared_bound_holds_in_free_motion(self) -> None:
-        assert self.errors()[0] <= self.bound()
+        at_most(self.errors()[0], self.bound(), "the relative change of its energy")

@@ -13,7 +13,9 @@ from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.banded import full, solve
 from impactlab.scene.bodies import Beam, End, Rod
-from impactlab.testing.contracts.common import BAR, PIECE, STRUCK, described
+from impactlab.testing.contracts.common import BAR, PIECE, STRUCK, at_most, described
+
+HIGHEST = "the highest frequency [rad/s], by its bound,"
 
 
 class RodModelContract:
@@ -72,7 +74,8 @@ class RodModelContract:
             mass, stiffness = full(system.mass), full(system.stiffness)
             assert np.linalg.eigvalsh(mass)[0] > 0.0
             # Zero to rounding for the rigid motion of a free rod.
-            assert np.linalg.eigvalsh(stiffness)[0] > -1e-12 * np.max(np.abs(stiffness))
+            lowest = float(np.linalg.eigvalsh(stiffness)[0])
+            at_most(-lowest, 1e-12 * float(np.max(np.abs(stiffness))), "minus the least eigenvalue of the stiffness")
 
     def test_a_free_rod_that_moves_as_a_whole(self) -> None:
         model = self.in_coordinates(velocity=1.0)
@@ -80,10 +83,13 @@ class RodModelContract:
             return
         velocity = model.operators().velocity
         # Rounding of sums over a hundred coordinates.
-        assert abs(float(model.momentum_row() @ velocity) - PIECE.mass) < 1e-11 * PIECE.mass
+        error = abs(float(model.momentum_row() @ velocity) - PIECE.mass)
+        at_most(error, 1e-11 * PIECE.mass, "the error of the momentum at 1 m/s [kg m/s]")
         for x in np.linspace(0.0, PIECE.length, 7):
-            assert abs(float(model.row(float(x), "velocity") @ velocity) - 1.0) < 1e-11
-            assert abs(float(model.row(float(x), "strain") @ velocity)) * PIECE.length < 1e-9
+            error = abs(float(model.row(float(x), "velocity") @ velocity) - 1.0)
+            at_most(error, 1e-11, f"the error of the velocity 1 m/s at x = {x:.4g} m")
+            strained = abs(float(model.row(float(x), "strain") @ velocity))
+            at_most(strained * PIECE.length, 1e-9, f"the strain rate at x = {x:.4g} m, times the length [m/s]")
 
     def test_gravity_pushes_with_the_weight(self) -> None:
         model = self.in_coordinates(gravity=9.81)
@@ -91,7 +97,7 @@ class RodModelContract:
             return
         system = model.operators()
         pushed = float(model.momentum_row() @ solve(system.mass, system.load))
-        assert abs(pushed - 9.81 * PIECE.mass) < 1e-10 * PIECE.mass
+        at_most(abs(pushed - 9.81 * PIECE.mass), 1e-10 * PIECE.mass, "the error of the weight [N]")
 
     def test_a_force_on_its_end_is_a_load_there(self) -> None:
         """A model that cannot hold it on a struck face refuses it with a remedy."""
@@ -107,7 +113,8 @@ class RodModelContract:
         if model is None:
             return
         wanted = 2.5 * bare.row(0.0, "displacement")
-        assert np.max(np.abs(model.operators().load - wanted)) <= 1e-12 * np.max(np.abs(wanted))
+        off = float(np.max(np.abs(model.operators().load - wanted)))
+        at_most(off, 1e-12 * float(np.max(np.abs(wanted))), "the error of the load [N]")
 
     def test_pushed_slowly_it_carries_the_force_to_its_clamp(self) -> None:
         model = self.in_coordinates("clamped")
@@ -118,9 +125,10 @@ class RodModelContract:
         # Exact in theory; the stiffness of a hundred elements has a condition number of 1e4.
         for x in np.linspace(0.05, 0.95, 7) * PIECE.length:
             stress = float(model.row(float(x), "stress") @ still) + model.left_out(float(x), "stress", 0.0)
-            assert abs(stress * PIECE.area - 1.0) < 1e-8
+            at_most(abs(stress * PIECE.area - 1.0), 1e-8, f"the error of the force 1 N inside, at x = {x:.4g} m")
             down = float(model.row(float(x), "displacement") @ still) + model.left_out(float(x), "displacement", 0.0)
-            assert abs(down * PIECE.young * PIECE.area / (PIECE.length - x) - 1.0) < 1e-8
+            error = abs(down * PIECE.young * PIECE.area / (PIECE.length - x) - 1.0)
+            at_most(error, 1e-8, f"the relative error of the displacement at x = {x:.4g} m")
 
     def test_its_lowest_frequencies_are_those_of_the_rod(self) -> None:
         from scipy.linalg import eigh
@@ -135,14 +143,16 @@ class RodModelContract:
             exact = self.part.exact_frequencies(self.rod(right), elastic.size)
             if exact is None:  # the classical bar
                 exact = (np.arange(1, elastic.size + 1) - shift) * np.pi * PIECE.wave_speed / PIECE.length
-            assert np.max(np.abs(elastic / exact - 1.0)) < self.frequency_error
-            assert frequencies[-1] <= system.highest_frequency * (1.0 + 1e-9)
+            error = float(np.max(np.abs(elastic / exact - 1.0)))
+            at_most(error, self.frequency_error, f"the relative error of the first frequencies, {right} at the right,")
+            at_most(frequencies[-1], system.highest_frequency * (1.0 + 1e-9), HIGHEST)
 
     def test_nothing_is_left_out_of_a_complete_model(self) -> None:
         for right in ("free", "clamped") if self.complete else ():
             model = self.built(right)
             for x in np.linspace(0.03, 0.97, 5) * PIECE.length:
-                assert abs(model.left_out(float(x), "stress", 0.0)) * PIECE.area < 1e-8
+                left_out = abs(model.left_out(float(x), "stress", 0.0)) * PIECE.area
+                at_most(left_out, 1e-8, f"the force left out of 1 N at x = {x:.4g} m")
 
     def beam(self, left: str, right: str, gravity: float = 0.0, speed: float = 0.0) -> AbstractDiscreteModel | None:
         """Return a Timoshenko beam struck by a mass at its left end; None where it is not in coordinates.
@@ -166,12 +176,15 @@ class RodModelContract:
         system = model.operators()
         assert np.linalg.eigvalsh(full(system.mass))[0] > 0.0
         # Rounding of sums over a hundred nodes; quantities that are derivatives divide by their distance.
-        assert abs(float(model.momentum_row() @ system.velocity) - BAR.mass) < 1e-10 * BAR.mass
+        error = abs(float(model.momentum_row() @ system.velocity) - BAR.mass)
+        at_most(error, 1e-10 * BAR.mass, "the error of the momentum at 1 m/s [kg m/s]")
         pushed = float(model.momentum_row() @ solve(system.mass, system.load))
-        assert abs(pushed - 9.81 * BAR.mass) < 1e-9 * BAR.mass
+        at_most(abs(pushed - 9.81 * BAR.mass), 1e-9 * BAR.mass, "the error of the weight [N]")
         for x in np.linspace(0.0, BAR.length, 7):
-            assert abs(float(model.row(float(x), "velocity") @ system.velocity) - 1.0) < 1e-9
-            assert abs(float(model.row(float(x), "rotation") @ system.velocity)) * BAR.length < 1e-7
+            error = abs(float(model.row(float(x), "velocity") @ system.velocity) - 1.0)
+            at_most(error, 1e-9, f"the error of the velocity 1 m/s at x = {x:.4g} m")
+            turned = abs(float(model.row(float(x), "rotation") @ system.velocity)) * BAR.length
+            at_most(turned, 1e-7, f"the rate of rotation at x = {x:.4g} m, times the length [m/s]")
 
     def test_a_beam_pushed_slowly_bends_and_shears(self) -> None:
         model = self.beam("free", "clamped")
@@ -183,13 +196,13 @@ class RodModelContract:
             down = float(model.row(float(x), "displacement") @ still) + model.left_out(float(x), "displacement", 0.0)
             exact = (2.0 * length**3 - 3.0 * length**2 * x + x**3) / (6.0 * ei) + (length - x) / kga
             # Exact, as no load acts between nodes; the stiffness of a hundred elements has a condition number of 1e7.
-            assert abs(down / exact - 1.0) < 1e-6
+            at_most(abs(down / exact - 1.0), 1e-6, f"the relative error of the deflection at x = {x:.4g} m")
             moment = float(model.row(float(x), "bending_moment") @ still) + model.left_out(
                 float(x), "bending_moment", 0
             )
-            assert abs(moment - x) < 1e-6 * length
+            at_most(abs(moment - x), 1e-6 * length, f"the error of the bending moment at x = {x:.4g} m [N m]")
             shear = float(model.row(float(x), "shear_force") @ still) + model.left_out(float(x), "shear_force", 0.0)
-            assert abs(abs(shear) - 1.0) < 1e-6
+            at_most(abs(abs(shear) - 1.0), 1e-6, f"the error of the shear force 1 N at x = {x:.4g} m")
 
     def test_its_lowest_frequencies_are_those_of_the_beam(self) -> None:
         from scipy.linalg import eigh
@@ -203,8 +216,12 @@ class RodModelContract:
             exact = BeamModes(Beam("beam", (BAR,), End(left), End(right)), 3).frequencies  # type: ignore[arg-type]
             frequencies = np.sqrt(squared[: exact.size])
             # The error of linear deflections, (k h)^2/24, and the rounding of a hundred elements.
-            assert np.max(np.abs(frequencies - exact)) < 10.0 * self.frequency_error * exact[-1]
-            assert np.sqrt(squared[-1]) <= system.highest_frequency * (1.0 + 1e-9)
+            limit, text = (
+                10.0 * self.frequency_error * exact[-1],
+                f"the error of a frequency [rad/s], {left} and {right},",
+            )
+            at_most(float(np.max(np.abs(frequencies - exact))), limit, text)
+            at_most(float(np.sqrt(squared[-1])), system.highest_frequency * (1.0 + 1e-9), HIGHEST)
 
 
 def takes_a_push(model: AbstractSelfStepping, x: float) -> None:
@@ -222,5 +239,6 @@ def takes_a_push(model: AbstractSelfStepping, x: float) -> None:
     stepper.measure(stepper.parameters, state, after)
     moved = float(row @ state[: row.size]) - start
     # Waves that have not met the far end, or have been reflected: sums of a few dozen terms.
-    assert abs(after[2] - before[2] - steps * dt * force) < 1e-12 * steps * dt * force
-    assert abs(after[0] - before[0] - force * moved) < 1e-12 * force * moved
+    pushed, work = steps * dt * force, force * moved
+    at_most(abs(after[2] - before[2] - pushed), 1e-12 * pushed, "the error of the momentum of a push [N s]")
+    at_most(abs(after[0] - before[0] - work), 1e-12 * work, "the error of the energy of a push [J]")
