@@ -247,7 +247,7 @@ def test_a_step_longer_than_the_time_of_a_dashpot_is_warned_of(integrator: str) 
 
 @pytest.mark.parametrize("law", ["wave_initialised", "addition_deletion"])
 def test_a_hard_constraint_that_gains_energy_names_the_lumped_mesh(law: str) -> None:
-    """The advice was a softer contact or a smaller step, of which a hard constraint has no first and gains by the second."""
+    """The advice was a softer contact, which a hard constraint does not have, or a smaller step."""
     steel = {"young": 2.1e11, "density": 7900.0}
     rod = il.Rod(length=0.3, area=9e-4, material=steel, ends={"left": "free", "right": "clamped"})
     case = il.Case(

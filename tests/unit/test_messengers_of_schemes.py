@@ -54,7 +54,7 @@ def test_a_scheme_that_gains_energy_is_told_of_the_one_that_does_not() -> None:
 
 
 def test_an_impedance_that_the_modes_do_not_have_is_warned_of() -> None:
-    """At 4 to 9 points in the shortest period the speed of the mass was 12 to 48 % wrong; no warning named the cause."""
+    """At 4 to 9 points in the shortest period the speed of the mass was 12 to 48 % wrong without a word on it."""
     rod = il.Rod(length=1.0, area=1.0, material={"young": 1.0, "density": 1.0}, ends={"right": "clamped"})
 
     def struck(balance: str, points: float) -> AbstractHistory:

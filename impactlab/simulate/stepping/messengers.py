@@ -83,7 +83,7 @@ def check_step_of_face(
         if abs(share - 1.0) > ERROR_WARN:
             text = (
                 f"the balance of the law takes 1/Z for the velocity of the face {point.label} per force; in this step "
-                f"the modes of '{point.body}' give {share:.3g}/Z, so the faces do not move together: give balance: modes"
+                f"the modes of '{point.body}' give {share:.3g}/Z, so the faces part: give balance: modes"
             )
             warnings.append(Warned("messengers_apart", text))
         elif differs > DRIFT_WARN:
