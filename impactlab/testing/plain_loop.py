@@ -88,6 +88,7 @@ class PlainLoop:
                     row = units[first + group.first + number] - other * units[first + group.other + number]
                     self.dashpots.append((row, float(damping), "damping" if group.inside else "ends", name))
                     self.stretched.append(self.dt * float(np.roll(row, n_dof) @ self.state))
+        self.filtered = [0.0 for _ in self.dashpots]  # m/s, z of `impactlab.integrators.base.Losses`
         columns = np.zeros((len(plan.scene.contacts), 5, self.state.size))
         taken = dict.fromkeys(plan.built, 0)  # responses of a body: its faces in the order of contacts, then its pushes
         for own, contact in zip(columns, plan.scene.contacts, strict=True):
@@ -231,7 +232,10 @@ class PlainLoop:
                 rates, accelerations = (np.roll(row, n * self.plan.steppers[name].jump.shape[1]) for n in (1, 2))
                 before, now = (float(rates @ state) for state in (old, self.state))
                 kept = now * float(accelerations @ self.state) - before * float(accelerations @ old)
-                felt = (1.0 - losses.gamma) * before + losses.gamma * now
+                before += sum(float(rates @ each.columns[JUMP]) * each.given[IMPULSE] for each in self.contacts)
+                z = self.filtered[number]
+                self.filtered[number] = (now - before - losses.am * z) / (1.0 - losses.am)
+                felt = (1.0 - losses.gamma) * before + losses.gamma * now + losses.lag * (self.filtered[number] - z)
                 self.lost[account] += damping * (felt * stretched - losses.kappa * kept)
                 continue
             # Where velocities belong to the middle of a step, dashpots feel the mean of this step and the last.

@@ -181,6 +181,8 @@ class DamperRecord(ctypes.Structure):
     rates: int  # entries from a coordinate to its velocity, and on to its acceleration; 0 if their loss needs neither
     gamma: float  # of `impactlab.integrators.base.Losses`
     kappa: float  # s2
+    lag: float
+    am: float
 
 
 @record
@@ -304,7 +306,8 @@ KICK, LOAD, MASS, U, V = range(5)
 GAP, STIFFNESS, RECENT, PEAK, SPAN, TOTAL, COMPLIANCE, COARSE, MOST, COUNT, FORCE, REST = range(12)
 
 # Layers of `dashpots`: damping [N s/m], length at the start of the step [m], change of it in the step before [m], rate
-# of the length at the start of the step [m/s], its product with the acceleration [m2/s3].
+# of the length at the start of the step [m/s], its product with the acceleration [m2/s3]. Where the loss follows from
+# rates, the change is z of `impactlab.integrators.base.Losses` [m/s].
 DAMPING, LENGTH, CHANGE, RATE, PRODUCT = range(5)
 
 # Pieces of the loop that are called by address (`pieces`).
