@@ -142,18 +142,18 @@ class PlainLoop:
     def push_ends(self) -> None:
         """Add the response to each force over time on an end.
 
-        The force is its value at one end of the step, or its mean over it.
+        The force is its mean over the step, or over as long about the end of it where the scheme takes forces.
         """
         memory, names = self.assembly.memory, list(self.plan.built)
         for load in self.assembly.loads:
             name = names[load.body]
             times = memory.load_times[load.table_start : load.table_end]
             forces = memory.load_forces[load.table_start : load.table_end]
-            end = self.time + self.dt
-            breaks = np.array([self.time, *times[(times > self.time) & (times < end)], end])
+            begin = self.time + (load.point - 0.5) * self.dt
+            end = begin + self.dt
+            breaks = np.array([begin, *times[(times > begin) & (times < end)], end])
             at = np.interp(breaks, times, forces)  # straight lines between
-            mean = float(np.sum(0.5 * (at[1:] + at[:-1]) * np.diff(breaks)) / (end - self.time))
-            force = {0.0: at[0], 0.5: mean, 1.0: at[-1]}[load.point]
+            force = float(np.sum(0.5 * (at[1:] + at[:-1]) * np.diff(breaks)) / (end - begin))
             self.state[self.parts[name]] += force * self.plan.steppers[name].force_response[load.place]
 
     def start_of_step(self) -> None:

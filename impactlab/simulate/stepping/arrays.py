@@ -149,7 +149,7 @@ class LoadRecord(ctypes.Structure):
     piece: int  # sample before the present time; -1 before the first
     low: Annotated[Integers, 3]  # as of a face: ranges of the state with nonzero response
     high: Annotated[Integers, 3]
-    point: float  # where in the step it is taken: 0 start, 1/2 mean over the step, 1 end
+    point: float  # middle of the time, as long as a step, of its mean: 0 start of the step, 1/2 its middle, 1 its end
     force: float  # N, of the last step
     before: float  # N, of the step before it
     u: float  # m, of its end, at the start of the step
