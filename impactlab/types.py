@@ -149,6 +149,7 @@ class Arriving(NamedTuple):
     delay: float  # s
     speed: Literal["phase", "group"] = "phase"
     most: float = math.inf  # largest error allowed, over the free motion of the modes
+    compliance: float = math.nan  # m/s/N, velocity of the face per force that the law takes; NaN: that of the step
 
 
 class SideFacts(NamedTuple):

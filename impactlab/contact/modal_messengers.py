@@ -76,8 +76,9 @@ class ModalMessengers(AbstractContactLaw):
                     f"of the {side} body",
                     remedy="Use dispersive_identification.",
                 )
-            parameters += [1.0, 1.0 / facts.impedance if self.balance == "impedance" else 0.0, facts.gravity * dt]
-            readings.append(Arriving(side, dt, self.speed, self.accept))  # type: ignore[arg-type]
+            taken = 1.0 / facts.impedance if self.balance == "impedance" else math.nan
+            parameters += [1.0, 0.0 if math.isnan(taken) else taken, facts.gravity * dt]
+            readings.append(Arriving(side, dt, self.speed, self.accept, taken))  # type: ignore[arg-type]
         return Start(parameters=tuple(parameters), readings=tuple(readings))
 
     @staticmethod

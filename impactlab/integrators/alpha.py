@@ -6,7 +6,10 @@ b = (af - am)^2/4, f = 1/2 - af, m = 1/2 - am, and y from (1 - am) y_new + am y 
     v M v/2 + u K u/2 + b dt^2 a M a/2 + f (m - f) y K y/2
 
 changes in a step by -(m - f) (b dt^2 [a] M [a] + f m [y] K [y]), where [x] is the step's change of x. (Multiply the
-changes of v and u by their means; M (a - w) = -(m - f) K y turns the rest into differences.) With the contact in
+changes of v and u by their means; M (a - w) = (m - f) K y turns the rest into differences.) With damping,
+M (a - w) = (m - f) (K y + C z), where z follows from v as y does from u, and the dashpots take
+[u] C ((v + v_new)/2 + f (m - f) [z]). It may fall below zero in a step that is long beside the decay of a mode, whose
+velocity the scheme then overshoots. With the contact in
 the accelerations the momentum that a force has still to give is M (dt (1 - am - gamma) a + dt af w): together with M v
 it changes in a step by dt M w, for a w that holds the force.
 """
@@ -50,7 +53,7 @@ def alpha_step(
         load=slice(LOADED, LOAD + system.load.size),
         state=np.concatenate((system.displacement, system.velocity, np.zeros((3 if filtered else 1) * n_dof))),
         derive=alpha_derive,
-        losses=None if filtered else newmark_losses(dt, newmark),
+        losses=Losses(0.5, lag=of_y, am=am) if of_y else newmark_losses(dt, newmark),
     )
 
     def beside(jump: Array) -> Array:

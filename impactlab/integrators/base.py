@@ -27,12 +27,15 @@ Kernel = Callable[..., None]
 class Losses(NamedTuple):
     """Weights of the loss of a dashpot in a step of a scheme whose state is u, v, a.
 
-    It is c ((1 - gamma) v + gamma v_new) [u] - kappa c [v a], with u, v and a of a dashpot's length, [x] the step's
-    change of x. kappa v C a is then a part of the energy that the scheme measures (`impactlab.integrators.alpha`).
+    It is c ((1 - gamma) v + gamma v_new + lag [z]) [u] - kappa c [v a], with u, v and a of a dashpot's length, [x] the
+    step's change of x, (1 - am) z_new + am z = [v] and z = 0 at first; v is that after an impulse at the start of the
+    step. kappa v C a is then a part of the energy that the scheme measures (`impactlab.integrators.alpha`).
     """
 
     gamma: float
-    kappa: float  # s2
+    kappa: float = 0.0  # s2
+    lag: float = 0.0
+    am: float = 0.0
 
 
 class Step(NamedTuple):

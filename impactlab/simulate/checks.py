@@ -33,11 +33,16 @@ from impactlab.simulate.stepping.preparation import FAULT_OF_LAW, law_raised, se
 from impactlab.simulate.touch_times import unplaced
 from impactlab.types import Level
 
+RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
 LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
 STIFFER_LINK = "Give a stiffer or shorter link, or several that are clamped to each other."
 SMALLER_STEP = "Give a smaller step, or another law."
+RETURNED = (
+    "dampers gave back {share:.2g} % of the reference energy: the step is long beside the decay of damped modes, and "
+    "the scheme overshoots their velocities"
+)
 MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, even if its parts declare more
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
@@ -68,6 +73,8 @@ def add_warnings(history: AbstractHistory) -> None:
     gain = gain_of(history)
     if beyond(history, gain, GAIN_WARN):
         found.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the reference energy"))
+    if beyond(history, returned := returned_by_dampers(history), RETURNED_WARN):
+        found.append(Warned("energy_gain", RETURNED.format(share=100 * returned)))
     loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
     if beyond(history, loss, LOSS_WARN):
         text = (
@@ -172,6 +179,10 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     remedy = " ".join(remedies) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
     remedy = pushed_out(history) or stiffer or remedy
     check_gain(history, bound, remedy, failure)
+    if beyond(history, returned := returned_by_dampers(history), MAX_GAIN):
+        raise failure(
+            RETURNED.format(share=100 * returned), remedy="Give a smaller step, or integrator midpoint or moreau_jean."
+        )
 
 
 def pushed_out(history: AbstractRecordedHistory) -> str | None:
@@ -231,6 +242,17 @@ def beyond(history: AbstractHistory, share: float, allowed: float) -> bool:
 def gain_of(history: AbstractHistory) -> float:
     """Return the energy that a run gained, over its reference energy."""
     return history.energy.largest_gain * history.energy.scale / reference_energy(history)
+
+
+def returned_by_dampers(history: AbstractHistory) -> float:
+    """Return the largest fall of the losses booked in dampers, over the reference energy.
+
+    A scheme that overshoots the velocities of damped modes takes energy from the formula of its dampers: their balance
+    then holds, and the motion does not.
+    """
+    booked = [history.energy.booked[name] for name in ("damping", "ends") if name in history.energy.booked]
+    fallen = sum(float(np.max(np.maximum.accumulate(each) - each, initial=0.0)) for each in booked)
+    return fallen / reference_energy(history)
 
 
 def reference_energy(history: AbstractHistory) -> float:

@@ -29,6 +29,7 @@ from impactlab.simulate.body_sizes import check_bodies
 from impactlab.simulate.pairing import check_ordinary, check_pairs, check_smooth, check_system, constraint_warnings
 from impactlab.simulate.stepping.closed_limit import check_closed
 from impactlab.simulate.stepping.messengers import check_messengers, check_step_of_face
+from impactlab.simulate.stepping.opposed_faces import check_faces
 from impactlab.simulate.stepping.preparation import (
     BuiltBody,
     Push,
@@ -247,6 +248,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     warnings += [*check_messengers(scene, built, starts), *check_step_of_face(scene, method, built, steppers, starts)]
     pushes = pushes_of(scene, built, starts)
     check_closed(scene, laws_of(scene, acting), built, starts, pushes, integrator, dt)
+    warnings += check_faces(scene, acting.laws, built, steppers, integrator, dt)
     pressed = {} if integrator.load_point == 0.5 else forces_at_start(scene, laws_of(scene, acting), starts, built, dt)
     if pushes or pressed:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses, pressed)

@@ -88,6 +88,7 @@ class PlainLoop:
                     row = units[first + group.first + number] - other * units[first + group.other + number]
                     self.dashpots.append((row, float(damping), "damping" if group.inside else "ends", name))
                     self.stretched.append(self.dt * float(np.roll(row, n_dof) @ self.state))
+        self.filtered = [0.0 for _ in self.dashpots]  # m/s, z of `impactlab.integrators.base.Losses`
         columns = np.zeros((len(plan.scene.contacts), 5, self.state.size))
         taken = dict.fromkeys(plan.built, 0)  # responses of a body: its faces in the order of contacts, then its pushes
         for own, contact in zip(columns, plan.scene.contacts, strict=True):
@@ -141,18 +142,18 @@ class PlainLoop:
     def push_ends(self) -> None:
         """Add the response to each force over time on an end.
 
-        The force is its value at one end of the step, or its mean over it.
+        The force is its mean over the step, or over as long about the end of it where the scheme takes forces.
         """
         memory, names = self.assembly.memory, list(self.plan.built)
         for load in self.assembly.loads:
             name = names[load.body]
             times = memory.load_times[load.table_start : load.table_end]
             forces = memory.load_forces[load.table_start : load.table_end]
-            end = self.time + self.dt
-            breaks = np.array([self.time, *times[(times > self.time) & (times < end)], end])
+            begin = self.time + (load.point - 0.5) * self.dt
+            end = begin + self.dt
+            breaks = np.array([begin, *times[(times > begin) & (times < end)], end])
             at = np.interp(breaks, times, forces)  # straight lines between
-            mean = float(np.sum(0.5 * (at[1:] + at[:-1]) * np.diff(breaks)) / (end - self.time))
-            force = {0.0: at[0], 0.5: mean, 1.0: at[-1]}[load.point]
+            force = float(np.sum(0.5 * (at[1:] + at[:-1]) * np.diff(breaks)) / (end - begin))
             self.state[self.parts[name]] += force * self.plan.steppers[name].force_response[load.place]
 
     def start_of_step(self) -> None:
@@ -231,7 +232,10 @@ class PlainLoop:
                 rates, accelerations = (np.roll(row, n * self.plan.steppers[name].jump.shape[1]) for n in (1, 2))
                 before, now = (float(rates @ state) for state in (old, self.state))
                 kept = now * float(accelerations @ self.state) - before * float(accelerations @ old)
-                felt = (1.0 - losses.gamma) * before + losses.gamma * now
+                before += sum(float(rates @ each.columns[JUMP]) * each.given[IMPULSE] for each in self.contacts)
+                z = self.filtered[number]
+                self.filtered[number] = (now - before - losses.am * z) / (1.0 - losses.am)
+                felt = (1.0 - losses.gamma) * before + losses.gamma * now + losses.lag * (self.filtered[number] - z)
                 self.lost[account] += damping * (felt * stretched - losses.kappa * kept)
                 continue
             # Where velocities belong to the middle of a step, dashpots feel the mean of this step and the last.

@@ -9,14 +9,20 @@ import numpy as np
 import pytest
 
 from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.penalty import Penalty
+from impactlab.errors import CaseError, StepError
 from impactlab.history import AbstractHistory
 from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
+from impactlab.integrators.generalised_alpha import GeneralisedAlpha
+from impactlab.integrators.hht_alpha import HhtAlpha
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
+from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import End, Rayleigh, Rod
@@ -27,6 +33,7 @@ from impactlab.testing.scenes import struck as struck_by_mass
 from impactlab.types import Array
 
 HARD = AdditionDeletion()
+PENALTY = Penalty(1e8)
 
 
 def scene(model, drag, law=HARD, duration=1e-4, right=CLAMPED) -> Simulation:
@@ -99,8 +106,9 @@ def test_newmark_books_what_dashpots_take_near_its_limit(
     rod = Rod("rod", (STEEL,), FREE, CLAMPED, damping=Rayleigh(stiffness=2e-5), displacement=shape)
     apart: dict[str, Any] = {"mass": 1.0, "velocity": 0.0, "gap": 1.0, "duration": 6e-4}
     system = prepare(*struck_by_mass(rod, model, HARD, **apart)).built["rod"].system
-    step = StepRule(dt=0.999 * min(scheme.limit(system), 4e-5))
-    book = run(*struck_by_mass(rod, model, HARD, scheme, step, **apart)).energy
+    longest = 1e-5 if weights == (0.5, 0.5) else 4e-5  # s: with it these overshoot by 2 to 3 times the displacement
+    step = StepRule(dt=0.999 * min(scheme.limit(system), longest))
+    book = run(*struck_by_mass(rod, model, PENALTY, scheme, step, **apart)).energy
     assert book.largest_gain < ROUNDING
     if scheme.gamma == 0.5:  # others lose (gamma - 1/2) [u] K [u] and more, which never comes back
         assert book.largest_loss < ROUNDING
@@ -109,3 +117,58 @@ def test_newmark_books_what_dashpots_take_near_its_limit(
         assert np.all(np.diff(book.booked["damping"]) >= 0.0)
         assert np.all(book.bodies["rod"] >= 0.0)
     assert book.booked["damping"][-1] > 0.1 * book.scale
+
+
+FILTERED = [
+    GeneralisedAlpha(0.0),
+    GeneralisedAlpha(0.5),
+    GeneralisedAlpha(),
+    NonsmoothGeneralisedAlpha(0.0),
+    HhtAlpha(),
+]
+
+
+def swinging(
+    scheme: AbstractIntegrator, viscous: float, dt: float, law: AbstractContactLaw = PENALTY
+) -> AbstractHistory:
+    """Run a clamped rod that is let go from a displacement, and touches nothing."""
+    shape = partial(cubic, length=STEEL.length)
+    rod = Rod("rod", (STEEL,), FREE, CLAMPED, damping=Rayleigh(stiffness=viscous), displacement=shape)
+    apart: dict[str, Any] = {"mass": 1.0, "velocity": 0.0, "gap": 1.0, "duration": 1e-4}
+    return run(*struck_by_mass(rod, FiniteElement(20), law, scheme, StepRule(dt=dt), **apart))
+
+
+@pytest.mark.parametrize("scheme", FILTERED, ids=str)
+@pytest.mark.parametrize("viscous", [1e-6, 1e-4, 1e-2])
+def test_filtered_schemes_book_what_dashpots_take(scheme: AbstractIntegrator, viscous: float) -> None:
+    """[u] C [u]/dt was booked: 44 times the energy came from nowhere in a motion that is 1.5 % off."""
+    book = swinging(scheme, viscous, 1e-6).energy
+    assert book.largest_gain < ROUNDING
+    assert np.max(np.diff(book.balance)) < ROUNDING * book.scale
+
+
+def test_filtered_schemes_that_overshoot_damped_modes_fail() -> None:
+    """Their balance holds, as the dampers seem to give energy back; the displacement was up to 5 times too large."""
+    with pytest.raises(StepError, match=r"dampers gave back .* % of the reference energy"):
+        swinging(GeneralisedAlpha(0.0), 1e-4, 2e-5)
+
+
+def test_faces_that_forces_move_backwards_are_named() -> None:
+    """A mass passed through the rod without a force, as no force opened the gap."""
+    with pytest.raises(CaseError, match=r"moves the face rod\.left against the force on it"):
+        swinging(NonsmoothGeneralisedAlpha(0.0), 1e-2, 1e-6, HARD)
+    codes = [each.code for each in swinging(NonsmoothGeneralisedAlpha(0.0), 1e-2, 1e-6).warnings]
+    assert "coarse_contact" in codes
+
+
+@pytest.mark.parametrize("scheme", [Newmark(0.3025, 0.6), Newmark(0.2, 0.5)], ids=str)
+def test_dashpots_feel_an_impulse_at_the_start_of_a_step(scheme: AbstractIntegrator) -> None:
+    """The rate before the impulse was taken for that after it: of the loss in a first step 40 or 50 % was missing."""
+    rod = Rod("rod", (STEEL,), FREE, CLAMPED, damping=Rayleigh(stiffness=1e-6))
+    kicked: dict[str, Any] = {"mass": 0.1, "velocity": 1.0, "duration": 1e-8}
+    law, step = ImpulseMomentum(restitution=1.0), StepRule(dt=1e-8)
+    by_rates, by_lengths = (
+        run(*struck_by_mass(rod, FiniteElement(4), law, each, step, **kicked)).energy.booked["damping"][-1]
+        for each in (scheme, Newmark())
+    )
+    assert by_rates == pytest.approx(by_lengths, rel=0.02)  # dt times the decay rate of the mesh is 0.01

@@ -143,7 +143,7 @@ class LoadRecord(ctypes.Structure):
     piece: int  # sample before the present time; -1 before the first
     low: Annotated[Integers, 3]  # as of a face: ranges of the state with nonzero response
     high: Annotated[Integers, 3]
-    point: float  # where in the step it is taken: 0 start, 1/2 mean over the step, 1 end
+    point: float  # middle of the time, as long as a step, of its mean: 0 start of the step, 1/2 its middle, 1 its end
     force: float  # N, of the last step
     before: float  # N, of the step before it
     u: float  # m, of its end, at the start of the step
@@ -175,6 +175,8 @@ class DamperRecord(ctypes.Structure):
     rates: int  # entries from a coordinate to its velocity, and on to its acceleration; 0 if their loss needs neither
     gamma: float  # of `impactlab.integrators.base.Losses`
     kappa: float  # s2
+    lag: float
+    am: float
 
 
 @record
@@ -296,7 +298,8 @@ KICK, LOAD, MASS, U, V = range(5)
 GAP, STIFFNESS, RECENT, PEAK, SPAN, TOTAL, COMPLIANCE, COARSE, MOST, COUNT, FORCE, REST = range(12)
 
 # Layers of `dashpots`: damping [N s/m], length at the start of the step [m], change of it in the step before [m], rate
-# of the length at the start of the step [m/s], its product with the acceleration [m2/s3].
+# of the length at the start of the step [m/s], its product with the acceleration [m2/s3]. Where the loss follows from
+# rates, the change is z of `impactlab.integrators.base.Losses` [m/s].
 DAMPING, LENGTH, CHANGE, RATE, PRODUCT = range(5)
 
 # Pieces of the loop that are called by address (`pieces`).

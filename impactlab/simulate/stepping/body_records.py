@@ -79,10 +79,12 @@ def damper_records(
         damper.index, damper.other = shift + each.first, shift + each.other if each.other >= 0 else -1
         damper.inside, damper.straddles = int(each.inside), int(integrator.velocity_point < 1.0)
         if (losses := layout.steppers[name].losses) is not None:
-            damper.rates, damper.gamma, damper.kappa = n_dof, losses.gamma, losses.kappa
+            damper.rates = n_dof
+            damper.gamma, damper.kappa, damper.lag, damper.am = losses
         rates = state[shift + n_dof : shift + 2 * n_dof]
         rate = rates[each.first :][:count] - (rates[each.other :][:count] if each.other >= 0 else 0.0)
-        values[DAMPING, first : first + count], values[CHANGE, first : first + count] = each.damping, layout.dt * rate
+        values[DAMPING, first : first + count] = each.damping
+        values[CHANGE, first : first + count] = layout.dt * rate if losses is None else 0.0
         first += count
     return dampers, values
 

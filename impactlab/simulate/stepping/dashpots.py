@@ -85,6 +85,23 @@ def write_rates(m: StepArrays, group: DamperRecord) -> None:
 
 
 @PART
+def add_kicks(m: StepArrays, group: DamperRecord) -> None:
+    """Add what impulses at the start of the step give to the rates of the lengths there."""
+    for number in range(len(m.faces)):
+        face = m.faces[number]
+        given = face.sign * m.contacts[number // 2].impulse
+        body = m.bodies[face.body]
+        if given == 0.0 or face.moves == 0 or not body.state_start <= group.index < body.state_end:
+            continue
+        start = body.jump_start + face.place * body.n_dof - body.state_start
+        for i in range(group.count):
+            jump = float(m.jump[start + group.index + i])
+            if group.other >= 0:
+                jump -= float(m.jump[start + group.other + i])
+            m.dashpots[RATE, group.first + i] += given * jump
+
+
+@PART
 def loss_by_rates(m: StepArrays, group: DamperRecord, near: Array, far: Array) -> float:
     """Return the loss in dashpots over a step by their rates [J]; see `impactlab.integrators.base.Losses`."""
     total = 0.0
@@ -93,6 +110,10 @@ def loss_by_rates(m: StepArrays, group: DamperRecord, near: Array, far: Array) -
         moved = near[i] - (far[i] if far.size > 0 else 0.0) - m.dashpots[LENGTH, at]
         rate = rate_in(m, group, i, 1)
         felt = (1.0 - group.gamma) * m.dashpots[RATE, at] + group.gamma * rate
+        before = m.dashpots[CHANGE, at]
+        now = (rate - m.dashpots[RATE, at] - group.am * before) / (1.0 - group.am)
+        felt += group.lag * (now - before)
+        m.dashpots[CHANGE, at] = now
         kept = group.kappa * (rate * rate_in(m, group, i, 2) - m.dashpots[PRODUCT, at])
         total += m.dashpots[DAMPING, at] * (felt * moved - kept)
     return total
@@ -122,6 +143,7 @@ def book_dashpots(m: StepArrays, dt: float) -> None:
         share = 0.5 if group.straddles != 0 else 0.0
         near, far = near_ends(m, group), far_ends(m, group)
         if group.rates > 0:
+            add_kicks(m, group)
             lost = loss_by_rates(m, group, near, far)
         else:
             lost = loss_times_step(damping, lengths, changes, near, far, share) / dt

@@ -21,22 +21,24 @@ def force_at(times: Array, forces: Array, piece: int, t: float) -> float:
 
 @PART
 def force_over(times: Array, forces: Array, piece: int, start: float, dt: float, point: float) -> float:
-    """Return the force of a load in a step [N].
+    """Return the force of a load in a step [N]: its exact mean over the step, or over as long about an instant.
 
-    It is that at its start (point 0) or its end (1), else its exact mean over the step.
-
-    ``piece`` is that of the start; straight lines stand between samples.
+    The instant is the start of the step (point 0) or its end (1), where some schemes take forces: a value there alone
+    would miss what begins and ends between two of them. ``piece`` is that of the start of the step; straight lines
+    stand between samples.
     """
-    if point == 0.0:
-        return force_at(times, forces, piece, start)
-    end, low, total = start + dt, start, 0.0
+    low = start if point == 0.5 else start + (point - 0.5) * dt
+    end, total = low + dt, 0.0
+    while piece >= 0 and times[piece] > low:
+        piece -= 1
+    while piece < times.size - 1 and times[piece + 1] <= low:
+        piece += 1
+    begin = low
     while True:
         last = piece == times.size - 1 or times[piece + 1] >= end
         high = end if last else times[piece + 1]
-        if last and point == 1.0:
-            return force_at(times, forces, piece, end)
-        if last and low == start:  # one line over the whole step
-            return force_at(times, forces, piece, start + 0.5 * dt)
+        if last and low == begin:  # one line over the whole time
+            return force_at(times, forces, piece, begin + 0.5 * dt)
         total += (high - low) * force_at(times, forces, piece, 0.5 * (low + high))
         if last:
             return total / dt

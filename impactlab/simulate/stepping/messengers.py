@@ -65,7 +65,7 @@ def check_step_of_face(
     steppers: Mapping[str, Stepper],
     starts: tuple[Start, ...],
 ) -> list[Warned]:
-    """Return warnings of schemes whose step moves a face otherwise than the free waves that messengers give.
+    """Return warnings of steps that move a face otherwise than the free waves, or the compliance, that a law takes.
 
     Under a constant force F the modes come to rest where the velocity by the waves, -F sum phi^2 sin(w dt)/w, and that
     by the force of the step cancel. A scheme whose step gives another velocity leaves a drift of the faces in contact.
@@ -79,7 +79,14 @@ def check_step_of_face(
         left, right = facts_of(scene, method, built, steppers, number)
         stepped = (left if reading.side == "left" else right).velocity_per_force
         differs = abs(stepped / waves - 1.0)
-        if differs > DRIFT_WARN:
+        share = stepped / reading.compliance  # NaN where the law takes that of the step
+        if abs(share - 1.0) > ERROR_WARN:
+            text = (
+                f"the balance of the law takes 1/Z for the velocity of the face {point.label} per force; in this step "
+                f"the modes of '{point.body}' give {share:.3g}/Z, so the faces part: give balance: modes"
+            )
+            warnings.append(Warned("messengers_apart", text))
+        elif differs > DRIFT_WARN:
             text = (
                 f"under a force a step of the integrator moves the face {point.label} with a velocity that is "
                 f"{100.0 * differs:.3g} % off that of the waves which the messengers of '{point.body}' give: faces "
