@@ -12,7 +12,7 @@ from scipy.special import chdtrc, stdtrit  # as in scipy.stats, which takes half
 from impactlab.fits.bootstrap import Bootstrap, bootstrap
 from impactlab.fits.edges import Closings, change
 from impactlab.fits.identifiable import Seen, products, seen, short_names, undetermined, with_effects
-from impactlab.fits.loss import Loss
+from impactlab.fits.loss import Loss, from_median
 from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
@@ -113,7 +113,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
 def _size(residuals: Array, problem: Problem, chosen: Options) -> float:
     """Return the standard deviation of residuals, from their median where some are far off."""
     if chosen.loss == "huber":
-        return 1.4826 * float(np.median(np.abs(residuals[residuals != 0.0])))  # those left out are 0
+        return from_median(residuals)
     return float(np.sqrt(residuals @ residuals / (len(residuals) - problem.size)))
 
 

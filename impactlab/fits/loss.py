@@ -14,6 +14,16 @@ from impactlab.types import Array
 
 IMPOSSIBLE = 1.0e5  # of the loss at the solution: there is no such run
 MAX_TRIALS = 30  # of one fit from a neighbouring solution
+MEDIAN_TO_DEVIATION = 1.4826  # of normal noise: standard deviation over median of the size
+
+
+def from_median(residuals: Array) -> float:
+    """Return the standard deviation of residuals from the median of their sizes.
+
+    Those that are exactly 0 do not count: they are left out, or model and signal are both 0, as before a touch.
+    """
+    sizes = np.abs(residuals[residuals != 0.0])
+    return MEDIAN_TO_DEVIATION * float(np.median(sizes)) if sizes.size else 0.0
 
 
 class Point(NamedTuple):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from impactlab.fits.identifiable import Product
+from impactlab.fits.loss import from_median
 from impactlab.fits.plots import (
     MIN_CORRELATED,
     determined,
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PAGE = "fit.html"
-MEDIAN_TO_DEVIATION = 1.4826  # of normal noise: standard deviation over median of the size
 POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹"
 NOISE = {
     "white": "white noise",
@@ -166,7 +166,8 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
 def _signal(shown: Shown) -> str:
     """Return a signal in words, with the size of its residuals (half of them are smaller than 0.67 of it)."""
     off = shown.fitted - shown.measured
-    size = MEDIAN_TO_DEVIATION * float(np.median(np.abs(off - np.median(off))))
+    differing = off[off != 0.0]  # without samples before a touch, where model and signal are both 0
+    size = from_median(differing - np.median(differing)) if differing.size else 0.0
     unit = unit_of(UNITS.get(shown.channel.partition(":")[0], "1"), size)
     name = shown.channel.replace("|", " | ")
     return f"{name}: {len(off):,} samples, noise {size / unit.size:.3g}\N{NO-BREAK SPACE}{unit.label}".rstrip()

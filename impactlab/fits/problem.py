@@ -14,6 +14,7 @@ from impactlab.casefile import Case
 from impactlab.derivatives.parameters import refuse_twice
 from impactlab.errors import CaseError
 from impactlab.fits.filters import LowPass, smooth
+from impactlab.fits.loss import from_median
 from impactlab.fits.model import AbstractMeans
 from impactlab.fits.signals import SETTINGS, Signal
 from impactlab.fits.trials import MarchedTrials, Trials, trials_of
@@ -242,7 +243,7 @@ class Problem:
 
     def weigh(self, scaled: Array) -> None:
         """Scale the residuals of each signal by its own noise, so that a noisy signal does not hide a clean one."""
-        sizes = np.array([1.4826 * float(np.median(np.abs(part))) for part in self.parts(scaled) or []])
+        sizes = np.array([from_median(part) for part in self.parts(scaled) or []])
         sizes = np.maximum(sizes, MIN_NOISE * np.max(sizes, initial=1e-300))
         whole = math.sqrt(float(np.mean(sizes**2)))
         for number, size in enumerate(sizes.tolist()):

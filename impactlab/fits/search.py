@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 from impactlab.fits.correlation import correlations
 from impactlab.fits.filters import smooth
 from impactlab.fits.intervals import HUBER, Options
+from impactlab.fits.loss import from_median
 from impactlab.fits.problem import Problem
 from impactlab.types import Array
 
@@ -79,8 +80,7 @@ def _loss(problem: Problem, x: Array, chosen: Options) -> tuple[str, float]:
 
 def _size(problem: Problem, x: Array) -> float:
     """Return the standard deviation of the residuals, from their median."""
-    found = np.abs(problem.residuals(x))
-    return max(1.4826 * float(np.median(found[found > 0.0])) if np.any(found) else 0.0, 1e-12)
+    return max(from_median(problem.residuals(x)), 1e-12)
 
 
 def biweight(squares: Array) -> Array:

@@ -51,9 +51,14 @@ def run(scene: Scene, method: Method, progress: Progress | None, begun: Begun | 
 
 
 def _not_stepped(method: Method) -> Iterator[Warned]:
-    """Give a warning for a given dt in a run that takes no steps; other rules of a step may be for its methods."""
-    if method.step.dt is not None:
-        text = f"the exact solver takes no steps, and ignores the dt of {method.step.dt:.6g} s"
+    """Give a warning for each key of steps given to a run without steps; points_per_period may be for its methods."""
+    step = method.step
+    if step.dt is not None:
+        yield Warned("step_unused", f"the exact solver takes no steps, and ignores the dt of {step.dt:.6g} s")
+    if step.courant is not None:
+        yield Warned("step_unused", f"the exact solver takes no steps, and ignores courant: {step.courant:g}")
+    if method.events == "located":
+        text = "the exact solver takes no steps: it solves for the time of every event, with events: located or without"
         yield Warned("step_unused", text)
 
 

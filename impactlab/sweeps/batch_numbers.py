@@ -19,9 +19,10 @@ from impactlab.sweeps.axes import Axis, Points, at_point, spread
 from impactlab.types import Array
 
 if TYPE_CHECKING:
-    from impactlab.exact.batch import marcher, points
+    from impactlab.exact.batch import marcher, pattern, points
 else:  # compiled code, needed only where a batch starts
     marcher, points = lazy("impactlab.exact.batch.marcher"), lazy("impactlab.exact.batch.points")
+    pattern = lazy("impactlab.exact.batch.pattern")
 
 MAX_BUILT = 20_000  # values of an axis that are built one by one, a millisecond each
 MAX_CORNERS = 16  # of a grid
@@ -56,7 +57,7 @@ def numbers_of(case: Case) -> marcher.Built:
     trips = float(given.round_trips) if isinstance(given, RoundTrips) else None
     made = None if counted is None else marcher.built(run, counted, trips)
     if made is None:
-        raise NotServed("rods that start with a displacement")
+        raise NotServed(pattern.misfit(run.scene) or "no rod")
     return made
 
 

@@ -53,7 +53,7 @@ def evaluated(
         warnings += [edge.words for edge in edges_within(case, uncertain, slopes)]
     shares = _shares(data, made)
     spreads, found, lacking = [], list[Index](), list[str]()
-    absent, withheld = dict[str, list[str]](), dict[str, list[str]]()  # names by the reason
+    absent, withheld, sided = (dict[str, list[str]]() for _ in range(3))  # names by the reason
     for name in [each.channel if isinstance(each, Sampled) else each for each in quantities]:
         if not data[name].size:
             absent.setdefault(absent_words(str(data[name].dims[-1])), []).append(name)
@@ -65,10 +65,14 @@ def evaluated(
                 lacking.append(spread.name)
             if line.reason:
                 withheld.setdefault(line.reason, []).append(spread.name)
+            if line.one_sided:
+                sided.setdefault(line.one_sided, []).append(spread.name)
             if made.shape[0] > 1:
                 found += _indices(spread, values, uncertain, line, leave_out=leave_out)
     warnings += [f"No value of {few(names)}: {reason}." for reason, names in absent.items()]
     warnings += [f"No linear estimate of {few(names)}: {reason}." for reason, names in withheld.items()]
+    text = "holds on one side of the means alone"
+    warnings += [f"The linear estimate of {few(names)} {text}: {words}." for words, names in sided.items()]
     warnings += _open_words(spreads, percents)
     if lacking:
         warnings.append(f"No value at some samples: {few(lacking)}. Estimates are those of the other samples.")

@@ -20,6 +20,7 @@ class Linear(NamedTuple):
     deviation: float = math.nan
     shares: Mapping[str, float] = {}  # of the variance, by path
     reason: str = ""  # why there is none
+    one_sided: str = ""  # the derivatives of it that hold on one side alone, in words
 
 
 def at_means(case: Case, uncertain: Sequence[Uncertain]) -> Case:
@@ -51,4 +52,5 @@ def _of(rows: Sequence[Sensitivity], uncertain: Sequence[Uncertain]) -> Linear:
     variance = sum(parts.values())
     shares = {path: part / variance if variance > 0.0 else math.nan for path, part in parts.items()}
     reason = next((row.reason for row in rows if math.isnan(row.derivative) and row.reason), "")
-    return Linear(rows[0].value, math.sqrt(variance), shares, reason)
+    sided = [f"{row.parameter}: {row.reason}" for row in rows if not math.isnan(row.derivative) and row.reason]
+    return Linear(rows[0].value, math.sqrt(variance), shares, reason, "" if reason else "; ".join(sided))

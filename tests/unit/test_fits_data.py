@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -51,6 +52,26 @@ def test_gain_offset_and_trigger_of_each_signal(case):
     assert found[f"shift of {FORCE}"].value == pytest.approx(7.4 * force.width, rel=1e-5)
     assert found[STIFFNESS].value == pytest.approx(2e8, rel=1e-5)
     assert len(found.parameters) == 5  # nothing of the second instrument is fitted
+
+
+def test_samples_where_model_and_signal_are_zero_do_not_make_a_signal_look_clean(case, tmp_path):
+    """The hammer leaves early: two fifths of the force are 0 on both sides, which says nothing of its noise."""
+    free = case.with_("bodies.rod.ends.right", "free")
+    force, speed = measured(free), measured(free, SPEED)
+    touching = force.values != 0.0
+    assert np.count_nonzero(~touching) > 0.35 * SAMPLES
+    level = 0.1 * np.max(force.values)
+    force = replace(force, values=force.values + level * touching * np.random.default_rng(0).standard_normal(SAMPLES))
+    speed = replace(speed, values=speed.values + 2e-3 * np.random.default_rng(1).standard_normal(SAMPLES))
+    found = il.fit(free, [force, speed], BOUNDS)
+    alone = il.fit(free, speed, BOUNDS)
+    widths = [of[STIFFNESS].upper - of[STIFFNESS].lower for of in (found, alone)]
+    assert widths[0] < 1.05 * widths[1]  # a second signal, weighed by its noise, adds to what is known
+    found.write(tmp_path)
+    page = (tmp_path / "fit.html").read_text(encoding="utf-8")
+    shown = re.search(r"200 samples, noise ([\d.]+)\s*kN", page)
+    assert shown is not None
+    assert 1e3 * float(shown[1]) == pytest.approx(level, rel=0.2)
 
 
 def test_a_gain_that_velocity_makes_up_for_is_not_determined(case):

@@ -64,6 +64,15 @@ def test_a_run_without_steps_says_that_it_ignores_them() -> None:
     assert np.array_equal(plain.evaluate(times, "velocity:ball"), counted.evaluate(times, "velocity:ball"))
 
 
+@pytest.mark.parametrize("ignored", [{"step": {"courant": 0.9}}, {"events": "located"}])
+def test_a_run_without_steps_names_each_key_of_steps_that_it_ignores(ignored: dict[str, Any]) -> None:
+    case = struck({"kind": "continuous"}, {"kind": "addition_deletion"})
+    key, value = next(iter(ignored.items()))
+    texts = [each.text for each in il.run(case.with_(f"solve.{key}", value)).warnings if each.code == "step_unused"]
+    assert len(texts) == 1
+    assert ("courant: 0.9" if key == "step" else "events: located") in texts[0]
+
+
 def test_an_infinite_beam_without_shear_has_neither() -> None:
     ends = {"left": "infinite", "right": "infinite"}
     beam = il.Beam(length=1.0, section={"diameter": 0.02}, material="steel", ends=ends)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import re
 import shlex
@@ -401,3 +402,15 @@ def test_a_contact_whose_name_holds_a_place_is_the_same_at_all_points():
     history = il.run(other)
     [row] = values(other.scene(), history, wanted, registry())
     assert row == [history.impulse_of(contact.name) for contact in history.scene.contacts]
+
+
+def test_a_sweep_that_is_no_batch_names_the_segments_that_are_one_piece(caplog):
+    segments = [{"length": length, "area": 1e-3, "material": "steel"} for length in (0.2, 0.3)]
+    striking = il.Case(
+        bodies={"ball": il.Mass(1.0, velocity=1.0), "rod": il.Rod(segments=segments)},
+        contacts=[il.Contact("ball", "rod.left", {"kind": "addition_deletion"})],
+        solve={"duration": 1e-5, "model": {"kind": "continuous"}},
+    )
+    with caplog.at_level(logging.INFO):
+        il.sweep(striking, {"bodies.ball.mass": np.linspace(1.0, 2.0, 250)}, quantities=["contacts"])
+    assert "neighbouring segments of 'rod' have the same section and material" in caplog.text

@@ -216,6 +216,20 @@ def test_a_stepped_case_has_its_edges_and_linear_estimate_too():
     assert found.warnings[2].startswith("No linear estimate of contacts hammer|rod.left: ")
 
 
+def test_a_linear_estimate_from_a_one_sided_derivative_says_so():
+    """The rod rests at the wall: a force on its far end presses it there, or pulls it away."""
+    force = "bodies.rod.ends.left.force"
+    rod = il.Rod(length=0.3, area=9e-4, material="steel", ends={"left": {"force": 0.0}})
+    wall = il.Contact("rod.right", "wall", {"kind": "addition_deletion"})
+    solve = {"duration": 3e-4, "model": {"kind": "continuous"}}
+    pressed = il.Case(bodies={"rod": rod, "wall": il.Wall()}, contacts=[wall], solve=solve)
+    found = il.uncertainty(pressed, {force: "normal(0 N, 1 kN)"}, ["impulse"], samples=64)
+    assert found.find("impulse").linear_deviation == 0.0
+    assert found.find("impulse").deviation.lower > 0.0
+    start = "The linear estimate of impulse rod.right|wall holds on one side of the means alone: "
+    assert f"{start}{force}: one-sided derivative (from below only)." in found.warnings
+
+
 def test_a_channel_gives_a_band_over_time(case):
     times = np.linspace(1e-6, 5e-5, 20)
     found = il.uncertainty(

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from impactlab.exact import march, spring_systems
-from impactlab.exact.batch.pattern import Pattern, fits, numbers_of, pattern_of
+from impactlab.exact.batch.pattern import Pattern, misfit, numbers_of, pattern_of
 from impactlab.exact.batch.points import (
     OF_BODY,
     OF_CONTACT,
@@ -42,7 +42,7 @@ def built(run: Simulation, counted: str, round_trips: float | None) -> Built | N
 
     ``counted`` is the rod whose round trip counts, ``round_trips`` the duration where it is given so.
     """
-    if not fits(run.scene):
+    if misfit(run.scene):
         return None
     layout, log = build(*run)
     pattern = pattern_of(run.scene, layout, log, counted, round_trips is not None)

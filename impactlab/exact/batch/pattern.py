@@ -253,15 +253,15 @@ def _contacts(
     return taken
 
 
-def fits(scene: Scene) -> bool:
-    """Return whether the numbers of a scene fit into a vector.
+def misfit(scene: Scene) -> str:
+    """Return why the numbers of a scene do not fit into a vector, "" where they do.
 
     Rods start without a displacement of their own, and no two segments are one piece, of which a sweep may change one.
     """
     elastic = [body.elastic for body in scene.bodies.values() if body.elastic is not None]
-    pieces = [pair for body in elastic for pair in pairwise(body.segments)]
-    return (
-        all(body.displacement is None for body in elastic)
-        and not any(one.continues_in(other) for one, other in pieces)
-        and all(math.isfinite(contact.gap) for contact in scene.contacts)
-    )
+    if any(body.displacement is not None for body in elastic):
+        return "rods that start with a displacement"
+    for body in elastic:
+        if any(one.continues_in(other) for one, other in pairwise(body.segments)):
+            return f"neighbouring segments of '{body.name}' have the same section and material"
+    return "" if all(math.isfinite(contact.gap) for contact in scene.contacts) else "gaps that are not finite"
