@@ -1,4 +1,4 @@
-"""Warnings of probes beside a load whose internal force lies in modes left out, or in a node without mass."""
+"""Warnings of probes beside a load whose internal force lies in modes left out, in a node or inside an element."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from impactlab.history.base import Warned
+from impactlab.models.base import AbstractDiscreteModel
 from impactlab.models.modal_body import ModalBody
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.problem import Scene
@@ -21,13 +22,14 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
     """Give a warning for each body with probes that miss the internal force of a load beside them.
 
     Modes of a free end have no force there, however many are kept, and those of an inner point no jump. Elements at a
-    node without mass have the strain of a node that nothing presses.
+    node without mass have the strain of a node that nothing presses. An element of a beam that is struck between its
+    nodes has one shear force, where there should be two.
     """
     for name, body in scene.elastic.items():
         model = built[name].model
         if built[name].system.phases is not None:
             continue
-        lacking = "modes kept miss" if isinstance(model, ModalBody) else "nodes without mass miss"
+        lacking = _lacking(body, model)
         loads = {point.x for _, each in scene.met_by(name) for point in (each.left, each.right) if point.body == name}
         loads |= {x for x, end in body.ends if end.is_loaded}
         found: dict[str, float] = {}
@@ -56,7 +58,7 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
     scene, laws = history.scene, history.method.laws
     for name, body in scene.elastic.items():
         model = history.built[name].model
-        if not body.bends or not isinstance(model, ModalBody) or history.built[name].system.phases is not None:
+        if not body.bends or history.built[name].system.phases is not None:
             continue
         pressing = [each for _, each in scene.met_by(name) if not laws[each.name].hard]
         found: dict[str, tuple[float, float, float]] = {}
@@ -79,9 +81,16 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
             _, most, largest = found[worst]
             yield Warned(
                 "probe_near_load",
-                f"{worst}: the modes kept miss up to {most:.3g} of it, by statics under the contact forces of the run, "
-                f"beside a largest value of {largest:.3g}{_more(found, name)}",
+                f"{worst}: the {_lacking(body, model)} up to {most:.3g} of it, by statics under the contact forces of "
+                f"the run, beside a largest value of {largest:.3g}{_more(found, name)}",
             )
+
+
+def _lacking(body: ElasticBody, model: AbstractDiscreteModel) -> str:
+    """Return which part of a model misses an internal force, with its verb."""
+    if isinstance(model, ModalBody):
+        return "modes kept miss"
+    return "elements without a node at a load miss" if body.bends else "nodes without mass miss"
 
 
 def _more(found: Mapping[str, object], body: str) -> str:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab.models.base import Face
+from impactlab.models.mesh.beams import BeamMesh
 
 FORCE, LENGTH = 1e4, 0.5
 
@@ -111,3 +113,55 @@ def test_moments_that_lack_modes_beside_a_short_impact_are_warned_of(modes, wron
     if wrong:
         assert warned(few)[0].startswith("bending_moment:b@0.5: the modes kept miss up to")
         assert "and 1 more probes of 'b' miss some" in warned(few)[0]
+
+
+@pytest.mark.parametrize(("elements", "wrong"), [(41, True), (40, False)])
+def test_shear_forces_of_a_beam_struck_inside_an_element_are_warned_of(elements, wrong):
+    """A spring presses the middle of a pinned beam slowly: the shear force jumps there by the force of the contact."""
+    beam = il.Beam(
+        length=1.0,
+        section={"width": 0.02, "height": 0.02},
+        material={"young": 2.1e11, "density": 7850},
+        ends={"left": "pinned", "right": "pinned"},
+        damping={"mass": 50.0},
+    )
+    places = (0.25, 0.5)
+    history = il.run(
+        il.Case(
+            bodies={"m": il.Mass(1e5, velocity=1e-3), "b": beam},
+            contacts=[il.Contact("m", "b.at(0.5)", {"kind": "penalty", "stiffness": 1e5})],
+            probes=[{"body": "b", "at": x, "quantity": "shear_force"} for x in places],
+            solve={
+                "duration": 0.3,
+                "model": {"kind": "finite_element", "elements": elements},
+                "integrator": {"kind": "newmark"},
+                "step": {"dt": 1e-4},
+            },
+        )
+    )
+    force = history.evaluate(0.3, "force:m|b.at(0.5)")
+    there, beside = (history.evaluate(0.3, f"shear_force:b@{x:g}") for x in reversed(places))
+    assert beside == pytest.approx(0.5 * force, rel=0.02)
+    assert (there != pytest.approx(-0.5 * force, rel=0.02)) == wrong
+    assert bool(warned(history)) == wrong
+    if wrong:
+        assert warned(history)[0].startswith("shear_force:b@0.5: the elements without a node at a load miss 50 %")
+
+
+@pytest.mark.parametrize("theory", ["euler_bernoulli", "timoshenko"])
+def test_a_beam_mesh_and_the_part_it_misses_inside_an_element_are_the_whole_statics(theory):
+    """A cantilever under a force at 0.337 L: shear force 1 and moment 0.337 - x up to it, nothing beyond."""
+    beam = il.Beam(
+        theory=theory,
+        length=1.0,
+        section={"width": 0.02, "height": 0.05},
+        material={"young": 2.1e11, "density": 7850, "poisson": 0.3},
+        ends={"left": "clamped"},
+    )
+    solve = {"duration": 1e-4, "model": {"kind": "finite_element"}, "step": {"dt": 1e-5}}
+    body = il.run(il.Case(bodies={"b": beam}, solve={**solve, "integrator": {"kind": "newmark"}})).scene.bodies["b"]
+    mesh = BeamMesh(body, 10, "consistent", 0.0, faces=(Face(0.337, 0, 1.0),))
+    for x in (0.0, 0.2, 0.25, 0.3, 0.32, 0.337, 0.36, 0.4, 0.44, 0.7, 1.0):
+        before = float(x < 0.337)
+        assert mesh.static_compliance(x, "shear_force", 0.337) == pytest.approx(before, abs=1e-9)
+        assert mesh.static_compliance(x, "bending_moment", 0.337) == pytest.approx(before * (0.337 - x), abs=1e-9)
