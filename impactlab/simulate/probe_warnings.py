@@ -16,6 +16,9 @@ from impactlab.simulate.stepping.preparation import BuiltBody, left_out_per_forc
 from impactlab.types import Quantity
 
 MISSING_WARN = 0.1  # of the static force at a probe per force of a load
+MIN_MISSING = (
+    1e-4  # of the same: less is rounding, or the error of the mesh, where the true value is 0 as at a free end
+)
 
 
 def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
@@ -68,13 +71,15 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
                 continue
             whole, channel = of_unit_force(body, probe.x, quantity), history.recorded[probe.channel]
             times = np.minimum(channel.times, history.duration)
-            missing = np.zeros(times.size)
+            missing, negligible = np.zeros(times.size), 0.0
             for contact in pressing:
                 each = left_out_per_force(model, contact, name, probe.x, quantity)
                 if abs(each) <= MISSING_WARN * whole:  # above it the probe is warned of before the run
-                    missing += each * history.evaluate(times, f"force:{contact.name}")
+                    force = history.evaluate(times, f"force:{contact.name}")
+                    missing += each * force
+                    negligible = max(negligible, MIN_MISSING * whole * float(np.abs(force).max()))
             most, largest = float(np.abs(missing).max()), float(np.abs(channel.values).max())
-            if most > MISSING_WARN * largest > 0.0:
+            if most > max(MISSING_WARN * largest, negligible) and largest > 0.0:
                 found[probe.channel] = most / largest, most, largest
         if found:
             worst = max(found, key=lambda channel: found[channel])
