@@ -29,9 +29,7 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
     nodes has one shear force, where there should be two.
     """
     for name, body in scene.elastic.items():
-        model = built[name].model
-        if built[name].system.phases is not None:
-            continue
+        model = _pressed(built[name])
         lacking = _lacking(body, model)
         loads = {point.x for _, each in scene.met_by(name) for point in (each.left, each.right) if point.body == name}
         loads |= {x for x, end in body.ends if end.is_loaded}
@@ -60,8 +58,8 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """
     scene, laws = history.scene, history.method.laws
     for name, body in scene.elastic.items():
-        model = history.built[name].model
-        if not body.bends or history.built[name].system.phases is not None:
+        model = _pressed(history.built[name])
+        if not body.bends:
             continue
         pressing = [each for _, each in scene.met_by(name) if not laws[each.name].hard]
         found: dict[str, tuple[float, float, float]] = {}
@@ -89,6 +87,11 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
                 f"{worst}: the {_lacking(body, model)} up to {most:.3g} of it, by statics under the contact forces of "
                 f"the run, beside a largest value of {largest:.3g}{_more(found, name)}",
             )
+
+
+def _pressed(built: BuiltBody) -> AbstractDiscreteModel:
+    """Return the model of a body in the coordinates that it has while its contact is closed."""
+    return built.model if built.system.phases is None else built.system.phases.closed
 
 
 def _lacking(body: ElasticBody, model: AbstractDiscreteModel) -> str:

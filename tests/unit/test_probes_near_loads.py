@@ -191,3 +191,31 @@ def test_a_free_end_without_internal_force_is_not_warned_of(quantity):
     )
     assert np.abs(history.recorded[f"{quantity}:b@1"].values).max() < 1e-9
     assert warned(history) == []
+
+
+@pytest.mark.parametrize(("elements", "wrong"), [(41, True), (40, False)])
+def test_coordinates_that_change_with_the_contact_are_those_of_the_closed_contact(elements, wrong):
+    """The static shapes of a mesh that is struck inside an element lack the jump of the shear force."""
+    beam = il.Beam(
+        length=1.0,
+        section={"width": 0.02, "height": 0.05},
+        material={"young": 2.1e11, "density": 7850},
+        ends={"left": "pinned", "right": "pinned"},
+    )
+    history = il.run(
+        il.Case(
+            bodies={"m": il.Mass(50.0, velocity=0.1), "b": beam},
+            contacts=[il.Contact("m", "b.at(0.5)", {"kind": "penalty", "stiffness": 1e4})],
+            probes=[{"body": "b", "at": 0.5, "quantity": "shear_force"}],
+            solve={
+                "duration": 0.1,
+                "model": {"kind": "modal", "elements": elements, "modes": 12, "basis": "striker_attached"},
+                "integrator": {"kind": "newmark"},
+                "step": {"dt": 2e-5},
+            },
+        )
+    )
+    times = np.linspace(0.04, 0.09, 50)
+    force, shear = (history.evaluate(times, name) for name in ("force:m|b.at(0.5)", "shear_force:b@0.5"))
+    assert (np.abs(shear + 0.5 * force).max() > 0.1 * force.max()) == wrong
+    assert bool(warned(history)) == wrong
