@@ -1,4 +1,4 @@
-"""Warnings of probes beside a load whose internal force lies in modes left out, or in a node without mass."""
+"""Warnings of probes beside a load whose internal force lies in modes left out, in a node or inside an element."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from impactlab.history.base import Warned
+from impactlab.models.base import AbstractDiscreteModel
 from impactlab.models.modal_body import ModalBody
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.problem import Scene
@@ -15,19 +16,21 @@ from impactlab.simulate.stepping.preparation import BuiltBody, left_out_per_forc
 from impactlab.types import Quantity
 
 MISSING_WARN = 0.1  # of the static force at a probe per force of a load
+MIN_MISSING = (
+    1e-4  # of the same: less is rounding, or the error of the mesh, where the true value is 0 as at a free end
+)
 
 
 def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
     """Give a warning for each body with probes that miss the internal force of a load beside them.
 
     Modes of a free end have no force there, however many are kept, and those of an inner point no jump. Elements at a
-    node without mass have the strain of a node that nothing presses.
+    node without mass have the strain of a node that nothing presses. An element of a beam that is struck between its
+    nodes has one shear force, where there should be two.
     """
     for name, body in scene.elastic.items():
-        model = built[name].model
-        if built[name].system.phases is not None:
-            continue
-        lacking = "modes kept miss" if isinstance(model, ModalBody) else "nodes without mass miss"
+        model = _pressed(built[name])
+        lacking = _lacking(body, model)
         loads = {point.x for _, each in scene.met_by(name) for point in (each.left, each.right) if point.body == name}
         loads |= {x for x, end in body.ends if end.is_loaded}
         found: dict[str, float] = {}
@@ -55,8 +58,8 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """
     scene, laws = history.scene, history.method.laws
     for name, body in scene.elastic.items():
-        model = history.built[name].model
-        if not body.bends or not isinstance(model, ModalBody) or history.built[name].system.phases is not None:
+        model = _pressed(history.built[name])
+        if not body.bends:
             continue
         pressing = [each for _, each in scene.met_by(name) if not laws[each.name].hard]
         found: dict[str, tuple[float, float, float]] = {}
@@ -66,22 +69,36 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
                 continue
             whole, channel = of_unit_force(body, probe.x, quantity), history.recorded[probe.channel]
             times = np.minimum(channel.times, history.duration)
-            missing = np.zeros(times.size)
+            missing, negligible = np.zeros(times.size), 0.0
             for contact in pressing:
                 each = left_out_per_force(model, contact, name, probe.x, quantity)
                 if abs(each) <= MISSING_WARN * whole:  # above it the probe is warned of before the run
-                    missing += each * history.evaluate(times, f"force:{contact.name}")
+                    force = history.evaluate(times, f"force:{contact.name}")
+                    missing += each * force
+                    negligible = max(negligible, MIN_MISSING * whole * float(np.abs(force).max()))
             most, largest = float(np.abs(missing).max()), float(np.abs(channel.values).max())
-            if most > MISSING_WARN * largest > 0.0:
+            if most > max(MISSING_WARN * largest, negligible) and largest > 0.0:
                 found[probe.channel] = most / largest, most, largest
         if found:
             worst = max(found, key=lambda channel: found[channel])
             _, most, largest = found[worst]
             yield Warned(
                 "probe_near_load",
-                f"{worst}: the modes kept miss up to {most:.3g} of it, by statics under the contact forces of the run, "
-                f"beside a largest value of {largest:.3g}{_more(found, name)}",
+                f"{worst}: the {_lacking(body, model)} up to {most:.3g} of it, by statics under the contact forces of "
+                f"the run, beside a largest value of {largest:.3g}{_more(found, name)}",
             )
+
+
+def _pressed(built: BuiltBody) -> AbstractDiscreteModel:
+    """Return the model of a body in the coordinates that it has while its contact is closed."""
+    return built.model if built.system.phases is None else built.system.phases.closed
+
+
+def _lacking(body: ElasticBody, model: AbstractDiscreteModel) -> str:
+    """Return which part of a model misses an internal force, with its verb."""
+    if isinstance(model, ModalBody):
+        return "modes kept miss"
+    return "elements without a node at a load miss" if body.bends else "nodes without mass miss"
 
 
 def _more(found: Mapping[str, object], body: str) -> str:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab.models.base import Face
+from impactlab.models.mesh.beams import BeamMesh
 
 FORCE, LENGTH = 1e4, 0.5
 
@@ -111,3 +113,109 @@ def test_moments_that_lack_modes_beside_a_short_impact_are_warned_of(modes, wron
     if wrong:
         assert warned(few)[0].startswith("bending_moment:b@0.5: the modes kept miss up to")
         assert "and 1 more probes of 'b' miss some" in warned(few)[0]
+
+
+@pytest.mark.parametrize(("elements", "wrong"), [(41, True), (40, False)])
+def test_shear_forces_of_a_beam_struck_inside_an_element_are_warned_of(elements, wrong):
+    """A spring presses the middle of a pinned beam slowly: the shear force jumps there by the force of the contact."""
+    beam = il.Beam(
+        length=1.0,
+        section={"width": 0.02, "height": 0.02},
+        material={"young": 2.1e11, "density": 7850},
+        ends={"left": "pinned", "right": "pinned"},
+        damping={"mass": 50.0},
+    )
+    places = (0.25, 0.5)
+    history = il.run(
+        il.Case(
+            bodies={"m": il.Mass(1e5, velocity=1e-3), "b": beam},
+            contacts=[il.Contact("m", "b.at(0.5)", {"kind": "penalty", "stiffness": 1e5})],
+            probes=[{"body": "b", "at": x, "quantity": "shear_force"} for x in places],
+            solve={
+                "duration": 0.3,
+                "model": {"kind": "finite_element", "elements": elements},
+                "integrator": {"kind": "newmark"},
+                "step": {"dt": 1e-4},
+            },
+        )
+    )
+    force = history.evaluate(0.3, "force:m|b.at(0.5)")
+    there, beside = (history.evaluate(0.3, f"shear_force:b@{x:g}") for x in reversed(places))
+    assert beside == pytest.approx(0.5 * force, rel=0.02)
+    assert (there != pytest.approx(-0.5 * force, rel=0.02)) == wrong
+    assert bool(warned(history)) == wrong
+    if wrong:
+        assert warned(history)[0].startswith("shear_force:b@0.5: the elements without a node at a load miss 50 %")
+
+
+@pytest.mark.parametrize("theory", ["euler_bernoulli", "timoshenko"])
+def test_a_beam_mesh_and_the_part_it_misses_inside_an_element_are_the_whole_statics(theory):
+    """A cantilever under a force at 0.337 L: shear force 1 and moment 0.337 - x up to it, nothing beyond."""
+    beam = il.Beam(
+        theory=theory,
+        length=1.0,
+        section={"width": 0.02, "height": 0.05},
+        material={"young": 2.1e11, "density": 7850, "poisson": 0.3},
+        ends={"left": "clamped"},
+    )
+    solve = {"duration": 1e-4, "model": {"kind": "finite_element"}, "step": {"dt": 1e-5}}
+    body = il.run(il.Case(bodies={"b": beam}, solve={**solve, "integrator": {"kind": "newmark"}})).scene.bodies["b"]
+    mesh = BeamMesh(body, 10, "consistent", 0.0, faces=(Face(0.337, 0, 1.0),))
+    for x in (0.0, 0.2, 0.25, 0.3, 0.32, 0.337, 0.36, 0.4, 0.44, 0.7, 1.0):
+        before = float(x < 0.337)
+        assert mesh.static_compliance(x, "shear_force", 0.337) == pytest.approx(before, abs=1e-9)
+        assert mesh.static_compliance(x, "bending_moment", 0.337) == pytest.approx(before * (0.337 - x), abs=1e-9)
+
+
+@pytest.mark.parametrize("quantity", ["bending_moment", "shear_force"])
+def test_a_free_end_without_internal_force_is_not_warned_of(quantity):
+    """The true value there is 0: modes read rounding, and lack as much of it by rounding."""
+    beam = il.Beam(
+        length=1.0,
+        section={"width": 0.02, "height": 0.02},
+        material={"young": 2.1e11, "density": 7850},
+        ends={"left": "clamped"},
+    )
+    history = il.run(
+        il.Case(
+            bodies={"m": il.Mass(0.05, velocity=0.5), "b": beam},
+            contacts=[il.Contact("m", "b.at(0.5)", {"kind": "hertz", "stiffness": 1e8})],
+            probes=[{"body": "b", "at": 1.0, "quantity": quantity}],
+            solve={
+                "duration": 5e-3,
+                "model": {"kind": "modal", "modes": 40},
+                "integrator": {"kind": "exact_modal"},
+                "step": {"dt": 2e-6},
+            },
+        )
+    )
+    assert np.abs(history.recorded[f"{quantity}:b@1"].values).max() < 1e-9
+    assert warned(history) == []
+
+
+@pytest.mark.parametrize(("elements", "wrong"), [(41, True), (40, False)])
+def test_coordinates_that_change_with_the_contact_are_those_of_the_closed_contact(elements, wrong):
+    """The static shapes of a mesh that is struck inside an element lack the jump of the shear force."""
+    beam = il.Beam(
+        length=1.0,
+        section={"width": 0.02, "height": 0.05},
+        material={"young": 2.1e11, "density": 7850},
+        ends={"left": "pinned", "right": "pinned"},
+    )
+    history = il.run(
+        il.Case(
+            bodies={"m": il.Mass(50.0, velocity=0.1), "b": beam},
+            contacts=[il.Contact("m", "b.at(0.5)", {"kind": "penalty", "stiffness": 1e4})],
+            probes=[{"body": "b", "at": 0.5, "quantity": "shear_force"}],
+            solve={
+                "duration": 0.1,
+                "model": {"kind": "modal", "elements": elements, "modes": 12, "basis": "striker_attached"},
+                "integrator": {"kind": "newmark"},
+                "step": {"dt": 2e-5},
+            },
+        )
+    )
+    times = np.linspace(0.04, 0.09, 50)
+    force, shear = (history.evaluate(times, name) for name in ("force:m|b.at(0.5)", "shear_force:b@0.5"))
+    assert (np.abs(shear + 0.5 * force).max() > 0.1 * force.max()) == wrong
+    assert bool(warned(history)) == wrong

@@ -1,10 +1,12 @@
-"""Elements of a beam mesh that give an internal force at a place: their means, or a line through their middles."""
+"""Elements of a beam mesh that give an internal force at a place, and the part that they miss of a force inside one."""
 
 from __future__ import annotations
 
 from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.beam_elements import deflections, shear_ratio
 from impactlab.types import Array, Quantity
 
+NODE_TOL = 1e-9  # of an element: places so near to each other are one
 Side = tuple[int, float, float]  # number of an element, place in it (0 to 1), share
 
 
@@ -26,6 +28,25 @@ def sides_of(mesh: AbstractMesh, nodes: Array, at: tuple[int, float, float], qua
                 share = (x - middle) / (beside - middle)
                 return [(element, place, 1.0 - share), (other, 0.5, share)]
     return [(element, place, 1.0)]
+
+
+def missing_inside(mesh: AbstractMesh, sides: list[Side], at: tuple[int, float], quantity: Quantity) -> float:
+    """Return the internal force that ``sides`` miss in statics, per unit force inside an element of the mesh.
+
+    ``at`` is the struck element and the place in it. Its nodes move as they should, and it lacks the forces that it
+    would have between held nodes. The first of ``sides`` is the element that holds the place that is read.
+    """
+    struck, face = at
+    h = float(mesh.lengths[struck])
+    shapes = deflections(face, h, shear_ratio(mesh.body.segments[mesh.of_segment[struck]], h))
+    reaction, couple = float(shapes[0]), float(shapes[1])  # of the left node
+    element, place, _ = sides[0]
+    if quantity == "bending_moment":
+        inside = [(s, share) for each, s, share in sides if each == struck]
+        return sum(share * (couple - reaction * s * h + max(0.0, s - face) * h) for s, share in inside)
+    before = element < struck or (element == struck and place < face - NODE_TOL)
+    read = sum(share * (reaction - (each > struck)) for each, _, share in sides if each != struck)
+    return reaction - (not before) - read
 
 
 def _goes_on(mesh: AbstractMesh, nodes: Array, element: int) -> bool:

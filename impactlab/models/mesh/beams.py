@@ -27,7 +27,7 @@ from impactlab.models.mesh.beam_elements import (
     stretched,
 )
 from impactlab.models.mesh.beam_runs import element_runs
-from impactlab.models.mesh.beam_sides import sides_of
+from impactlab.models.mesh.beam_sides import missing_inside, sides_of
 from impactlab.numerics.banded import grounded, multiply
 from impactlab.scene.bodies import Beam, BeamSegment, End, Profile
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
@@ -159,14 +159,24 @@ class BeamMesh(AbstractMesh):
             self._rows[x, quantity] = row
         return row
 
-    def _row(self, x: float, quantity: Quantity) -> Array:
+    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the internal force at x that the elements miss, per unit force at ``face`` between two nodes."""
+        struck, at = self._place(face)
+        if quantity not in ("bending_moment", "shear_force") or at in (0.0, 1.0):
+            return 0.0
+        sides = sides_of(self, self.nodes, (*self._place(x), x), quantity)
+        return missing_inside(self, sides, (struck, at), quantity)
+
+    def _place(self, x: float) -> tuple[int, float]:
+        """Return the number of the element that holds x [m], and the place in it (0 to 1)."""
         element = int(self.nodes.searchsorted(x + self.near, side="right")) - 1
         element = min(max(element, 0), len(self.lengths) - 1)
-        start = float(self.nodes[element])
-        place = (x - start) / float(self.lengths[element])
-        place = 0.0 if abs(place) <= NODE_TOL else 1.0 if abs(place - 1.0) <= NODE_TOL else place
+        place = (x - float(self.nodes[element])) / float(self.lengths[element])
+        return element, 0.0 if abs(place) <= NODE_TOL else 1.0 if abs(place - 1.0) <= NODE_TOL else place
+
+    def _row(self, x: float, quantity: Quantity) -> Array:
         row = np.zeros(2 * len(self.nodes))
-        for number, at, share in sides_of(self, self.nodes, (element, place, x), quantity):
+        for number, at, share in sides_of(self, self.nodes, (*self._place(x), x), quantity):
             row[2 * number : 2 * number + 4] += share * self._of_element(number, at, quantity)
         return row[self._kept]
 

@@ -290,7 +290,7 @@ def check_phases(phased: Mapping[str, Phases], built: Mapping[str, BuiltBody], s
         stepper, system = steppers[name], built[name].system
         if np.any(system.damping):
             raise PairingError(
-                f"'{name}' changes its coordinates with its contact, which is possible only for undamped rods",
+                f"'{name}' changes its coordinates with its contact, which is possible only for undamped bodies",
                 remedy="Leave the damping out, or use another basis.",
                 path="solve.model",
             )
