@@ -15,7 +15,7 @@ import numpy as np
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history.base import AbstractHistory, ContactSpan, Event
 from impactlab.metrics import norms as metrics
-from impactlab.metrics.collisions import agreements, collisions
+from impactlab.metrics.collisions import agreement_texts, agreements, collisions
 from impactlab.plugins import kind_of
 from impactlab.refine.outlook import Outlook, of
 from impactlab.refine.reference import Reference
@@ -381,7 +381,7 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
         lines = _aligned(rows, names)
     reference = comparison["reference"]
     title = f"{comparison['case']}: {counted(len(rows))}" + (f" against {reference}" if reference else "")
-    below = [each["text"] for each in comparison.get("collisions", ())]
+    below = agreement_texts(comparison.get("collisions", ()))
     below += [f"all methods: {code}" for code in shared]
     below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []
     return "\n".join([title, "", *lines, *below])
