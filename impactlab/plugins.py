@@ -142,6 +142,9 @@ class Registry:
         return part  # type: ignore[no-any-return]
 
     def _unknown(self, group: Group, name: str) -> str:
+        for other in (MODELS, BASES, LAWS, INTEGRATORS):
+            if other is not group and name in self.names(other):
+                return f"{name[:80]!r} is not {group.noun}: it is {other.noun}."
         return f"{name[:80]!r} is not {group.noun}.{closest(name, self.names(group))}"
 
     def _installed(self, group: Group) -> str:

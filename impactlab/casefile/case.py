@@ -32,7 +32,7 @@ from impactlab.lazy import above
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
-from impactlab.scene.ranges import odd_speeds
+from impactlab.scene.ranges import odd_laws, odd_loads, odd_speeds
 from impactlab.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
@@ -215,7 +215,8 @@ class Case:
     @cached_property
     def hints(self) -> tuple[str, ...]:
         """Values that may be slips, such as wrong wave speeds, a sentence each."""
-        return tuple(odd_speeds(self.scene()))
+        scene = self.scene()
+        return (*odd_speeds(scene), *odd_loads(scene), *odd_laws(scene, self.built.method.laws))
 
     def _repr_html_(self) -> str:
         made: str = above("report.notebook").of_case(

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from impactlab.casefile.limits import MAX_DEPTH, MAX_VALUES, REMEDY, SERIES, Keys, check_tree, too_deep, too_many
+from impactlab.casefile.starter import cases
 from impactlab.casefile.words import closest, shown
 from impactlab.casefile.yaml_values import yaml_value
 from impactlab.errors import CaseError
@@ -67,7 +68,10 @@ def read_document(path: Path, kind: Kind = CASE) -> Document:
 def _text(path: Path) -> str:
     if not path.is_file():
         what = "is a folder, not a file" if path.is_dir() else "does not exist"
-        raise CaseError(f"the case file {what}.{_neighbour(path)}", remedy="Give the path of a case file.")
+        remedy = "Give the path of a case file."
+        if path.stem in cases():
+            remedy = f"Give {path.stem!r}, without its ending, for the case of that name that comes with impactlab."
+        raise CaseError(f"the case file {what}.{_neighbour(path)}", remedy=remedy)
     with path.open("rb") as stream:
         raw = stream.read(MAX_BYTES + 1)
     if len(raw) > MAX_BYTES:

@@ -79,7 +79,7 @@ def blow(case: Case | Simulation) -> Blow:
     Warns
     -----
     DoubtfulResult
-        If the run ends before the first pass does, or while the bit goes deeper.
+        If the run ends before the first pass does, or while the bit goes deeper, or if the hammer meets no body.
 
     References
     ----------
@@ -93,7 +93,16 @@ def blow_of(history: AbstractHistory) -> Blow:
     drill = drill_of(history.scene)
     law = history.method.laws[drill.rock.name]
     loop = loop_of(history, drill.rock, law)
-    _warn_if_too_short(loop, drill, _left(history, drill.hammer))
+    if history.contacts:
+        _warn_if_too_short(loop, drill, _left(history, drill.hammer))
+    else:
+        named = " and ".join(repr(name) for name in drill.hammer)
+        warn(
+            f"rock {drill.rock.name!r}: the hammer, {named}, meets no body in the {loop.time[-1]:.6g} s of the run. "
+            "Let its velocity point at the rod (positive where the rod is on its right), or give solve.duration a "
+            "longer time.",
+            DoubtfulResult,
+        )
     work, deepest = float(loop.work[-1]), max(0.0, float(loop.penetration.max()))
     return Blow(
         work=work,

@@ -125,7 +125,8 @@ def parted(values: Array, dt: float, bar: Bar, way: float, threshold: float, end
     if back >= (len(values) - 1) * dt:
         raise ImpactlabError(
             f"the record ends at {(len(values) - 1) * dt:.6g} s, before the reflection that begins at {back:.6g} s",
-            remedy="Record for longer, or check the distance of the gauge from the end.",
+            remedy="Record for longer, or check the distance of the gauge from the end, the wave speed, and whether "
+            "the signal is that of this gauge.",
         )
     guard = GUARD * trip
     passed = float(loud[loud * dt < back - guard][-1]) * dt

@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.lazy import lazy
-from impactlab.measurement.inputs import above_zero, expect, finite, in_si, row_of_numbers, warn_size
+from impactlab.measurement.inputs import above_zero, expect, finite, in_si, row_of_numbers, warn_outside, warn_size
 from impactlab.prefixes import prefixed
 from impactlab.types import Array
 
@@ -40,6 +40,8 @@ fft, interpolate, special = lazy("scipy.fft"), lazy("scipy.interpolate"), lazy("
 MAX_D_OVER_WAVELENGTH = 2.0
 """Diameter over wavelength up to which the branch is followed: beyond, the wave is one of the surface."""
 START_SQUARED = 0.25  # (c/c0)^2 below the first branch for every Poisson's ratio: it ends at 0.30 (0.5) to 0.38 (0)
+WAVE_SPEEDS = (300.0, 20_000.0)  # m/s, of lead and of diamond with room on both sides
+DENSITIES = (500.0, 25_000.0)  # kg/m3, of wood and of osmium with room on both sides
 MAX_NEWTON = 60  # 6 to 13 are taken
 TABLE_POINTS = 257  # of wave numbers over frequency, a first guess that the equation itself corrects
 
@@ -55,9 +57,9 @@ class Bar:
     diameter : float or str
         d [m], or a string with its unit such as ``"16 mm"``. An `UnusualValue` is issued above 0.5 m.
     wave_speed : float or str
-        c0 = sqrt(E/rho) of long waves [m/s].
+        c0 = sqrt(E/rho) of long waves [m/s]. An `UnusualValue` is issued outside 300 to 20000 m/s.
     density : float or str
-        rho [kg/m3].
+        rho [kg/m3]. An `UnusualValue` is issued outside 500 to 25000 kg/m3.
     poisson : float
         Poisson's ratio, 0 to 0.5.
     dispersion : "pochhammer", "love" or "none"
@@ -89,6 +91,8 @@ class Bar:
         object.__setattr__(self, "poisson", _poisson(poisson))
         object.__setattr__(self, "dispersion", dispersion)
         warn_size("diameter of the bar", self.diameter)
+        warn_outside("wave speed of the bar", self.wave_speed, "m/s", WAVE_SPEEDS, "'5 km/s'")
+        warn_outside("density of the bar", self.density, "kg/m3", DENSITIES, "'7.85 g/cm^3'")
         if not isinstance(dispersion, str) or dispersion not in ("pochhammer", "love", "none"):
             raise ImpactlabError(
                 f"no dispersion {self.dispersion!r} of a bar", remedy="Give 'pochhammer', 'love' or 'none'."

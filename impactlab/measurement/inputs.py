@@ -118,6 +118,15 @@ def warn_size(name: str, value: float) -> None:
         )
 
 
+def warn_outside(name: str, value: float, unit: str, usual: tuple[float, float], example: str) -> None:
+    """Issue an `UnusualValue` of a number outside the values that it has for solids."""
+    if not usual[0] <= value <= usual[1]:
+        warn_unusual(
+            f"the {name} is {value:.6g} {unit}, and those of solids lie between {usual[0]:g} and {usual[1]:g} {unit}. "
+            f"Give it in {unit}, or with its unit, as in {example}."
+        )
+
+
 def warn_samples(dt: float, *strains: Array) -> None:
     """Issue an `UnusualValue` of strains beyond those of a bar, and of a long interval between samples [s]."""
     peak = max((float(np.abs(strain).max()) for strain in strains if strain.size), default=0.0)

@@ -22,6 +22,7 @@ from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
+MAX_PAIRS = 6  # of bodies whose counts by several methods are texts of their own: a row of beads has many
 MAX_SAMPLES = 64  # of a gap in each opening
 MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
 PULL_SAMPLES = 4000  # of the force of a link, whose impulse is summed
@@ -286,6 +287,22 @@ def agreements(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[dict[str, 
         for each in summary.get("collisions", ()):
             found.setdefault(each["bodies"], {}).setdefault(name, []).append(each)
     return [_agreement(bodies, by_name) for bodies, by_name in found.items() if len(by_name) > 1]
+
+
+def agreement_texts(entries: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the texts of `agreements`, at most `MAX_PAIRS` of pairs of bodies that agree and of pairs that do not."""
+    texts: list[str] = []
+    for resolved, verdict in ((True, "methods agree"), (False, "methods disagree")):
+        pairs = [each for each in entries if each["resolved"] is resolved]
+        texts += [str(each["text"]) for each in pairs[:MAX_PAIRS]]
+        if rest := pairs[MAX_PAIRS:]:
+            text = (
+                f"{len(rest)} more pair{'s' if len(rest) > 1 else ''} of bodies: {verdict} on the number of sub-impacts"
+            )
+            if resolved:
+                text += f", impulses within {100.0 * max(each['impulses_within'] for each in rest):.2g} %"
+            texts.append(text + " (each of them: --json)")
+    return texts
 
 
 def _agreement(bodies: str, by_name: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:

@@ -27,6 +27,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.piling.case_method import first_peak
 from impactlab.piling.measured import Driven, checked, driven_by, soil_path
 from impactlab.piling.signs import check_length, check_work, warn_of_offsets, warn_of_proportion, warn_of_times
+from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
@@ -39,7 +40,7 @@ TOLERANCE = 1e-6  # of the cost and of the logarithms of the numbers, at the end
 Free = Iterable[str] | Mapping[str, tuple[Any, Any]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Match:
     """The soil under which the pile moves as it was measured."""
 
@@ -51,6 +52,16 @@ class Match:
     measured: Array = field(repr=False)  # m/s, (n,) velocity into the soil
     computed: Array = field(repr=False)  # m/s, (n,)
     fit: Fit = field(repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        numbers = (("capacity", self.capacity), *((each.path, each) for each in self.parameters))
+        found = ", ".join(
+            f"{name} {prefixed(each.value, each.unit)} ({prefixed_range(each.lower, each.upper, each.unit)})"
+            if each.unit in ("N", "m")
+            else f"{name} {each.value:.4g} {each.unit} ({each.lower:.4g} to {each.upper:.4g})"
+            for name, each in numbers
+        )
+        return f"<Match of {len(self.time)} samples, mismatch {100.0 * self.mismatch:.3g} %: {found}>"
 
     @property
     def mismatch(self) -> float:

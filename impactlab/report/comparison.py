@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from impactlab.metrics.collisions import agreements
+from impactlab.metrics.collisions import agreement_texts, agreements
 from impactlab.report.counts import counted
 from impactlab.report.summary import SCHEMA_VERSION, has_numbers
 
@@ -159,7 +159,7 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
         lines = _aligned(rows, names)
     reference = comparison["reference"]
     title = f"{comparison['case']}: {counted(len(rows))}" + (f" against {reference}" if reference else "")
-    below = [each["text"] for each in comparison.get("collisions", ())]
+    below = agreement_texts(comparison.get("collisions", ()))
     below += [f"all methods: {code}" for code in shared]
     below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []
     return "\n".join([title, "", *lines, *below])

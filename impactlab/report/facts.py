@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from impactlab.metrics.collisions import agreement_texts
 from impactlab.plugins import kind_of
 from impactlab.report.comparison import cell, in_round_trips, model_label
 from impactlab.report.style import scaled
@@ -195,7 +196,7 @@ def findings(comparison: Mapping[str, Any]) -> list[str]:
         sentences.append(
             f"{_names(gained)} gained more than 1 % of the reference energy, {worst['name']} most ({cell(share)} %)."
         )
-    sentences += [f"{each['text']}." for each in comparison.get("collisions", ())]
+    sentences += [f"{text}." for text in agreement_texts(comparison.get("collisions", ()))]
     failed = [row for row in comparison["rows"] if row not in done]
     if failed:
         sentences.append(f"No result: {_names(failed)}; the table says why.")

@@ -3,11 +3,17 @@
 // All of it follows one state: the time, the history shown, the stretch of displacements, the methods switched off.
 
 const data = JSON.parse(document.getElementById("data").textContent);
-const state = { duration: data.duration, time: 0.25 * data.duration, film: Math.max(0, data.compared ? data.methods.findIndex((m) => m.colour === "ink") : 0), stretch: 1, playing: false, off: new Set() };
+function firstFilm() { // of a comparison the exact answer, or the first run that kept its fields where that has none
+  const ink = data.compared ? data.methods.findIndex((m) => m.colour === "ink") : 0;
+  const keeps = (film) => Object.keys(film.chains).length > 0 || Object.values(film.bodies).some((body) => body.same || body.load);
+  return ink > 0 && !keeps(data.films[ink]) ? Math.max(0, data.films.findIndex(keeps)) : Math.max(0, ink);
+}
+const state = { duration: data.duration, time: 0.25 * data.duration, film: firstFilm(), stretch: 1, playing: false, off: new Set() };
 const RUN_SECONDS = 8; // of the screen, for a whole run at speed 1
 const ICON = 34; // px, of a mass or a wall
 const SHORT = 0.03; // of the whole train: the load of shorter bodies does not widen the scale of colours
 const MANY = 10; // %, above which the axis of the energy balance is linear near zero only
+const ROUNDING = 1e-9; // of the axis of a signal: smaller values are shown as 0
 const PAD = { left: 58, right: 20, top: 14, bottom: 44 }; // px, around the diagram
 
 // ---- axes of time and place ----
@@ -381,7 +387,7 @@ function makePlot(plot) {
   const axisLook = { stroke: () => css("ink"), grid: { stroke: () => css("line"), width: 1 }, ticks: { stroke: () => css("muted"), width: 1, size: 4 }, font: `12px ${css("sans")}`, labelFont: `12px ${css("sans")}` };
   const axes = [{ ...axisLook, size: 34, label: `time t [${clock.label}]`, labelSize: 18, values: (_, all) => all.map((v) => short(v)) }, { ...axisLook, size: 58, values: (_, all) => all.map((v) => short(v)) }];
   if (data.trip) axes.push({ ...axisLook, side: 0, scale: "x", size: 26, grid: { show: false }, splits: (u, i, low, high) => ticks((low * clock.size) / data.trip, (high * clock.size) / data.trip, Math.max(2, u.over.clientWidth / 90)).map((v) => (v * data.trip) / clock.size), values: (_, all) => all.map((v) => `${short((v * clock.size) / data.trip)} T`) });
-  const series = plot.panel.lines.map((each, k) => ({ label: each.name, stroke: () => paint(plot, k), width: data.methods[each.method].colour !== "ink" ? (data.compared ? 1.5 : 2) : data.compared ? 2 : 1, dash: [undefined, [6, 3], [2, 2]][data.methods[each.method].dash], points: { show: false }, show: !state.off.has(each.method) }));
+  const series = plot.panel.lines.map((each, k) => ({ label: each.name, stroke: () => paint(plot, k), width: data.methods[each.method].colour !== "ink" ? (data.compared ? 1.5 : 2) : data.compared ? 2 : 1, dash: [undefined, [6, 3], [2, 2]][data.methods[each.method].dash], points: { show: false }, pxAlign: 0, show: !state.off.has(each.method) })); // not rounded to pixels: slow curves would be stairs
   const u = new uPlot({
     width: box.clientWidth, height: 210 + (data.trip ? 26 : 0), legend: { show: false }, series: [{}, ...series], axes,
     scales: { x: { time: false }, y: plot.panel.unit === "%" && plot.largest > MANY ? { distr: 4, asinh: 0.1, range: range(plot) } : { range: range(plot) } },
@@ -422,7 +428,7 @@ function placeCursors() {
     const x = u.valToPos(state.time / clock.size, "x");
     cursor.style.transform = `translateX(${x}px)`;
     cursor.hidden = !(x >= 0 && x <= u.over.clientWidth);
-    if (values.length) { const i = Math.round((state.time / data.duration) * (grid.length - 1)); values.forEach((value, k) => { value.textContent = `${short(lines[k][i], 3)} ${size.label}`; }); }
+    if (values.length) { const i = Math.round((state.time / data.duration) * (grid.length - 1)); values.forEach((value, k) => { value.textContent = `${short(Math.abs(lines[k][i]) < ROUNDING * Math.max(Math.abs(u.scales.y.min), Math.abs(u.scales.y.max)) ? 0 : lines[k][i], 3)} ${size.label}`; }); }
   }
 }
 

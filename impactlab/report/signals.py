@@ -14,6 +14,7 @@ from impactlab.history.sampling import page_times
 from impactlab.history.units import UNITS as CHANNEL_UNITS
 from impactlab.metrics.norms import face_channels, mass_channels
 from impactlab.report.drawn_part import drawn_energies
+from impactlab.report.mechanism import chains
 from impactlab.report.named_contacts import NamedContact, force_of, gap_of, named_contacts
 from impactlab.report.style import Trace, exact_of
 from impactlab.scene.problem import Probe, Scene
@@ -38,7 +39,7 @@ class Panel(NamedTuple):
     """Curves that share one axis."""
 
     title: str
-    group: str  # probe, force, displacement, gap or energy
+    group: str  # probe, force, displacement, gap, angle, drive or energy
     unit: str
     lines: list[Line]
 
@@ -91,6 +92,10 @@ def panels(
     made += _panels(histories, times, "contact force", "force", "N", forces, compared)
     made += _panels(histories, times, "displacement", "displacement", "m", moved, compared)
     made += _panels(histories, times, "gap", "gap", "m", gaps, compared)
+    links = [link.name for body in chains(scene) for link in body.links]
+    for title, quantity in (("angle", "angle"), ("moment of the drive", "drive")):
+        channels = [(f"{quantity}:{name}", name) for name in links]
+        made += _panels(histories, times, title, quantity, UNITS_OF_CHANNELS[quantity], channels, compared)
     return [*made, _energy(histories, times, compared)]
 
 

@@ -7,8 +7,10 @@ range of double precision: with lengths from 1e-15 m on, a stiffness 12 EI/h3 st
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from impactlab.errors import CaseError
 
@@ -49,6 +51,8 @@ COUNTS = Range(1e-12, 1e12)  # of numbers without a unit
 PERIODS_IN_A_STEP = 1e6  # times 1/omega of the highest frequency: its square, 1e12, stands beside 1 in one matrix
 WAVE_SPEED = Range(1e-6, 1e12)  # m/s
 SOLID = Range(300.0, 20_000.0)  # m/s, wave speeds of lead and of diamond with room on both sides
+MAX_QUAKE = 0.2  # m; quakes at the toe of a pile reach a thirtieth of its diameter, some 0.1 m
+MANY_SAMPLES, FEW_SAMPLES = 20, 5  # of a table of force over time: of so many, so few within a run are a slip of units
 BENDING = Range(1e-40, 1e40)  # N m2
 # Ratio of impedances, and of travel times, of two pieces of one body: their waves meet to rounding.
 SEGMENTS_APART = 1e12
@@ -87,6 +91,35 @@ def odd_speeds(scene: Scene) -> Iterator[str]:
             yield (
                 f"bodies.{name}.material: the wave speed is {odd[0]:.4g} m/s, and that of solids lies between "
                 f"{SOLID.least:g} and {SOLID.most:g} m/s; is a unit missing, as in '210 GPa'?"
+            )
+
+
+def odd_loads(scene: Scene) -> Iterator[str]:
+    """Give a sentence for each table of an end force of whose many samples the run reaches only the first."""
+    for name, body in scene.bodies.items():
+        for x, load in body.loads:
+            if load.lines(scene.duration) is None:  # no table
+                continue
+            times = load.sampled(scene.duration).times
+            reached = int(np.count_nonzero(times <= scene.duration))
+            if reached < FEW_SAMPLES and len(times) >= MANY_SAMPLES:
+                yield (
+                    f"bodies.{name}.ends: the table of the force at x = {x:g} m has {len(times)} samples up to "
+                    f"{times[-1]:.4g} s, and the run of {scene.duration:.4g} s reaches {reached} of them; are its "
+                    "times in another unit? Name it in the heading of the column, as in 'time [ms]'"
+                )
+
+
+def odd_laws(scene: Scene, laws: Mapping[str, object]) -> Iterator[str]:
+    """Give a sentence for each group of soil links whose quake is longer than that of any soil."""
+    said: set[str] = set()
+    for contact in scene.contacts:
+        quake, named = getattr(laws[contact.name], "quake", 0.0), contact.group or contact.name
+        if quake > MAX_QUAKE and named not in said:
+            said.add(named)
+            yield (
+                f"{named}: the quake is {quake:.4g} m, and those of soils are below {MAX_QUAKE:g} m; is a unit "
+                "missing, as in '2.5 mm'?"
             )
 
 

@@ -163,6 +163,26 @@ def test_the_method_of_the_scene_is_chosen(pages, browser):
     assert browser.execute_script("return document.getElementById('diagram').toDataURL()") != before
 
 
+def test_a_reference_without_fields_is_not_the_first_picture(browser, tmp_path):
+    """A comparison against a converged run began with an empty diagram, "no fields kept by this run"."""
+    beam = "{kind: beam, length: 0.4, section: {width: 0.02, height: 0.01}, ends: {left: pinned, right: pinned}, "
+    (tmp_path / "beam.yaml").write_text(
+        "schema_version: 1\n"
+        f"bodies: {{ball: {{kind: mass, mass: 0.03, velocity: 1}}, beam: {beam}material: steel}}}}\n"
+        "contacts: [{between: [ball, beam.at(0.2)], law: {kind: hertz, stiffness: 1.0e10}}]\n"
+        "solve: {duration: 0.2 ms, model: {kind: modal, elements: 40, modes: 10}, integrator: {kind: newmark}, "
+        "step: {points_per_period: 20}}\n"
+        "methods: {midpoint: {solve.integrator: {kind: midpoint}}}\n",
+        encoding="utf-8",
+    )
+    written = CliRunner().invoke(app, ["compare", str(tmp_path / "beam.yaml"), "--out", str(tmp_path / "out")])
+    assert written.exit_code == 0, written.stderr
+    show(browser, tmp_path / "out" / "index.html")
+    choice = browser.find_element(By.ID, "method")
+    assert "converged" in choice.text
+    assert choice.find_element(By.CSS_SELECTOR, "option:checked").text == "base"
+
+
 def test_zoom_is_the_same_in_all_plots_and_has_buttons(pages, browser):
     show(browser, pages["compared"])
     browser.find_element(By.ID, "closer").click()

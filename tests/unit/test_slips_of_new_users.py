@@ -1,0 +1,102 @@
+"""Slips of a first use: units, names and directions that run but cannot be meant, and pages of their results."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab import drilling, hopkinson
+from impactlab.errors import CaseError, PluginError
+from impactlab.metrics.collisions import MAX_PAIRS, agreement_texts
+from impactlab.report.signals import panels
+from impactlab.report.style import Trace
+
+CASES = Path(__file__).parents[2] / "cases"
+
+
+def test_a_table_in_milliseconds_without_a_unit_has_a_hint(tmp_path) -> None:
+    text = (CASES / "measured_head.yaml").read_text()
+    table = (CASES / "measured_head.csv").read_text()
+    (tmp_path / "case.yaml").write_text(text)
+    (tmp_path / "measured_head.csv").write_text(table)
+    assert il.load_case(tmp_path / "case.yaml").hints == ()
+    (tmp_path / "measured_head.csv").write_text(re.sub(r" \[[^]]*\]", "", table, count=3))
+    (hint,) = il.load_case(tmp_path / "case.yaml").hints
+    assert "2001 samples up to 100 s" in hint
+    assert "reaches 3 of them" in hint
+    assert "time [ms]" in hint
+
+
+def test_a_quake_of_metres_has_one_hint_for_all_pieces() -> None:
+    case = il.load_case("smith_pile")
+    assert case.hints == ()
+    (hint,) = case.with_("contacts.2.law", quake=2.5).hints
+    assert hint.startswith("shaft: the quake is 2.5 m")
+
+
+def test_an_integrator_in_place_of_a_law_is_named_as_one() -> None:
+    with pytest.raises((CaseError, PluginError), match="it is an integrator"):
+        il.load_case("axial_impact").with_("contacts.0.law", kind="moreau_jean")
+
+
+def test_a_bundled_case_with_its_ending_is_found_in_the_remedy(tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(CaseError) as error:
+        il.load_case("drill_rod.yaml")
+    assert "'drill_rod', without its ending" in str(error.value)
+
+
+def test_a_hammer_that_moves_away_is_named_and_not_the_duration_alone() -> None:
+    away = il.load_case("drill_rod").with_settings({"bodies.hammer.velocity": "-10 m/s"})
+    with pytest.warns(il.DoubtfulResult, match="'hammer', meets no body"):
+        assert drilling.blow(away).work == 0.0
+
+
+@pytest.mark.parametrize("slip", [{"density": 8.0}, {"wave_speed": 5.0}])
+def test_a_bar_in_other_units_is_unusual(slip) -> None:
+    with pytest.warns(il.UnusualValue, match="those of solids lie between"):
+        hopkinson.Bar(**({"diameter": "20 mm", "wave_speed": 5000.0, "density": 8000.0} | slip))
+
+
+@pytest.mark.parametrize(("wave_speed", "density"), [(5000.0, 7850.0), (1700.0, 1190.0), (1400.0, 1140.0)])
+def test_bars_of_steel_and_polymers_are_usual(wave_speed, density) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        hopkinson.Bar(diameter="20 mm", wave_speed=wave_speed, density=density)
+
+
+def test_many_pairs_that_agree_are_one_line() -> None:
+    pairs = [{"resolved": True, "impulses_within": 1e-5 * i, "text": f"pair {i}"} for i in range(20)]
+    pairs += [{"resolved": False, "impulses_within": None, "text": "a|b: methods disagree"}]
+    texts = agreement_texts(pairs)
+    assert len(texts) == MAX_PAIRS + 2
+    assert texts[-2].startswith(f"{20 - MAX_PAIRS} more pairs of bodies: methods agree")
+    assert "within 0.019 %" in texts[-2]
+    assert texts[-1] == "a|b: methods disagree"
+
+
+def test_signals_of_a_mechanism_are_its_angles_and_the_moment_of_its_drive() -> None:
+    case = il.load_case("slider_crank").with_settings({"solve.duration": "0.2 ms"})
+    shown = panels([Trace("base", il.run(case), "blue")], case.scene(), compared=False)
+    found = {panel.title: (panel.unit, [line.name for line in panel.lines]) for panel in shown}
+    assert found["Angle"] == ("rad", ["crank", "rod"])
+    assert found["Moment of the drive, crank"] == ("N·m", ["crank"])
+    assert all(np.all(np.isfinite(line.values)) for panel in shown for line in panel.lines)
+
+
+def test_a_match_is_shown_with_units_and_without_arrays() -> None:
+    from impactlab.fits.result import Fitted
+    from impactlab.piling.match import Match
+
+    capacity = Fitted("capacity", 1.5e6, 1.4e6, 1.6e6, "N")
+    damping = Fitted("toe.damping", 0.5, 0.4, 0.6, "s/m")
+    velocity = np.array([0.0, 2.0])
+    match = Match(capacity, (damping,), None, None, velocity, velocity, velocity, None)
+    assert repr(match) == (
+        "<Match of 2 samples, mismatch 0 %: capacity 1.5 MN (1.4 to 1.6 MN), toe.damping 0.5 s/m (0.4 to 0.6)>"
+    )
