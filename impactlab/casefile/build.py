@@ -83,9 +83,10 @@ def _bodies(case: CaseBlock, contacts: tuple[Contact, ...], parts: Mapping[str, 
     bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
     chains = {label: mechanism_body(case, label, marks_of(case, label)) for label in chains_of(case)}
     bodies = {**bodies, **chains, **parts}
-    for body in bodies.values():
-        if body.elastic is not None and body.name in case.bodies:
-            check_rest(case, body.elastic, gravity_of(case))
+    elastic = [body.elastic for body in bodies.values() if body.elastic is not None and body.name in case.bodies]
+    gravity = gravity_of(case) if elastic else 0.0
+    for body in elastic:
+        check_rest(case, body, gravity)
     return bodies
 
 

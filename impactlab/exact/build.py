@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -43,22 +45,31 @@ class Drawing(NamedTuple):
     pairs: list[tuple[int, int]]  # nodes of each contact
 
 
-def cuts(rod: WaveBody, scene: Scene) -> list[float]:
-    """Return the places [m] of the nodes of a rod: ends, boundaries where the section changes, inner contact points."""
+def cuts(rod: WaveBody, touched: Sequence[float]) -> list[float]:
+    """Return the places [m] of the nodes of a rod: ends, boundaries where the section changes, inner contact points.
+
+    ``touched`` are the places of its contacts [m].
+    """
     places, end = [0.0], 0.0
     for number, segment in enumerate(rod.segments, start=1):
         end += segment.length
         if number == len(rod.segments) or not segment.continues_in(rod.segments[number]):  # else nothing is reflected
             places.append(end)
-    for contact in scene.contacts:
-        for point in (contact.left, contact.right):
-            if point.body == rod.name and 0.0 < point.x < rod.length:
-                places.append(point.x)
+    places.extend(x for x in touched if 0.0 < x < rod.length)
     merged: list[float] = []
     for x in sorted(places):
         if not merged or x - merged[-1] > SAME_CUT * rod.length:
             merged.append(x)
     return merged
+
+
+def places_of_contacts(scene: Scene) -> dict[str, list[float]]:
+    """Return the places [m] of the contacts of each body that has any."""
+    touched: dict[str, list[float]] = {}
+    for contact in scene.contacts:
+        for point in (contact.left, contact.right):
+            touched.setdefault(point.body, []).append(point.x)
+    return touched
 
 
 def end_node(end: End, velocity: float, displacement: float) -> Node:
@@ -75,10 +86,11 @@ def draw(scene: Scene) -> Drawing:
     drawing = Drawing([], {}, [], [], [])
     nodes, members = drawing.nodes, drawing.members
     places: dict[str, list[float]] = {}
+    touched = places_of_contacts(scene)
     for name, any_body in scene.in_order.items():
         body, first = any_body.waves, len(nodes)
         if body is not None:
-            x = places[name] = cuts(body, scene)
+            x = places[name] = cuts(body, touched.get(name, ()))
             shape = [0.0] * len(x) if body.displacement is None else [float(u) for u in body.displacement(np.array(x))]
             nodes.append(end_node(body.left, body.velocity, shape[0]))
             nodes.extend(Node(0.0, u=u) for u in shape[1:-1])
@@ -104,21 +116,31 @@ def draw(scene: Scene) -> Drawing:
 
 def junctions(count: int, pairs: list[tuple[int, int]]) -> Ints:
     """Return the junction of every node: nodes linked by contacts share one."""
-    label = list(range(count))
+    parent = list(range(count))
+
+    def first_of(node: int) -> int:
+        while parent[node] != node:
+            parent[node] = parent[parent[node]]
+            node = parent[node]
+        return node
+
     for a, b in pairs:
-        old, new = label[b], label[a]
-        label = [new if value == old else value for value in label]
+        parent[first_of(b)] = first_of(a)
+    label = [first_of(node) for node in range(count)]
     known = {value: i for i, value in enumerate(dict.fromkeys(label))}
     return np.array([known[value] for value in label], np.int64)
 
 
 def force_scales(drawing: Drawing, pairs: list[tuple[int, int]], bonds: list[Bond], z: list[float]) -> list[float]:
     """Return the impedance of the rods at each contact, the scale of its force, from that of each end [N s/m]."""
-    scales = []
+    scales, at_node = [], [0.0] * len(drawing.nodes)
+    for node, impedance in zip(drawing.end_nodes, z, strict=True):
+        at_node[node] += impedance
+    contacts_at = Counter(node for pair in pairs for node in set(pair))
     for pair, bond in zip(pairs, bonds, strict=True):
-        sides = [sum(z[e] for e, n in enumerate(drawing.end_nodes) if n == node) for node in pair]
+        sides = [at_node[node] for node in pair]
         # The force of a face with other contacts follows from theirs, too.
-        alone = bond.face is not None and sum(pair[bond.face] in other for other in pairs) == 1
+        alone = bond.face is not None and contacts_at[pair[bond.face]] == 1
         scale = sides[bond.face] if bond.face is not None and alone else max(sides)
         scales.append(scale if scale > 0.0 else bond.rigid_scale(*(drawing.nodes[node].mass for node in pair)))
     return scales

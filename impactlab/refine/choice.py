@@ -11,7 +11,7 @@ from impactlab.errors import CaseError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.choice import Candidate, Choice, Ladder
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
-from impactlab.refine import out_of_reach, search
+from impactlab.refine import out_of_reach, probe_differences, search
 from impactlab.refine.convergence import Level, Study
 from impactlab.refine.ladder import candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.level_errors import allowed
@@ -77,6 +77,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     rungs = Ladder(partial(_ladder, tried, others, description.seconds(level.fineness), why if studies else ""))
     choosing = clock.perf_counter() - began - level.run_s
     add_warnings(history)
+    history.warnings.extend(probe_differences.warnings(study, level))
     history.choice = Choice(
         tolerance=allowed(method),
         method=history.method,

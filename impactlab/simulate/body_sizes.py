@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from impactlab.errors import CaseError
 from impactlab.integrators.base import AbstractAdaptive
 from impactlab.models.base import AbstractRodModel
@@ -21,17 +23,22 @@ MAX_BEAM_MODES = 5000  # analytic ones, 0.15 ms each to find
 
 def check_bodies(scene: Scene, method: Method) -> None:
     """Raise `CaseError` where bodies in coordinates are too large, before any is built."""
-    ports = [point.body for contact in scene.contacts for point in (contact.left, contact.right)]
+    ports = Counter(point.body for contact in scene.contacts for point in (contact.left, contact.right))
     adaptive = isinstance(method.integrator, AbstractAdaptive)
-    total = 0.0
+    total, largest, count_of_bodies, named, field = 0.0, 0.0, 0, "", ""
     for body, model in modelled(scene, method):
-        count, numbers, text = _described(body, model, ports.count(body.name))
+        count, numbers, text = _described(body, model, ports[body.name])
         if adaptive:
             numbers += 3.0 * (2.0 * count) ** 2
             text += " under an adaptive integrator, whose matrices are full,"
         total += numbers
-        if not fits(total):
-            check_memory(total, f"{text} of '{body.name}'", f"solve.model{_field(model)}", "Give fewer.")
+        count_of_bodies += numbers > 0.0
+        if numbers > largest:
+            largest, named, field = numbers, f"{text} of '{body.name}'", _field(model)
+    if not fits(total):
+        if count_of_bodies > 1:
+            named = f"{count_of_bodies} bodies in coordinates, the largest with {named},"
+        check_memory(total, named, f"solve.model{field}", "Give fewer.")
 
 
 def _described(body: ElasticBody, model: AbstractRodModel, ports: int) -> tuple[float, float, str]:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from impactlab.exact.build import cuts
+from impactlab.exact.build import cuts, places_of_contacts
 from impactlab.exact.contact_kinds import balanced, massless
 from impactlab.exact.network import Layout, Log
 from impactlab.numerics.layout import record
@@ -152,7 +152,7 @@ def _starts(scene: Scene) -> tuple[dict[str, int], int]:
 def pattern_of(scene: Scene, layout: Layout, log: Log, counted: str, in_round_trips: bool) -> Pattern:
     """Return the pattern of a scene with its network; ``counted`` is the rod whose round trip counts."""
     starts, first_contact = _starts(scene)
-    order = list(scene.in_order)
+    order, touched = list(scene.in_order), places_of_contacts(scene)
     moving = [name for name, body in scene.bodies.items() if body.moves]
     node, nodes = columns(NodePattern, len(log.nodes))
     body_taken, bodies = columns(BodyPattern, len(order))
@@ -168,7 +168,7 @@ def pattern_of(scene: Scene, layout: Layout, log: Log, counted: str, in_round_tr
         }
         row |= {"held": body.is_held, "falls": body.falls, "first": first, "first_link": len(link_rows)}
         if (rod := body.waves) is not None:
-            places = cuts(rod, scene)
+            places = cuts(rod, touched.get(name, ()))
             row |= {"first_segment": first + len(OF_END), "segments": len(rod.segments)}
             row |= {"first_cut": len(cut_codes), "cuts": len(places)}
             for link in layout.links[name]:
