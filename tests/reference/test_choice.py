@@ -25,7 +25,16 @@ from impactlab.exact.solve import solve as solve_exactly
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine import beam_families, descriptions, level_errors, reference, search, suitable, trial
+from impactlab.refine import (
+    beam_families,
+    converged_reference,
+    descriptions,
+    level_errors,
+    reference,
+    search,
+    suitable,
+    trial,
+)
 from impactlab.refine.contact_times import rise_time
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
 from impactlab.refine.distances import counted, difference
@@ -69,7 +78,7 @@ def struck(
 def measured(history, scene):
     """The largest relative error of displacements and impulse, and what the reference itself may be off."""
     judge = reference.find(*scene.but(tolerance=None), budget=0.4)
-    found = [getattr(metrics, name)(history, judge.history, scene.scene) for name in reference.CONVERGED_BY]
+    found = [getattr(metrics, name)(history, judge.history, scene.scene) for name in converged_reference.CONVERGED_BY]
     return max(value for value in found if value is not None), judge.uncertainty
 
 

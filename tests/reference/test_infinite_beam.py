@@ -15,6 +15,7 @@ from scipy.linalg import solve_banded
 from scipy.special import erfcx
 
 import impactlab as il
+from impactlab.casefile.endless import BEND_STEPS, CURVATURE
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.dispersive_identification import DispersiveIdentification
@@ -362,7 +363,9 @@ def test_a_beam_that_is_bent_at_an_infinite_end_is_refused(shape: str, quantity:
         endless_beam(shape)
     found = re.search(rf"a {quantity} of (\S+) N.* at t = 0 at its infinite end \(left\)", str(caught.value))
     assert found is not None
-    assert float(found[1]) == pytest.approx(value, rel=1e-3)
+    # Differences over 0.004 m of a deflection of 1 m are rounded, each of six to half a last digit.
+    rounding = EI * sum(map(abs, CURVATURE)) * 2.0**-53 / BEND_STEPS[0] ** 2 if shape.endswith("+ 1") else 0.0
+    assert float(found[1]) == pytest.approx(value, rel=1e-3, abs=rounding)
     assert caught.value.path == "bodies.beam.displacement"
 
 
