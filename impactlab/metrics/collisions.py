@@ -51,7 +51,7 @@ class Collision:
     striker: str  # the rigid body, else the one that moved at the start
     approach_speed: float | None  # m/s
     exit_speed: float | None  # m/s, positive when they part
-    restitution: float | None  # exit over approach speed; None without an approach, or if others touch the striker
+    restitution: float | None  # exit over approach speed; None without an approach, or if others have a part in it
     energy_lost: float | None  # J, by the striker
     energy_given: float | None  # J, to the other body
 
@@ -127,12 +127,16 @@ def _collision(
     striker, other = _roles(scene, pair)
     sign = 1.0 if striker == pair[0] else -1.0  # the left body approaches with a positive velocity
     before = float(np.nextafter(start, -1.0))
-    approach = _difference([_speed(scene, history, name, before, given_to[name]) for name in (striker, other)], sign)
+    speeds = [_speed(scene, history, name, before, given_to[name]) for name in (striker, other)]
+    approach = _difference(speeds, sign)
     leaves = _difference([_speed(scene, history, name, until, given_to[name]) for name in (other, striker)], sign)
     lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     fastest = scene.fastest
     meets = approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
     meets = meets and not _others_touch(scene, history, striker, pair, start, until)
+    # A third body that still drives the other one into the striker makes the approach: its speed is that of an instant.
+    driven = None not in speeds and abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
+    meets = meets and not (driven and _others_touch(scene, history, other, pair, before, start))
     return Collision(
         bodies="|".join(pair),
         sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),

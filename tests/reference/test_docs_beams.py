@@ -8,8 +8,10 @@ import re
 import numpy as np
 import pytest
 
+import impactlab as il
 from studies.beams import bases, dispersive, first_force, scenes
 from studies.pages import DOCS
+from tests.cases.support import case_of
 
 PAGE = (DOCS / "beams-first-force.md").read_text(encoding="utf-8")
 
@@ -124,3 +126,13 @@ def test_the_velocities_after_a_kick_are_a_peak_that_narrows() -> None:
     assert widths[1] / widths[2] == pytest.approx(2.0, abs=0.1)
     # With few modes all of the beam moves at once.
     assert bases.kick(5).reach > 0.9
+
+
+def test_ten_and_twenty_modes_give_the_peak_of_a_hertzian_contact_as_told() -> None:
+    """0.05 % and 0.006 %, on the page and in the case: the middle is moved by five of the modes, and by ten."""
+    page = (DOCS / "beams.md").read_text(encoding="utf-8")
+    ten, twenty = map(float, re.findall(r"ten modes give its peak to ([\d.]+) % and twenty to ([\d.]+) %", page)[0])
+    for modes, told in ((10, ten), (20, twenty)):
+        (contact,) = il.run(case_of("sphere_on_beam").with_("solve.model", modes=modes)).contacts
+        assert contact.peak_force is not None
+        assert 100.0 * (contact.peak_force / 4.9771401 - 1.0) == pytest.approx(told, rel=0.1)

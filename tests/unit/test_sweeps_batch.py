@@ -289,6 +289,27 @@ def test_a_striker_that_touches_a_third_body_meanwhile_has_no_restitution_and_is
     assert np.isfinite(found["restitution"].values[1, 1, 1])
 
 
+def test_a_striker_met_by_a_driven_body_has_no_restitution_and_is_a_batch(small):
+    """The rod drives the mass at its other end; with a gap of 0.1 mm the hammer has left the rod by then."""
+    bodies = {
+        "hammer": il.Mass("1 kg", velocity="1 m/s"),
+        "rod": il.Rod(length="0.3 m", area="9 cm^2", material="steel"),
+        "end": il.Mass("0.2 kg"),
+    }
+    hard = {"kind": "wave_identification"}
+    contacts = [il.Contact("hammer", "rod.left", hard, gap="0.1 mm"), il.Contact("rod.right", "end", hard)]
+    solve = {"duration": {"round_trips": 4}, "model": {"kind": "continuous"}}
+    case = il.Case(bodies=bodies, contacts=contacts, solve=solve)
+    over = {"contacts.1.gap": ["0 mm", "0.1 mm"], "bodies.end.mass": [0.1, 0.2]}
+    found = il.sweep(case, over, quantities=["restitution"])
+    assert engines(found) == {"batch"}
+    values = found["restitution"].sel(pair="rod|end").values
+    assert np.isnan(values[0]).all()
+    assert np.isfinite(values[1]).all()
+    whole = il.run(case.with_settings({"contacts.1.gap": "0.1 mm", "bodies.end.mass": 0.1}))
+    assert values[1, 0] == pytest.approx(quantities.restitution(whole.scene, whole)["rod|end"], rel=1e-12)
+
+
 def test_a_batch_that_differs_from_a_run_is_told(small, monkeypatch, caplog):
     @quantities.quantity("N s", quantities.CONTACT)
     def impulse(_scene: Scene, _history: Any) -> dict[str, float]:

@@ -143,7 +143,8 @@ def speed(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, 
 def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, count: int) -> float:
     """Return the apparent restitution of the first collision of a pair of bodies; NaN for none.
 
-    A striker that touches a third body meanwhile has none, as in `impactlab.metrics.collisions`.
+    A striker that touches a third body meanwhile has none, nor one that a driven body meets, as in
+    `impactlab.metrics.collisions`.
     """
     left, right = q.pairs[pair].left, q.pairs[pair].right
     longest, fastest = 0.0, 0.0
@@ -167,17 +168,27 @@ def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, c
     striker, other, sign = left, right, 1.0
     if rank(q, p, left) < rank(q, p, right):
         striker, other, sign = right, left, -1.0
-    for k in range(count):
-        of = q.contacts[int(spans[k, CONTACT])]
-        third = of.pair != pair and (of.left_body == striker or of.right_body == striker)
-        if third and spans[k, START] < until and spans[k, STOP] > start:
-            return np.nan
+    if others_touch(q, pair, striker, start, until, spans, count):
+        return np.nan
     before = np.nextafter(start, -1.0)
-    approach = speed(m, q, p, striker, before, spans, count)
-    approach = sign * (approach - speed(m, q, p, other, before, spans, count))
+    approach, driven = speed(m, q, p, striker, before, spans, count), speed(m, q, p, other, before, spans, count)
+    if abs(driven) > abs(approach) and others_touch(q, pair, other, before, start, spans, count):
+        return np.nan
+    approach = sign * (approach - driven)
     leaves = speed(m, q, p, other, until, spans, count)
     leaves = sign * (leaves - speed(m, q, p, striker, until, spans, count))
     return leaves / approach if approach > MIN_APPROACH * max(fastest, abs(leaves)) else np.nan
+
+
+@EXACT_PART
+def others_touch(q: Pattern, pair: int, b: int, start: float, end: float, spans: Array, count: int) -> bool:
+    """Return whether contacts of other pairs touch a body in a time."""
+    for k in range(count):
+        of = q.contacts[int(spans[k, CONTACT])]
+        third = of.pair != pair and (of.left_body == b or of.right_body == b)
+        if third and spans[k, START] < end and spans[k, STOP] > start:
+            return True
+    return False
 
 
 @EXACT_PART
