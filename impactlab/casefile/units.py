@@ -63,7 +63,8 @@ def to_si(text: str, unit: str) -> float:
     ValueError
         If the text is not a number with a unit of that dimension; the message lists the allowed forms.
     """
-    match = _PATTERN.fullmatch(text.strip()) if len(text) <= MAX_LENGTH else None
+    written = text.strip().replace("²", "^2").replace("³", "^3")
+    match = _PATTERN.fullmatch(written) if len(text) <= MAX_LENGTH else None
     if not takes_texts(unit):
         why = ", without unit" if unit == "1" else f" in {unit}, whose n is another option"
         raise ValueError(f"{shown(text)} is not a number. Allowed: a plain number{why}")

@@ -23,6 +23,8 @@ from impactlab.casefile.units import to_si
         ("9 cm^2", "m2", 9e-4),
         ("9 cm2", "m2", 9e-4),
         ("9 cm**2", "m2", 9e-4),
+        ("9cm²", "m2", 9e-4),
+        ("7.9 g/cm³", "kg/m3", 7900.0),
         ("7.9 g/cm^3", "kg/m3", 7900.0),
         ("1 kN/mm", "N/m", 1e6),
         ("2 N s/m", "N s/m", 2.0),
