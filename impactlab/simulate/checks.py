@@ -250,9 +250,10 @@ def returned_by_dampers(history: AbstractHistory) -> float:
     A scheme that overshoots the velocities of damped modes takes energy from the formula of its dampers: their balance
     then holds, and the motion does not.
     """
-    booked = [history.energy.booked[name] for name in ("damping", "ends") if name in history.energy.booked]
-    fallen = sum(float(np.max(np.maximum.accumulate(each) - each, initial=0.0)) for each in booked)
-    return fallen / reference_energy(history)
+    booked = (history.energy.booked.get(name) for name in ("damping", "ends"))
+    damped = [each for each in booked if each is not None and each.any()]
+    fallen = sum(float(np.max(np.maximum.accumulate(each) - each)) for each in damped)
+    return fallen / reference_energy(history) if damped else 0.0
 
 
 def reference_energy(history: AbstractHistory) -> float:
