@@ -213,7 +213,11 @@ def _rods(bodies: Mapping[str, Any]) -> set[str]:
 
 def _check_total(key: str, count: int) -> None:
     if count > MAX_REPEAT:
-        raise CaseError(f"{count} {key} in all. Allowed: up to {MAX_REPEAT}", remedy="Give a smaller number.", path=key)
+        raise CaseError(
+            f"{count} {key} in all. Allowed: up to {MAX_REPEAT}",
+            remedy=f"Give fewer {key}: a smaller repeat, or fewer blocks.",
+            path=key,
+        )
 
 
 def _check_values(count: int, key: str) -> None:
