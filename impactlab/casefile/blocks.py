@@ -6,8 +6,9 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from impactlab.casefile.faults import refuse
 from impactlab.casefile.formula import Formula
 from impactlab.casefile.loads import load_values
 from impactlab.casefile.materials import NAMED
@@ -15,13 +16,26 @@ from impactlab.casefile.repeat import MAX_REPEAT
 from impactlab.casefile.values import SHAPE, Allowed, quantity
 from impactlab.scene.bodies import ElasticBody, End, Profile, Rayleigh, Table
 
+LEAST_SPEED = 1e-100  # m/s: the energies and forces of a smaller one have no digits left
+
+
+def _least_speed(velocity: float) -> float:
+    """Return a velocity, or refuse one whose energy is too small for a float."""
+    if 0.0 < abs(velocity) < LEAST_SPEED:
+        raise refuse(
+            f"{velocity:g} m/s is out of range: its energy is too small for a float. "
+            f"Allowed: 0, or a speed of at least {LEAST_SPEED:g} m/s"
+        )
+    return velocity
+
+
 Length = Annotated[float, quantity("m", gt=0.0)]
 Area = Annotated[float, quantity("m2", gt=0.0)]
 Inertia = Annotated[float, quantity("m4", gt=0.0)]
 Modulus = Annotated[float, quantity("Pa", gt=0.0)]
 Density = Annotated[float, quantity("kg/m3", gt=0.0)]
 MassValue = Annotated[float, quantity("kg", gt=0.0)]
-Velocity = Annotated[float, quantity("m/s")]
+Velocity = Annotated[float, quantity("m/s"), AfterValidator(_least_speed)]
 Place = Annotated[float, quantity("m")]
 Time = Annotated[float, quantity("s", gt=0.0)]
 Instant = Annotated[float, quantity("s", ge=0.0)]

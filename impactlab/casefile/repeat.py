@@ -214,7 +214,9 @@ def _rods(bodies: Mapping[str, Any]) -> set[str]:
 def _check_total(key: str, count: int) -> None:
     if count > MAX_REPEAT:
         raise CaseError(
-            f"{count} {key} in all. Allowed: up to {MAX_REPEAT}", remedy="Give smaller repeat counts.", path=key
+            f"{count} {key} in all. Allowed: up to {MAX_REPEAT}",
+            remedy=f"Give fewer {key}: a smaller repeat, or fewer blocks.",
+            path=key,
         )
 
 

@@ -21,6 +21,8 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _PATTERN = re.compile(
     rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)\s*({_TERM}(?:\s*[*/·]\s*{_TERM}|\s+{_TERM}){{0,5}})"
 )
+_RAISED = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")  # as in cm²
+_LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _POWER = re.compile(r"([A-Za-zµμ])(?:\^|\*\*)?(-?[1-9])")
 
 
@@ -63,8 +65,8 @@ def to_si(text: str, unit: str) -> float:
     ValueError
         If the text is not a number with a unit of that dimension; the message lists the allowed forms.
     """
-    written = text.strip().replace("²", "^2").replace("³", "^3")
-    match = _PATTERN.fullmatch(written) if len(text) <= MAX_LENGTH else None
+    plain = _RAISED.sub(lambda raised: "^" + raised[0].translate(_LOWERED), text.strip())
+    match = _PATTERN.fullmatch(plain) if len(text) <= MAX_LENGTH else None
     if not takes_texts(unit):
         why = ", without unit" if unit == "1" else f" in {unit}, whose n is another option"
         raise ValueError(f"{shown(text)} is not a number. Allowed: a plain number{why}")

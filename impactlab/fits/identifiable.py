@@ -18,6 +18,7 @@ MIN_SINGULAR = 5.0e-5  # of the largest singular value: derivatives by differenc
 MIN_EFFECT = 1.0e-4  # of the spread, by a change of a logarithm by 1: an unknown with less has no effect
 MIN_COLUMN = 1.0e-7  # of the longest column of derivatives: a shorter one is rounding of runs over a step of 1e-6
 NO_EFFECT = 1.0e-30  # singular value of a direction without an effect, in place of 0
+MAX_LOGARITHM = 700.0  # of a float
 MIN_PART = 0.02  # of a unit direction: parameters with less do not take part in it
 MAX_POWERS = ((8, 2), (11, 1))  # parameters, and the largest power that is tried for so many
 
@@ -164,8 +165,13 @@ def products(found: Seen, paths: Sequence[str], values: Sequence[float], reach: 
         half = reach * math.sqrt(float(whole @ found.known @ whole))
         text = named(row.tolist(), [names[place] for place in places])
         by_path = {paths[place]: power for place, power in zip(places.tolist(), row.tolist(), strict=True) if power}
-        made.append(Product(text, by_path, math.exp(middle), math.exp(middle - half), math.exp(middle + half)))
+        made.append(Product(text, by_path, *map(exponential, (middle, middle - half, middle + half))))
     return made
+
+
+def exponential(x: float) -> float:
+    """Return exp(x), infinite where it is beyond any float: the end of an interval of what is hardly known."""
+    return math.exp(x) if x < MAX_LOGARITHM else math.inf
 
 
 def undetermined(found: Seen, paths: Sequence[str], made: Sequence[Product]) -> list[str]:

@@ -11,7 +11,7 @@ from scipy.special import chdtrc, stdtrit  # as in scipy.stats, which takes half
 
 from impactlab.fits.bootstrap import Bootstrap, bootstrap
 from impactlab.fits.edges import Closings, change
-from impactlab.fits.identifiable import Seen, products, seen, short_names, undetermined, with_effects
+from impactlab.fits.identifiable import Seen, exponential, products, seen, short_names, undetermined, with_effects
 from impactlab.fits.loss import Loss, from_median
 from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
@@ -25,7 +25,6 @@ HUBER = 1.345  # of the noise: residuals beyond count linearly
 ABOVE_NOISE = 1.0e-3  # probability of residuals as large as that under the given noise
 MIN_SPREAD = 1.0e-7  # of the scale of a signal: smaller residuals are rounding of runs, not noise
 RESTARTS = 3  # from a better solution that a profile has found
-MAX_LOGARITHM = 700.0  # of a float
 AT_BOUND = 1.0e-6  # of the distance between the bounds
 
 
@@ -59,7 +58,7 @@ def _neighbours(parts: Sequence[Array]) -> float:
 def _natural(each: Unknown, scaled: float) -> float:
     """Return the value in SI of a scaled unknown, which may lie outside its bounds or be infinite."""
     if each.is_positive:
-        return each.start * math.exp(scaled) if scaled < MAX_LOGARITHM else math.inf
+        return each.start * exponential(scaled)
     return scaled * each.scale
 
 

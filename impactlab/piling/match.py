@@ -16,6 +16,7 @@ from impactlab.casefile import Case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.fits.correlation import correlations
+from impactlab.fits.identifiable import exponential
 from impactlab.fits.intervals import Options, fit_with_intervals
 from impactlab.fits.model import AbstractMeans
 from impactlab.fits.problem import Experiment, Problem
@@ -209,9 +210,11 @@ def _capacity(fit: Fit, numbers: Sequence[Numbers]) -> Fitted:
     sizes = np.sqrt(np.diag(fit.covariance))
     with np.errstate(all="ignore"):
         reaches = np.log([each.upper / each.value for each in fit.parameters]) / sizes
-    reach = float(np.max(reaches[np.isfinite(reaches)], initial=0.0))
-    size = reach * math.sqrt(max(0.0, float(shares @ fit.covariance @ shares)))
-    ends = total * math.exp(-size), total * math.exp(size)
+    variance, known = max(0.0, float(shares @ fit.covariance @ shares)), reaches[np.isfinite(reaches)]
+    size = 0.0
+    if variance > 0.0:
+        size = float(np.max(known)) * math.sqrt(variance) if len(known) else math.inf  # where nothing is determined
+    ends = total * exponential(-size), total * exponential(size)
     return Fitted("capacity", total, *ends, "N", intervals={"jacobian": ends})
 
 

@@ -25,6 +25,7 @@ from impactlab.casefile.units import to_si
         ("9 cm**2", "m2", 9e-4),
         ("9cm²", "m2", 9e-4),
         ("7.9 g/cm³", "kg/m3", 7900.0),
+        ("3 m·s⁻¹", "m/s", 3.0),
         ("7.9 g/cm^3", "kg/m3", 7900.0),
         ("1 kN/mm", "N/m", 1e6),
         ("2 N s/m", "N s/m", 2.0),
@@ -43,6 +44,7 @@ def test_numbers_with_units(text, unit, value):
     [
         "0,3 m", "9**9**9", "9**9**9 m", "9 m**9**9", "9 m^99999", "(3 m)", "3 m + 2 m", "3*4 m", "m", "", "3", "3 m;",
         "__import__('os')", "3 __m", "nan m", "inf m", "1e9999 m", "0x3 m", "3 " + "m" * 100, "3 m\n4 m", "٣ m",
+        "10² m", "3 m^²", "3 m⁹⁹⁹", "3 m⁻", "² m",
     ],
 )  # fmt: skip
 def test_all_else_is_refused_and_no_large_power_is_computed(text, monkeypatch):

@@ -111,6 +111,15 @@ def test_a_match_names_signals_whose_units_do_not_fit() -> None:
         match(case, given["time"], given["force"], given["velocity"], ["toe.capacity"])
 
 
+def test_a_capacity_that_no_signal_determines_has_no_narrow_interval() -> None:
+    """A force in kN leaves the pile at rest: the interval of the capacity had no width."""
+    given = recorded(force=lambda f: 1e-3 * f)
+    case = il.load_case("measured_head").with_("solve.model.elements", 10)
+    with pytest.warns(UnusualValue):
+        found = match(case, given["time"], given["force"], given["velocity"], ["toe.capacity"])
+    assert (found.capacity.lower, found.capacity.upper) == (0.0, np.inf)
+
+
 def test_a_match_refuses_times_in_milliseconds() -> None:
     """It warned of them, and went on with runs of a thousand times the length, for minutes."""
     given = recorded(time=lambda t: 1e3 * t)

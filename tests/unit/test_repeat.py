@@ -260,6 +260,12 @@ def test_a_block_that_cannot_be_repeated_is_refused(changes: dict[str, Any], pat
     assert refused.value.remedy
 
 
+def test_too_many_bodies_are_refused_with_what_to_make_fewer() -> None:
+    with pytest.raises(CaseError) as refused:
+        made(bodies={**BEADS, "bead": {**BEADS["bead"], "repeat": MAX_REPEAT}})
+    assert refused.value.remedy == "Give fewer bodies: a smaller repeat, or fewer blocks."
+
+
 def test_one_fault_of_many_blocks_is_one() -> None:
     with pytest.raises(CaseError, match=r"\(at i = 1\) \(and in 3 more made from this block\)") as refused:
         made(bodies={**BEADS, "bead": {**BEADS["bead"], "mass": -1.0}})
