@@ -16,6 +16,7 @@ from impactlab.numerics.compiling import plain
 from impactlab.simulate.checks import SMALLER_STEP
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.end_loads import ON_GRID
 from impactlab.simulate.stepping.event_times import TOUCH_TOL, close_time, open_time
 from impactlab.simulate.stepping.flat_arrays import dashpots
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
@@ -142,7 +143,8 @@ class PlainLoop:
     def push_ends(self) -> None:
         """Add the response to each force over time on an end.
 
-        The force is its mean over the step, or over as long about the end of it where the scheme takes forces.
+        The force is its mean over the step, or over as long about the end of it where the scheme takes forces; where
+        the only sample lies there, it is the value of that sample.
         """
         memory, names = self.assembly.memory, list(self.plan.built)
         for load in self.assembly.loads:
@@ -154,6 +156,9 @@ class PlainLoop:
             breaks = np.array([begin, *times[(times > begin) & (times < end)], end])
             at = np.interp(breaks, times, forces)  # straight lines between
             force = float(np.sum(0.5 * (at[1:] + at[:-1]) * np.diff(breaks)) / (end - begin))
+            instant = self.time + load.point * self.dt
+            if load.point != 0.5 and breaks.size == 3 and abs(breaks[1] - instant) <= ON_GRID * self.dt:
+                force = float(at[1])
             self.state[self.parts[name]] += force * self.plan.steppers[name].force_response[load.place]
 
     def start_of_step(self) -> None:

@@ -7,6 +7,8 @@ from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.simulate.stepping.influence import row_times_state
 from impactlab.types import Array
 
+ON_GRID = 1e-6  # of a step, by which a sample may lie beside an instant
+
 
 @PART
 def force_at(times: Array, forces: Array, piece: int, t: float) -> float:
@@ -20,12 +22,21 @@ def force_at(times: Array, forces: Array, piece: int, t: float) -> float:
 
 
 @PART
+def bends_there_alone(times: Array, piece: int, end: float, instant: float, dt: float) -> bool:
+    """Return whether one sample lies between the start of a piece's range and ``end`` [s], and lies at an instant."""
+    first = piece + 1
+    one = first < times.size and times[first] < end and not (first + 1 < times.size and times[first + 1] < end)
+    return one and abs(times[first] - instant) <= ON_GRID * dt
+
+
+@PART
 def force_over(times: Array, forces: Array, piece: int, start: float, dt: float, point: float) -> float:
     """Return the force of a load in a step [N]: its exact mean over the step, or over as long about an instant.
 
     The instant is the start of the step (point 0) or its end (1), where some schemes take forces: a value there alone
-    would miss what begins and ends between two of them. ``piece`` is that of the start of the step; straight lines
-    stand between samples.
+    would miss what begins and ends between two of them. Where the only sample lies at the instant, it is the value
+    there: so samples on the grid of the steps keep their impulse, and are not smoothed. ``piece`` is that of the start
+    of the step; straight lines stand between samples.
     """
     low = start if point == 0.5 else start + (point - 0.5) * dt
     end, total = low + dt, 0.0
@@ -33,6 +44,8 @@ def force_over(times: Array, forces: Array, piece: int, start: float, dt: float,
         piece -= 1
     while piece < times.size - 1 and times[piece + 1] <= low:
         piece += 1
+    if point != 0.5 and bends_there_alone(times, piece, end, start + point * dt, dt):
+        return force_at(times, forces, piece, start + point * dt)
     begin = low
     while True:
         last = piece == times.size - 1 or times[piece + 1] >= end
