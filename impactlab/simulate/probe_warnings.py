@@ -16,9 +16,8 @@ from impactlab.simulate.stepping.preparation import BuiltBody, left_out_per_forc
 from impactlab.types import Quantity
 
 MISSING_WARN = 0.1  # of the static force at a probe per force of a load
-MIN_MISSING = (
-    1e-4  # of the same: less is rounding, or the error of the mesh, where the true value is 0 as at a free end
-)
+# Of the same: less is rounding, or the error of the mesh, where the true value is 0 as at a free end.
+MIN_MISSING = 1e-4
 
 
 def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:

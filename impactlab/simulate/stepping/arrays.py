@@ -280,9 +280,7 @@ class StepArrays(NamedTuple):
     scratch: Array  # (4,)
     pieces: Ints  # addresses of the pieces of the loop that few scenes need, in the order below; see `unfilled`
     order: Ints  # (n_contacts,) place of each contact in the linear system, in which coupled ones stand close together
-    system: (
-        Array  # (2 n_contacts, width + 2) banded linear system of coupled contacts: see `solve_banded`; empty for one
-    )
+    system: Array  # (2 n_contacts, width + 2) banded, of coupled contacts: see `solve_banded`; empty for one
     other_state: Array  # values exchanged as a contact of a body with phases opens or closes: empty without phases,
     #                      else one array after the other in the shapes of parameters, momentum, jump, responses,
     #                      row_value, left_out
