@@ -15,6 +15,7 @@ from impactlab.exact.cost import Begun
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, copied, grown
 from impactlab.exact.thinned import ThinnedHistory, Thinner
+from impactlab.history.energy import LEAST_ENERGY
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import COMPILED
 from impactlab.scene.method import Method, Simulation
@@ -158,7 +159,7 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
     book = history.balanced if isinstance(history, ContinuousHistory) else history.energy
     given = max(float(np.abs(book.total[0])), float(np.abs(book.work).max()))
     error = float(np.max(np.abs(book.balance)))
-    if not error <= BALANCE_TOL * (given or float(np.abs(book.total).max())):
+    if not error <= BALANCE_TOL * max(given or float(np.abs(book.total).max()), LEAST_ENERGY):
         raise StepError(
             "the exact solution lost its digits: its energy does not balance",
             time=history.duration,

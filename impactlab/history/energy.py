@@ -19,6 +19,7 @@ class CarriedEnergy(NamedTuple):
     work: Array  # (n,) J, of loads on the common motion
 
 
+LEAST_ENERGY = 1e-290  # J: shares of a smaller one have no digits, as its parts are no normal floats
 DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: a smaller difference of such energies is rounding
 
 
@@ -89,8 +90,8 @@ class EnergyBook:
 
     @cached_property
     def scale(self) -> float:
-        """`at_stake`; 1 J if that is zero [J]: gains and losses are shares of it."""
-        return self.at_stake or 1.0
+        """`at_stake`; 1 J if a float cannot resolve shares of that [J]: gains and losses are shares of it."""
+        return self.at_stake if self.at_stake > LEAST_ENERGY else 1.0
 
     @cached_property
     def final_error(self) -> float:

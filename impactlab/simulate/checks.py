@@ -9,6 +9,7 @@ import numpy as np
 
 from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.history.energy import LEAST_ENERGY
 from impactlab.history.frame import frames, in_frame, touched_in
 from impactlab.history.unmet import never_met
 from impactlab.mechanisms.model import MechanismModel, Turned
@@ -263,7 +264,8 @@ def reference_energy(history: AbstractHistory) -> float:
     mass.
     """
     book = history.energy
-    return book.at_stake or float(np.abs(book.total).max()) or 1.0
+    found = book.at_stake or float(np.abs(book.total).max())
+    return found if found > LEAST_ENERGY else 1.0
 
 
 def check_momentum(

@@ -396,13 +396,13 @@ def test_a_contact_may_be_named_in_a_path():
         both.with_("contacts.cushion.gap", 1e-5)
 
 
-@pytest.mark.parametrize("velocity", [1e-300, -1e-101])
-def test_a_speed_whose_energy_underflows_is_refused(velocity: float) -> None:
+@pytest.mark.parametrize("velocity", [1e-300, -1e-291])
+def test_a_speed_whose_displacements_underflow_is_refused(velocity: float) -> None:
     """A hammer of 1e-300 m/s ran to its end, with other events than one of 1 m/s."""
-    with pytest.raises(CaseError, match="Allowed: 0, or a speed of at least 1e-100 m/s"):
+    with pytest.raises(CaseError, match="Allowed: 0, or a speed of at least 1e-290 m/s"):
         load_case("axial_impact").with_("bodies.hammer.velocity", velocity)
 
 
-@pytest.mark.parametrize("velocity", [0.0, 1e-100, -1e-100])
+@pytest.mark.parametrize("velocity", [0.0, 1e-290, -1e-200])
 def test_small_speeds_and_rest_are_allowed(velocity: float) -> None:
     assert load_case("axial_impact").with_("bodies.hammer.velocity", velocity).scene()

@@ -266,4 +266,4 @@ def balance(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, grou
         if m.contacts[c].damping > 0.0:
             error += contact_loss(m, c, t)
     scale = at_stake(m, q, p, spans, count, start, work, group)
-    return (error - work) / (scale if scale > 0.0 else 1.0)
+    return (error - work) / (scale if scale > 1e-290 else 1.0)  # as `LEAST_ENERGY` of `EnergyBook`
