@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,8 @@ settings.register_profile(
 )
 settings.load_profile("impactlab")
 os.environ.setdefault("IMPACTLAB_COMPILERS", "1")  # the workers of the tests compile side by side already
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell sets it for what it starts with &
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # processes that tests interrupt would ignore it, too
 ALL_SLOW = re.compile(r"^pytestmark = .*\bmark\.slow\b", re.MULTILINE)
 
 
