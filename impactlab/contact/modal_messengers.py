@@ -35,6 +35,7 @@ class ModalMessengers(AbstractContactLaw):
     """
 
     needs = frozenset({Level.VELOCITY})
+    silent_apart = True
     citations = ("EscalonaMayoDominguez1999",)
     hard = True
     fixed_step = True

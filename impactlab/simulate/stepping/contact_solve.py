@@ -242,6 +242,21 @@ def size_of(m: StepArrays, number: int, dt: float) -> float:
     return float(size)
 
 
+@INLINE
+def skipped(m: StepArrays, number: int) -> bool:
+    """Return whether a contact stays apart in a step, so that its law need not be asked; its last reply was zero."""
+    contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
+    contact.skipped = 0
+    if contact.silent_apart == 0 or contact.coupled != 1:
+        return False
+    port, before = m.ports[number], contact.apart
+    gap = contact.initial_gap + port.offset
+    apart = port.in_contact == 0.0 and gap + right.u - left.u > 0.0 and gap + right.free_u - left.free_u > 0.0
+    contact.apart = 1 if apart else 0
+    contact.skipped = contact.apart * before
+    return contact.skipped != 0
+
+
 @PART
 def solve_several(m: StepArrays, time: float, dt: float) -> None:
     """Evaluate the laws until their coupled replies agree; in `scratch` whether they do, and no law failed."""
@@ -257,6 +272,8 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
         for place in range(n_contacts):
             number = n_contacts - 1 - place if backwards else place
             contact, reply = m.contacts[number], m.replies[number]
+            if (sweep == 0 and skipped(m, number)) or contact.skipped != 0:
+                continue
             if sweep == since or (contact.coupled > 1 and neighbour_changed(m, number, sweep)):
                 evaluate(m, number, time, dt)
                 evaluated = evaluated and reply.failed == 0.0
@@ -294,6 +311,8 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
         call(m.pieces[SOLVE_SEVERAL], m, time, dt)
         return bool(m.scratch[0] != 0.0)
     if len(m.contacts) == 0:
+        return True
+    if skipped(m, 0):
         return True
     contact, reply, left, right = m.contacts[0], m.replies[0], m.faces[0], m.faces[1]
     contact.before = contact.force

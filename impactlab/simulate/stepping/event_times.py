@@ -61,6 +61,8 @@ def write_events(m: StepArrays, time: float, dt: float) -> None:
     lost = 0.0
     for number in range(len(m.contacts)):
         contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
+        if contact.skipped != 0:
+            continue
         was_closed, is_closed = port.in_contact > 0.0, reply.in_contact > 0.0
         if contact.dates != 0:
             # Faces may meet and part within one step, which then holds the whole contact.

@@ -34,10 +34,10 @@ class LawContract:
         rod = SideFacts("rod", z, c, PIECE.area, stiffness, PIECE.length, mass, 0.0, 0.4 / z)
         return hammer, rod._replace(left_out=0.5 / stiffness)
 
-    def port(self, random: np.random.Generator, opened: bool = False) -> Port:
-        """Return a port with random motions.
+    def port(self, random: np.random.Generator, opened: bool = False, apart: bool = False) -> Port:
+        """Return a port with random motions, of faces far away if ``opened``, just apart at both ends if ``apart``.
 
-        The force of its scheme acts at the start or in the middle of the step.
+        The force of its scheme acts at the start, in the middle or at the end of the step.
         """
         left, right = self.sides()
         start = type(self.part).begin(self.part, left, right, self.dt)
@@ -45,7 +45,7 @@ class LawContract:
         port.time, port.dt = 0.0, self.dt
         load_point = float(random.choice([0.0, 0.5, 1.0]))
         port.jump_in_force = 1.0 if load_point == 0.0 else float(random.integers(0, 2))
-        port.in_contact = 0.0 if opened else float(random.integers(0, 2))
+        port.in_contact = 0.0 if opened or apart else float(random.integers(0, 2))
         for side, facts in ((port.left, left), (port.right, right)):
             side.displacement, side.velocity = random.normal(0.0, 1e-7), random.normal(0.0, 1.0)
             side.velocity_per_force = facts.velocity_per_force
@@ -56,6 +56,9 @@ class LawContract:
         away = 1e-3 if opened else 0.0
         port.gap = away + port.right.displacement - port.left.displacement
         port.free_gap = away + port.right.free_displacement - port.left.free_displacement
+        if apart:
+            away = max(0.0, -port.gap, -port.free_gap) + 10.0 ** random.uniform(-15.0, -6.0)
+            port.gap, port.free_gap = port.gap + away, port.free_gap + away
         port.gap_rate = port.right.velocity - port.left.velocity
         port.free_gap_rate = port.right.free_velocity - port.left.free_velocity
         port.gap_per_force = port.left.displacement_per_force + port.right.displacement_per_force
@@ -108,6 +111,7 @@ class LawContract:
             kind.holds_position,
             kind.two_sided,
             kind.moves_faces,
+            kind.silent_apart,
         ):
             assert isinstance(fact, bool)
         assert kind.gains_energy >= 0.0
@@ -217,3 +221,22 @@ class ContactLawContract(LawContract):
         for _ in range(PORTS):
             reply = self.reply_to(self.port(random, opened=True))
             assert reply.force == reply.impulse == reply.stored == reply.dissipated == reply.in_contact == 0.0
+
+    def test_apart_it_is_silent_if_it_says_so(self) -> None:
+        """After any contact and one step that begins and ends apart: in the next such step no run asks it."""
+        if not self.part.silent_apart:
+            return
+        random = np.random.default_rng(12)
+        for _ in range(PORTS):
+            memory, reply = [*self.port(random).memory], Reply()
+            for apart in (False, False, True, True):
+                port = self.port(random, apart=apart)
+                port.memory[:] = memory
+                reply = self.reply_to(port)
+                memory, known = [*reply.memory], memory
+            acting = (reply.force, reply.impulse, reply.projection, reply.push)
+            assert acting == (0.0, 0.0, 0.0, 0.0), "apart, it presses"
+            booked = (reply.stored, reply.dissipated, reply.unresolved, reply.offset)
+            assert booked == (0.0, 0.0, 0.0, 0.0), "apart, it books or moves something"
+            assert reply.in_contact == reply.failed == 0.0
+            assert memory == known, "apart, its memory changes"
