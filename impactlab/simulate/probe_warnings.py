@@ -25,7 +25,7 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
 
     Modes of a free end have no force there, however many are kept, and those of an inner point no jump. Elements at a
     node without mass have the strain of a node that nothing presses. An element of a beam that is struck between its
-    nodes has one shear force, where there should be two.
+    nodes has one shear force, where there should be two: `with_nodes_at` says where a mesh has no node at a contact.
     """
     for name, body in scene.elastic.items():
         model = _pressed(built[name])

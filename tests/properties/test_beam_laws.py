@@ -29,7 +29,8 @@ SEGMENTS = {"euler_bernoulli": STEEL, "timoshenko": sheared(STEEL)}
 METHODS = {
     "finite_element, newmark": (FiniteElement(24), Newmark(), 2e-7),
     "finite_element, midpoint": (FiniteElement(17), Midpoint(), 2e-7),
-    "lumped, central_difference": (FiniteElement(24, "lumped"), CentralDifference(), 1e-7),
+    # A quarter of the stable step of equal elements: a contact may halve one.
+    "lumped, central_difference": (FiniteElement(24, "lumped"), CentralDifference(), 5e-8),
     "modal": (Modal(24, 20), ExactModal(), 2e-7),
     "analytic": (Modal(None, 20), ExactModal(), 2e-7),
     "craig_bampton": (Modal(24, 20, basis=CraigBampton()), ExactModal(), 2e-7),
@@ -77,8 +78,8 @@ def test_free_beam_and_sphere_keep_momentum_and_angular_momentum(theory, method,
     beam = traced.velocities("beam") @ np.array(rows).T
     given_to = np.column_stack((sphere, at * sphere))
     total = beam + given_to
-    # A velocity is rounded once a step, over six hundred steps; a moment of momentum is that of coordinates whose rigid
-    # motions are exact to 1e-11.
+    # A velocity is rounded once a step, over two thousand steps at most; a moment of momentum is that of coordinates
+    # whose rigid motions are exact to 1e-11.
     assert np.abs(total - total[0]).max() < 1e-9 * np.abs(total[0]).max()
     assert np.abs(given_to - given_to[0]).max() > 0.1 * np.abs(given_to[0]).max()
 

@@ -24,6 +24,7 @@ PIECE = BeamSegment(
 CLAMPED, FREE, PINNED = End("clamped"), End("free"), End("pinned")
 ROD = Rod("body", (STEEL,), CLAMPED, FREE)
 BEAM = Beam("body", (PIECE,), PINNED, PINNED, theory="timoshenko")
+SLENDER = Beam("body", (dataclasses.replace(PIECE, shear_stiffness=np.inf, rotary_inertia=0.0),), PINNED, PINNED)
 STRUCK = (Face(PLACE, 0, 1.0),)
 MODELS = (FiniteElement(elements=7), FiniteElement(elements=7, mass="lumped"), FiniteElement(elements=3, order=4))
 
@@ -68,10 +69,40 @@ def test_a_contact_on_a_node_or_close_to_an_inner_border_leaves_the_others(x):
     assert with_nodes_at(rod, (Face(x, 0, 1.0),), 10) is rod
 
 
-def test_a_beam_that_does_not_shear_keeps_its_elements():
-    slender = dataclasses.replace(PIECE, shear_stiffness=np.inf, rotary_inertia=0.0)
-    beam = Beam("body", (slender,), PINNED, PINNED)
-    assert with_nodes_at(beam, STRUCK, 7) is beam
+@pytest.mark.parametrize("mass", ["consistent", "lumped"])
+@pytest.mark.parametrize("place", [0.05, 0.21, 0.3333, 0.5, 0.551])
+def test_internal_forces_beside_a_contact_on_a_beam_that_does_not_shear_are_those_of_statics(place, mass):
+    """Of the pinned beam under a unit force: the shear force jumps by it, the moment has its kink there."""
+    mesh = FiniteElement(elements=7, mass=mass).build_beam(SLENDER, 0.0, (Face(place, 0, 1.0),))
+    shape = mesh.static(mesh.row(place, "displacement"))
+    share = 1.0 - place / LENGTH
+    for x in (place - 0.01, place, place + 0.01):
+        shear, moment = share - (x >= place), share * x - max(0.0, x - place)
+        assert abs(mesh.row(x, "shear_force") @ shape) == pytest.approx(abs(shear), rel=1e-8)
+        assert abs(mesh.row(x, "bending_moment") @ shape) == pytest.approx(abs(moment), rel=1e-8)
+    assert len(mesh.lengths) == 7
+
+
+def test_elements_of_a_beam_that_does_not_shear_are_between_half_and_twice_as_long_as_alike():
+    """Explicit steps follow from the square of the shortest element."""
+    for place in np.linspace(0.0, LENGTH, 301)[1:-1].tolist():
+        lengths = FiniteElement(elements=7).build_beam(SLENDER, 0.0, (Face(place, 0, 1.0),)).lengths
+        assert len(lengths) == 7
+        assert lengths.min() > 0.5 * LENGTH / 7
+        assert lengths.max() < 1.5 * LENGTH / 7
+
+
+@pytest.mark.parametrize(
+    ("elements", "places"),
+    [
+        (6, (0.2, 0.5)),  # on nodes
+        (7, (0.4 * LENGTH / 7,)),  # within half an element of an end
+        (1, (PLACE,)),  # more pieces than elements
+        (12, tuple(0.03 * k for k in range(1, 11))),  # the rest of the beam would be left with two elements
+    ],
+)
+def test_a_beam_that_does_not_shear_keeps_its_elements(elements, places):
+    assert with_nodes_at(SLENDER, tuple(Face(x, 0, 1.0) for x in places), elements) is SLENDER
 
 
 @pytest.mark.parametrize(("model", "body"), [(FiniteElement(elements=6), ROD), (Modal(elements=6), ROD)])
