@@ -75,7 +75,7 @@ class AbstractRecordedHistory(AbstractHistory):
         self.warnings, self.cost = [], Cost()
         self.built = built
         self._slopes: dict[str, Array] = {}  # of forces that were read
-        self._rows: dict[tuple[str, Quantity], tuple[Array, Rows]] = {}  # of fields that were read
+        self._along: dict[tuple[str, Quantity, bool], Along] = {}  # of fields that were read: grid, places given last
         self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
 
     def __getstate__(self) -> dict[str, Any]:
@@ -163,15 +163,13 @@ class AbstractRecordedHistory(AbstractHistory):
             text = f"no snapshot at t = {t:.6g} s; snapshots: {_listed(times)}"
             raise ImpactlabError(text, remedy=ADD_IT, path="snapshots")
         read, factor = self.scene.bodies[body].reading(quantity)
-        places, rows = self._rows_at(body, read, x)
+        places, rows, delays = self._rows_at(body, read, x)
         values = rows.times(self._motion(number, body, read == "velocity"))
-        elastic = self.scene.bodies[body].elastic
-        delays = np.array([0.0 if elastic is None else elastic.retardation(float(x), read) for x in places])
-        if delays.any():
+        if delays is not None:
             values += delays * rows.times(self._motion(number, body, True))
         if read == "displacement":
             self._press(values, places, body, float(times[number]))
-        return Field(places, factor * values)
+        return Field(places.copy(), factor * values)
 
     def _press(self, values: Array, places: Array, body: str, time: float) -> None:
         """Set displacements at faces that a contact presses in beyond their coordinates: those of their channels.
@@ -197,15 +195,18 @@ class AbstractRecordedHistory(AbstractHistory):
         if body not in self.built:
             raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(self.built)}", remedy="Name one of these.")
 
-    def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> tuple[Array, Rows]:
-        """Return places and the rows of a quantity there; those of the body's own grid are kept."""
-        if x is not None:
-            places = places_on(self.scene.bodies[body], x)
-            return places, rows_of([self._row(body, float(place), read) for place in places])
-        if (body, read) not in self._rows:
-            places = self.built[body].model.grid()
-            self._rows[body, read] = places, rows_of([self._row(body, float(place), read) for place in places])
-        return self._rows[body, read]
+    def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> Along:
+        """Return places and the rows of a quantity there; those of the body's own grid, and of the last x, are kept."""
+        key, kept = (body, read, x is None), self._along.get((body, read, x is None))
+        if kept is not None and x is None:
+            return kept
+        places = self.built[body].model.grid() if x is None else places_on(self.scene.bodies[body], x)
+        if kept is None or not np.array_equal(places, kept.places):
+            rows = rows_of([self._row(body, float(place), read) for place in places])
+            elastic = self.scene.bodies[body].elastic
+            delays = np.array([0.0 if elastic is None else elastic.retardation(float(x), read) for x in places])
+            kept = self._along[key] = Along(places, rows, delays if delays.any() else None)
+        return kept
 
     def _row(self, body: str, x: float, read: Quantity) -> Array:
         """Return a row over the coordinates of a body, of one with phases over those open, then those closed."""
@@ -225,6 +226,14 @@ class Rows(NamedTuple):
     def times(self, motion: Array) -> Array:
         """Return the rows times the coordinates, shape (rows,)."""
         return np.asarray(np.bincount(self.row, self.value * motion[self.column], self.rows), float)
+
+
+class Along(NamedTuple):
+    """What a field of a quantity is read with."""
+
+    places: Array  # (n,) m
+    rows: Rows  # of the quantity at each place
+    delays: Array | None  # (n,) s, by which it follows its rate too (`Body.retardation`); None: nowhere
 
 
 def rows_of(dense: Sequence[Array]) -> Rows:

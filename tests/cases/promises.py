@@ -6,6 +6,7 @@ A new case belongs here: `test_every_case` asks for it, for the number in the te
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -95,6 +96,7 @@ def largest(channel: str) -> Reading:
     return lambda history: float(history.evaluate(np.linspace(0.0, history.duration, 20_001), channel).max())
 
 
+@lru_cache(maxsize=1)  # of one run several numbers are read
 def rest(history: AbstractHistory) -> Driven:
     """Return the motion for good and the residual forces of the blow of a run, solved again."""
     return drive(Simulation(history.scene, history.method), 1).blows[0]

@@ -286,12 +286,16 @@ def test_matching_is_not_caught_by_the_ringing_of_the_pile(on_160: il.Case, solv
 
 
 @pytest.mark.slow
-def test_matching_under_noise(on_160: il.Case, at_head: Head) -> None:
-    """2 % noise on the velocity, 20 seeds: the capacity within 1 % in all, within its 95 % interval in at least 17."""
-    start, inside = with_soil(on_160, 0.5), 0
+def test_matching_under_noise(on_160: il.Case) -> None:
+    """2 % noise on the velocity, 20 seeds: the capacity within 1 % in all, within its 95 % interval in at least 17.
+
+    On 40 elements: the noise is that of a sample, and with a quarter of the samples the same 1 % is asked of less.
+    """
+    case = on_160.with_("solve.model.elements", 40)
+    head, start, inside = blow(case).head, with_soil(case, 0.5), 0
     for seed in range(20):
-        noise = 0.02 * np.abs(at_head.velocity).max() * np.random.default_rng(seed).standard_normal(at_head.time.size)
-        found = match(start, at_head.time, at_head.force, at_head.velocity + noise, list(SOIL)).capacity
+        noise = 0.02 * np.abs(head.velocity).max() * np.random.default_rng(seed).standard_normal(head.time.size)
+        found = match(start, head.time, head.force, head.velocity + noise, list(SOIL)).capacity
         assert found.value == pytest.approx(1.5e6, rel=0.01)
         inside += found.lower <= 1.5e6 <= found.upper
     assert inside >= 17

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab.simulate import channels
 
 TIMES = (2.0e-5, 5.05e-5, 1.0e-4)
 PRESSED = (
@@ -54,3 +56,42 @@ def test_the_field_of_a_rod_holds_the_offset_of_its_massless_face(records: int) 
     for t in TIMES:
         known = float(history.evaluate(t, "displacement:b@0"))
         assert history.field("b", t, "displacement").values[0] == pytest.approx(known, rel=1e-12)
+
+
+def test_places_of_a_field_that_are_changed_leave_the_next_one_as_it_is() -> None:
+    """The places of a grid are kept by the run, and those of a field are the reader's own: here in millimetres."""
+    rod = il.Rod(length=1.0, diameter=0.02, material={"young": 2e11, "density": 7850.0, "viscosity": 1e6})
+    history = snapshots(rod, "b.left", {"kind": "finite_element", "elements": 60}, "addition_deletion")
+    for x in (None, np.linspace(0.0, 1.0, 7)):
+        first = history.field("b", TIMES[1], "stress", x)
+        wanted = first.x.copy(), first.values.copy()
+        first.x[:] *= 1e3
+        again = history.field("b", TIMES[1], "stress", x)
+        np.testing.assert_array_equal(again.x, wanted[0])
+        np.testing.assert_array_equal(again.values, wanted[1])
+
+
+def test_rows_of_places_given_again_are_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reader of many instants gives the same places each time; others and other quantities have rows of their own."""
+    rod = il.Rod(length=1.0, diameter=0.02, material={"young": 2e11, "density": 7850.0, "viscosity": 1e6})
+
+    def run() -> il.History:
+        return snapshots(rod, "b.left", {"kind": "finite_element", "elements": 60}, "addition_deletion")
+
+    history, made, rows_of = run(), list[int](), channels.rows_of
+
+    def counted(dense: Sequence[Any]) -> channels.Rows:
+        made.append(len(dense))
+        return rows_of(dense)
+
+    monkeypatch.setattr(channels, "rows_of", counted)
+    places, others = np.linspace(0.0, 1.0, 7), np.linspace(0.1, 1.0, 5)
+    for x in (places, others, places):
+        for quantity in ("stress", "velocity"):
+            alone = run().field("b", TIMES[1], quantity, x).values  # of a run that has read nothing before
+            np.testing.assert_array_equal(history.field("b", TIMES[1], quantity, x).values, alone)
+    made.clear()
+    for t in TIMES:
+        history.field("b", t, "stress", places)
+        history.field("b", t, "velocity", places.tolist())
+    assert not made

@@ -83,6 +83,8 @@ class ConstantMatrices(AbstractEquations):
         self._powers = np.zeros(self.powers)
 
     def at(self, time: float, p: Array, v: Array) -> tuple[Array, Array, Array]:
+        if self.n_dof == 0:  # walls alone
+            return p, v, self.load.copy()
         forces = self.load - self._stiffness @ p
         if self._damped:
             drag = self._damping @ v
