@@ -15,7 +15,7 @@ from impactlab import plugins
 from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, read_document
-from impactlab.casefile.edit import edited, numbered, plain, with_named, with_values
+from impactlab.casefile.edit import numbered, plain, with_named, with_set, with_values
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.limits import MAX_GIVEN, check_texts, check_tree
 from impactlab.casefile.loads import folder_of, with_tables
@@ -166,14 +166,9 @@ class Case:
         ``settings`` maps dotted paths to values, or gives pairs of the two; ``by`` is the option or function that gave
         them, for messages.
         """
-        document = self.document
-        for path, value in settings.items() if isinstance(settings, Mapping) else settings:
-            try:
-                document = edited(document, path, value, replace=False, by=by)
-            except ImpactlabError as error:
-                error.given_by = by
-                error.located(self.file, None)
-                raise
+        document = with_set(
+            self.document, settings.items() if isinstance(settings, Mapping) else settings, by, self.file
+        )
         variant = _make(self.name, self.file, document, self.registry)
         return variant._with(method_name=self.method_name, variant_name=self.variant_name, written=self.written)
 
@@ -246,7 +241,7 @@ class Case:
     def place(self, error: ImpactlabError) -> ImpactlabError:
         """Fill in file and line of an error that was raised later, and return it."""
         self.origins.led_back(error)
-        return _placed(error, self.file, self.document)
+        return placed(error, self.file, self.document)
 
     def _located(self, change: Any, *given: Any, **options: Any) -> Document:
         try:
@@ -286,10 +281,21 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
 
 
 def case_of(
-    name: str, file: str, document: Document, *, registry: plugins.Registry | None = None, method: str = "base"
+    name: str,
+    file: str,
+    document: Document,
+    *,
+    registry: plugins.Registry | None = None,
+    method: str = "base",
+    variant: str = "base",
+    written: Method | None = None,
 ) -> Case:
-    """Return the case in a document, with the name of its method; raises as `load_case`."""
-    return _make(name, file, document, registry or plugins.registry(), is_new=True)._with(method_name=method)
+    """Return the case in a document, with the names of its method and variant; raises as `load_case`.
+
+    ``written`` is the method of the case as written, where the document stands under another.
+    """
+    made = _make(name, file, document, registry or plugins.registry(), is_new=True)
+    return made._with(method_name=method, variant_name=variant, written=written)
 
 
 def expect_case(given: object, function: str) -> None:
@@ -314,7 +320,8 @@ def given_by(document: Document, path: str) -> str:
     return ""
 
 
-def _placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabError:
+def placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabError:
+    """Fill in file, line and the option that gave the value, of an error and those found with it; return it."""
     for each in (error, *error.others):
         kind = (*each.path.split(".")[:-1], "kind")
         if each.text.startswith("this key is missing") and kind in document.given and not each.file:
@@ -383,7 +390,7 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry, 
             checked, built = _checked_and_built(name, file, data, registry)
     except ImpactlabError as error:
         origins.led_back(error)
-        _placed(error, file, document)
+        placed(error, file, document)
         raise
     fields = {"name": name, "file": file, "document": document, "registry": registry, "checked": checked}
     case = object.__new__(Case)

@@ -17,7 +17,7 @@ from impactlab.casefile.repeat import block_of, count_of
 from impactlab.casefile.samples import Samples
 from impactlab.casefile.schema import CHOSEN, SolveBlock
 from impactlab.casefile.words import closest, listed, shown
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, ImpactlabError
 
 
 def edited(
@@ -252,6 +252,18 @@ def with_values(document: Document, block: str, name: str, values: Mapping[str, 
         if path.partition(".")[0] in ("methods", "variants", "schema_version"):
             raise CaseError(f"a {block[:-1]} cannot change {shown(path)}", remedy="Remove it.", path=f"{block}.{name}")
         document = edited(document, path, value, replace=True, origin=(block, name, path))
+    return document
+
+
+def with_set(document: Document, settings: Iterable[tuple[str, Any]], by: str, file: str) -> Document:
+    """Return the document with values set from outside, in order; ``by`` is the option or function that gave them."""
+    for path, value in settings:
+        try:
+            document = edited(document, path, value, replace=False, by=by)
+        except ImpactlabError as error:
+            error.given_by = by
+            error.located(file, None)
+            raise
     return document
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from impactlab.bench.report import write as bench_report
     from impactlab.casefile import edit, jsonschema, starter
     from impactlab.casefile import listing as listings
+    from impactlab.casefile import settings as settings_of
     from impactlab.history import base as histories
     from impactlab.history import sampling
     from impactlab.refine import reference_record
@@ -51,6 +52,7 @@ else:
     registries = lazy("impactlab.plugins")
     run_report = lazy("impactlab.report.run_report")
     sampling = lazy("impactlab.history.sampling")
+    settings_of = lazy("impactlab.casefile.settings")
     stability_report = lazy("impactlab.bench.report.stability")
     starter = lazy("impactlab.casefile.starter")
     sweeps = lazy("impactlab.sweeps")
@@ -85,6 +87,7 @@ __all__ = [
     "registries",
     "run_report",
     "sampling",
+    "settings_of",
     "stability_report",
     "starter",
     "sweeps",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from impactlab.cli.lazy_modules import casefile, edit, starter
+from impactlab.cli.lazy_modules import casefile, edit, settings_of, starter
 from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
@@ -103,25 +103,25 @@ def load(
 def _loaded(
     file: Path, sets: list[str] | None, method: str | None, variant: str | None, metrics: list[str] | None
 ) -> Case:
-    loaded = casefile.load_case(found(file))
-    if variant is not None:
-        loaded = loaded.variant(variant)
-    if method is not None:
-        loaded = loaded.method(method)
     if sets:
-        settings = edit.in_order([edit.read_setting(setting) for setting in sets], loaded.document.data)
-        _tell_of_tolerance(loaded, settings)
-        loaded = loaded.with_settings(settings, by="--set")
+        settings = [edit.read_setting(setting) for setting in sets]
+        loaded, tolerance = settings_of.load_with_settings(
+            found(file), settings, variant=variant or "base", method=method or "base"
+        )
+        _tell_of_tolerance(tolerance, settings)
+    else:
+        loaded = casefile.load_case(found(file))
+        loaded = loaded if variant is None else loaded.variant(variant)
+        loaded = loaded if method is None else loaded.method(method)
     if metrics:
         loaded = loaded.with_settings([("metrics", [*loaded.checked.metrics, *metrics])], by="--metric")
     return loaded
 
 
-def _tell_of_tolerance(case: Case, settings: list[tuple[str, Any]]) -> None:
+def _tell_of_tolerance(tolerance: Any, settings: list[tuple[str, Any]]) -> None:
     """Say which setting takes the place of the tolerance of a case: from then on no error is bounded."""
-    tolerance = case.checked.solve.tolerance
     by = next((path for path, value in settings if edit.replaces_tolerance(path, value)), "")
-    if tolerance is not None and by and all(path != "solve.tolerance" for path, _ in settings):
+    if isinstance(tolerance, float) and by and all(path != "solve.tolerance" for path, _ in settings):
         print(
             f"note: --set {by} takes the place of solve.tolerance {tolerance:g}: what is not given of model, "
             "integrator, step and laws has its default, and no error is bounded",

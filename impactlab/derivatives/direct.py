@@ -81,7 +81,7 @@ class Direct:
     def _restitution(self) -> Labelled:
         found: Labelled = {}
         for each in collisions(self.scene, self.history):
-            if each.bodies in found or each.restitution is None or not each.approach_speed:
+            if each.bodies in found or each.restitution is None or each.end is None or not each.approach_speed:
                 found.setdefault(each.bodies, math.nan)
                 continue
             names = {span.contact for span in self.history.contacts if self._pair(span.contact) == each.bodies}
@@ -90,7 +90,7 @@ class Direct:
             left, right = each.bodies.split("|")
             other = right if each.striker == left else left
             sign = 1.0 if each.striker == left else -1.0
-            before, after = np.nextafter(each.start, -1.0), self.end if each.end is None else each.end
+            before, after = np.nextafter(each.start, -1.0), each.end
             moved = ends[0] if ends else self.of_end
             approach = sign * (self.speed(each.striker, before, starts[0]) - self.speed(other, before, starts[0]))
             leaves = sign * (self.speed(other, after, moved) - self.speed(each.striker, after, moved))

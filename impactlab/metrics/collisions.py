@@ -50,8 +50,9 @@ class Collision:
     longest_opening: float | None  # s, between sub-impacts
     striker: str  # the rigid body, else the one that moved at the start
     approach_speed: float | None  # m/s
-    exit_speed: float | None  # m/s, positive when they part
-    restitution: float | None  # exit over approach speed; None without an approach, or if others have a part in it
+    exit_speed: float | None  # m/s, positive when they part; while still closed that at the end of the run
+    restitution: float | None  # exit over approach speed; None without an approach, while still closed at the end of
+    # the run, or if others have a part in it
     energy_lost: float | None  # J, by the striker
     energy_given: float | None  # J, to the other body
 
@@ -132,7 +133,7 @@ def _collision(
     leaves = _difference([_speed(scene, history, name, until, given_to[name]) for name in (other, striker)], sign)
     lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     fastest = scene.fastest
-    meets = approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
+    meets = not closed and approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
     meets = meets and not _others_touch(scene, history, striker, pair, start, until)
     # A third body that still drives the other one into the striker makes the approach: its speed is that of an instant.
     driven = None not in speeds and abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
@@ -264,9 +265,9 @@ def sentence(each: Mapping[str, Any]) -> str:
     count = f"{each['sub_impacts']} sub-impact{'s' if each['sub_impacts'] != 1 else ''}"
     until = "on, still in contact" if closed else f"to {each['end']:.6g} s"
     parts = [f"{each['bodies']}: {count}, {each['start']:.6g} s {until}", f"impulse {each['impulse']:.6g} N s"]
-    if each["restitution"] is not None and not closed:
+    if each["restitution"] is not None:
         parts.append(f"apparent restitution {each['restitution']:.4g}")
-    if each["restitution"] is not None and each["energy_lost"] is not None and not closed:
+    if each["restitution"] is not None and each["energy_lost"] is not None:
         lost = each["energy_lost"]
         parts.append(f"{each['striker']} {'loses' if lost >= 0.0 else 'gains'} {abs(lost):.4g} J")
     if each["largest_gap"]:

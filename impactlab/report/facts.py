@@ -248,9 +248,9 @@ def collision(each: Mapping[str, Any]) -> str:
         f"{each['bodies']}: {count}, from {instant(each['start'])} {until}",
         f"impulse {si(each['impulse'], 'N·s')}",
     ]
-    if ended and each["restitution"] is not None:
+    if each["restitution"] is not None:
         parts.append(f"apparent restitution {each['restitution']:.4g}")
-    if ended and each["restitution"] is not None and each["energy_lost"] is not None:
+    if each["restitution"] is not None and each["energy_lost"] is not None:
         verb = "loses" if each["energy_lost"] >= 0.0 else "gains"
         parts.append(f"{each['striker']} {verb} {si(abs(each['energy_lost']), 'J')}")
     if (each["largest_gap"] or 0.0) > MIN_GAP:

@@ -116,14 +116,18 @@ def without_touch(history: AbstractRecordedHistory, contacts: Sequence[Contact])
 
 
 def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give a warning for each hard contact with a large overlap of its faces."""
-    scene, channels, found = history.scene, history.recorded, frames(history.scene, touched_in(history))
+    """Give a warning for each hard contact with a large overlap of its faces.
+
+    Faces that meet only in the part of the last step beyond the end of the run have not touched.
+    """
+    touched = touched_in(history)
+    scene, channels, found = history.scene, history.recorded, frames(history.scene, touched)
 
     def travel_of(name: str) -> float:
         return float(np.ptp(in_frame(found, name, channels[name].times, channels[name].values)))
 
     for contact in scene.contacts:
-        if not history.method.laws[contact.name].hard:
+        if not history.method.laws[contact.name].hard or contact.name not in touched:
             continue
         deepest = min(0.0, contact.gap) - float(channels[f"gap:{contact.name}"].values.min())
         travel = max(travel_of(name) for name in moving_faces(scene, contact.left, contact.right))

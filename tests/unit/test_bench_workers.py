@@ -220,3 +220,23 @@ def test_other_sources_than_those_of_the_bench_are_refused() -> None:
 
 def test_a_bench_of_no_job_starts_no_process() -> None:
     assert list(outcomes(pytest.fail, [], limit=1.0)) == []
+
+
+REFUSED = """\
+schema_version: 1
+bodies:
+  hammer: {kind: mass, mass: 1.0, velocity: 1.0}
+  rod: {kind: rod, length: 1.0, area: 1.0e-4, material: steel}
+contacts: [{between: [hammer, rod.left], law: {kind: addition_deletion}}]
+solve: {duration: 1.0e-5, model: {kind: finite_element, elements: 4}, integrator: {kind: exact_modal}}
+"""
+
+
+def test_a_bench_without_any_result_leaves_with_1(tmp_path: Path) -> None:
+    """It left with 0."""
+    file = tmp_path / "refused.yaml"
+    file.write_text(REFUSED, encoding="utf-8")
+    options = ["--methods", "own", "--no-timing", "--no-report", "--out", str(tmp_path / "out"), "--json"]
+    done = CliRunner().invoke(app, ["bench", str(file), *options])
+    assert done.exit_code == 1
+    assert [row["summary"]["status"] for row in json.loads(done.stdout)["rows"]] == ["refused"]

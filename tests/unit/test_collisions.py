@@ -6,6 +6,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import impactlab as il
@@ -262,6 +263,23 @@ def test_a_contact_that_is_closed_when_the_run_ends_says_that_its_values_are_tho
     text = summary_text(summarise("short", history.scene, history))
     assert "values so far" in next(line for line in text.splitlines() if line.startswith("  contact "))
     assert "0 s on, still in contact" in text
+
+
+@pytest.mark.parametrize("duration", ["0.1 ms", "0.2 ms"])
+def test_bodies_that_have_not_parted_have_no_restitution(duration: str) -> None:
+    """A run of 0.1 ms ended inside the contact, and the ratio of the speeds then, -0.17, was given for it."""
+    case = il.load_case("axial_impact").method("continuous").with_("solve.duration", duration)
+    (one,) = collisions(case.scene(), il.run(case))
+    points = il.sweep(case, {"bodies.hammer.mass": [2.133, 2.2]}, quantities=["restitution"])["restitution"].to_numpy()
+    found = il.sensitivities(case, ["bodies.hammer.mass"], ["restitution"]).find("restitution", "bodies.hammer.mass")
+    if duration == "0.1 ms":
+        assert (one.end, one.restitution) == (None, None)
+        assert np.isnan(points).all()
+        assert found.found == "withheld"
+    else:
+        assert one.restitution == pytest.approx(0.687618939800652, rel=1e-9)
+        assert points[0, 0] == pytest.approx(one.restitution, rel=1e-12)
+        assert found.reason == ""
 
 
 def test_impulses_agree_within_a_share_in_per_cent() -> None:

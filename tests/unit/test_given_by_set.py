@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab.casefile.edit import in_order, read_setting
+from impactlab.casefile.settings import load_with_settings
 from impactlab.cli import app
 from impactlab.errors import CaseError, ImpactlabError
 
@@ -233,3 +234,66 @@ def test_a_number_of_an_unknown_body_is_refused_by_the_name_of_the_body(words: l
     assert result.exit_code == 2
     assert "bodies.hamer.mass: the case has no body 'hamer'. Did you mean 'hammer'?" in result.output
     assert "Bodies of this case: hammer, rod." in result.output
+
+
+REPLACED = """\
+schema_version: 1
+bodies:
+  hammer: {kind: mass, mass: -2.133, velocity: 1.0}
+  rod: {kind: rod, length: 0.3, area: 9.0e-4, material: steel}
+contacts:
+  - {between: [hammer, rod.left], law: {kind: penalti, stiffness: 1.0e9}}
+solve: {duration: 1.0e-4, tolerance: 3}
+methods: {soft: {contacts.0.law: {kind: penalty, stiffness: 1.0e8}, solve.tolerance: null}}
+variants: {fast: {bodies.hammer.velocity: 2.0}}
+"""
+MASS, LAW = ("--set", "bodies.hammer.mass=2"), ("--set", "contacts.0.law.kind=addition_deletion")
+
+
+@pytest.fixture
+def replaced(tmp_path: Path) -> str:
+    """Return a case file with three faults, in values that the tests replace."""
+    file = tmp_path / "replaced.yaml"
+    file.write_text(REPLACED, encoding="utf-8")
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        (*MASS, *LAW, "--set", "solve.tolerance=1e-3"),
+        (*MASS, *LAW, "--set", "solve.tolerance=1e-3", "--variant", "fast"),
+        (*MASS, "--method", "soft"),
+        (*MASS, "--method", "soft", "--set", "contacts.0.law.stiffness=2e8", "--variant", "fast"),
+    ],
+    ids=["base", "variant", "method", "method and variant"],
+)
+def test_faults_of_values_that_are_replaced_are_no_faults(replaced: str, options: tuple[str, ...]) -> None:
+    """The file was refused before any value was put in place."""
+    answered = CliRunner().invoke(app, ["check", replaced, "--json", *options])
+    assert answered.exit_code == 0, answered.output
+    hammer = json.loads(answered.stdout)["resolved"]["bodies"]["hammer"]
+    assert hammer == {"kind": "mass", "mass": 2.0, "velocity": 2.0 if "fast" in options else 1.0}
+
+
+def test_faults_beside_replaced_values_are_refused_with_their_lines(replaced: str) -> None:
+    answered = CliRunner().invoke(app, ["check", replaced, *MASS])
+    assert answered.exit_code == 2
+    assert "replaced.yaml:6: contacts.0.law.kind: 'penalti' is not a contact law" in answered.stderr
+    assert "replaced.yaml:7: solve.tolerance: 3 is out of range" in answered.stderr
+    assert "bodies.hammer.mass" not in answered.stderr
+
+
+def test_a_method_of_a_faulty_block_of_methods_is_refused_by_the_fault(tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(REPLACED.replace("soft: {contacts.0.law:", "soft: 3, hard: {contacts.0.law:"), encoding="utf-8")
+    answered = CliRunner().invoke(app, ["check", str(file), *MASS, "--method", "soft"])
+    assert answered.exit_code == 2
+    assert "bad.yaml:8: methods.soft: " in answered.stderr
+
+
+def test_a_method_with_settings_is_measured_against_the_laws_as_written() -> None:
+    """Its own penalty must not be the reference of a method, where the law as written is a hard contact."""
+    case, _ = load_with_settings(AXIAL, [("bodies.hammer.mass", 2.0)], method="penalty")
+    assert case.written is not None
+    assert {type(law).__name__ for law in case.written.laws.values()} == {"WaveIdentification"}

@@ -532,6 +532,9 @@ def test_a_quantity_without_a_value_says_why_it_has_no_derivative(model):
     found = il.sensitivities(il.Case.from_dict(scene), [MASS], ["first_opening", "restitution", "impulse"])
     opening, meeting = found.find("first_opening", MASS), found.find("restitution", MASS, "other|hammer")
     assert (opening.reason, opening.found) == ("the contact does not open in this run", "withheld")
-    assert (meeting.reason, meeting.found) == ("no meeting of these two bodies alone is seen in this run", "withheld")
+    assert (meeting.reason, meeting.found) == (
+        "no meeting of these two bodies alone, up to their parting, is seen in this run",
+        "withheld",
+    )
     assert found.find("impulse", MASS).reason == ""
     assert "does not open" in str(found)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab import api
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.plugins import kind_of
 from impactlab.report.comparison import cell, comparison, table, table_rows
@@ -278,3 +279,30 @@ def test_a_stepped_delay_line_is_not_said_to_be_solved_from_event_to_event() -> 
     assert "stepping" not in exact["method"]
     assert dict(method_facts(exact))["integrator"] == "none: solved from event to event"
     assert dict(method_facts(exact))["model of rod"] == "continuous"
+
+
+def falling(duration: float, law: dict[str, Any], gravity: float) -> il.Case:
+    """Return a mass of 1 kg at 1 m/s before a wall, in steps of 0.03 s."""
+    return il.Case(
+        bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
+        contacts=[il.Contact("ball", "wall", law, gap=0.1 if gravity == 0.0 else 1.0)],
+        solve={"duration": duration, "step": {"dt": 0.03}},
+        gravity=gravity,
+    )
+
+
+def test_energy_and_work_end_with_the_run_and_not_with_its_last_step() -> None:
+    """The last step ends at 0.12 s; a run of 0.1 s gave 2.42 J, beside a speed of 2 m/s of 1 kg."""
+    case = falling(0.1, {"kind": "penalty", "stiffness": 1e4}, gravity=10.0)
+    summary = api.summarised(case, il.run(case))[0]
+    assert summary["final"]["bodies"]["ball"]["velocity"] == pytest.approx(2.0, rel=1e-12)
+    assert summary["energy"]["final"] == pytest.approx(2.0, abs=0.02)  # linear in the step
+    assert summary["energy"]["work"] == pytest.approx(summary["energy"]["final"] - 0.5, rel=1e-12)
+
+
+def test_faces_that_meet_after_the_end_of_the_run_have_not_touched() -> None:
+    """They meet in the part of the last step beyond 0.1 s; the check of overlaps divided by a travel of zero."""
+    case = falling(0.1, {"kind": "impulse_momentum", "restitution": 0.5}, gravity=0.0)
+    history = il.run(case)
+    assert not history.events
+    assert "overlap" not in {warned.code for warned in history.warnings}

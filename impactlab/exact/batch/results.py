@@ -143,8 +143,8 @@ def speed(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, 
 def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, count: int) -> float:
     """Return the apparent restitution of the first collision of a pair of bodies; NaN for none.
 
-    A striker that touches a third body meanwhile has none, nor one that a driven body meets, as in
-    `impactlab.metrics.collisions`.
+    Bodies that have not parted at the end of the run have none, nor has a striker that touches a third body meanwhile
+    or that a driven body meets, as in `impactlab.metrics.collisions`.
     """
     left, right = q.pairs[pair].left, q.pairs[pair].right
     longest, fastest = 0.0, 0.0
@@ -162,9 +162,8 @@ def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, c
         if start < 0.0:
             start = spans[k, START]
         until = max(until, spans[k, STOP])
-    if start < 0.0:
+    if start < 0.0 or until == np.inf:
         return np.nan
-    until = min(until, m.state[0].duration)
     striker, other, sign = left, right, 1.0
     if rank(q, p, left) < rank(q, p, right):
         striker, other, sign = right, left, -1.0

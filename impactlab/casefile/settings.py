@@ -1,0 +1,81 @@
+"""A case file under values given with ``--set``: these are put in place first, and only what then stands is checked."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from impactlab.casefile.case import Case, case_of, placed
+from impactlab.casefile.document import Document, read_document
+from impactlab.casefile.edit import in_order, with_named, with_set
+from impactlab.errors import ImpactlabError
+from impactlab.scene.method import Method
+from impactlab.wall_time import spent_on
+
+Setting = tuple[str, Any]
+
+
+def load_with_settings(
+    file: Path, settings: Sequence[Setting], *, variant: str = "base", method: str = "base", by: str = "--set"
+) -> tuple[Case, Any]:
+    """Return the case in a file, its variant and method chosen and values set, and the tolerance that it had before.
+
+    Parameters
+    ----------
+    file : Path
+        The case file.
+    settings : sequence of (path, value)
+        Dotted paths and their values, in any order.
+    variant, method : str
+        Names of a variant and a method of the case; ``base`` is the case as written.
+    by : str
+        The option that gave the values, for messages.
+
+    Raises
+    ------
+    CaseError, PairingError, PluginError
+        As `load_case`; not for values of the file that a setting replaces.
+    """
+    name, path = file.stem, str(file)
+    with spent_on("reading"):
+        document = read_document(file)
+    named = {"variants": variant, "methods": method}
+    for block, chosen in named.items():
+        if chosen != "base" and not _are_blocks(document.data.get(block, {})):
+            case_of(name, path, document)  # raises: the names of a faulty block cannot be known
+    scene = _named(path, document, "variants", variant)
+    solved = _named(path, scene, "methods", method)
+    case = case_of(
+        name,
+        path,
+        with_set(solved, in_order(settings, solved.data), by, path),
+        method=method,
+        variant=variant,
+        written=None if method == "base" else _written(name, path, scene, settings, by),
+    )
+    solve = solved.data.get("solve")
+    return case, solve.get("tolerance") if isinstance(solve, dict) else None
+
+
+def _are_blocks(named: Any) -> bool:
+    return isinstance(named, Mapping) and all(isinstance(values, Mapping) for values in named.values())
+
+
+def _named(path: str, document: Document, block: str, name: str) -> Document:
+    if name == "base":
+        return document
+    try:
+        return with_named(document, block, name, document.data.get(block, {}))
+    except ImpactlabError as error:
+        placed(error, path, document)
+        raise
+
+
+def _written(name: str, path: str, scene: Document, settings: Sequence[Setting], by: str) -> Method | None:
+    """Return the method of the case as written; with the settings where they replace a fault of it, None if neither."""
+    for change in ((), settings):
+        with contextlib.suppress(ImpactlabError):
+            return case_of(name, path, with_set(scene, in_order(change, scene.data), by, path)).built.method
+    return None
