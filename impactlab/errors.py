@@ -59,7 +59,9 @@ class ImpactlabError(Exception):
 
     def in_a_line(self) -> str:
         """Return place, fault and remedy, without the faults that were found with this one."""
-        return ". ".join(filter(None, (self._fault().rstrip("."), self.remedy.strip())))
+        fault, remedy = self._fault(), self.remedy.strip()
+        ended = fault if fault.endswith((".", "?")) or not remedy else f"{fault}."
+        return f"{ended} {remedy}".strip()
 
     def _fault(self) -> str:
         place = ""

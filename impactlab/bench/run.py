@@ -109,7 +109,8 @@ def bench(
         kept = {key: _kept(store, key, options) for key in jobs}
         records = {key: record for key, record in kept.items() if record is not None}
         missing = [job for key, job in jobs.items() if key not in records]
-        say(f"{len(found)} rows of {len({(c.case, c.variant) for c in found})} scenes: {len(missing)} runs to do")
+        scenes = len({(c.case, c.variant) for c in found})
+        say(f"{len(found)} rows of {scenes} scene{'' if scenes == 1 else 's'}: {len(missing)} runs to do")
         _find_references(store, missing, options, show)
         records |= _run(store, missing, options, show)
         times = _times(store, jobs, records, options, show, say)

@@ -32,7 +32,7 @@ from impactlab.lazy import above
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
-from impactlab.scene.ranges import odd_laws, odd_loads, odd_speeds
+from impactlab.scene.ranges import lone_bodies, odd_laws, odd_loads, odd_speeds
 from impactlab.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
@@ -211,7 +211,12 @@ class Case:
     def hints(self) -> tuple[str, ...]:
         """Values that may be slips, such as wrong wave speeds, a sentence each."""
         scene = self.scene()
-        return (*odd_speeds(scene), *odd_loads(scene), *odd_laws(scene, self.built.method.laws))
+        return (
+            *lone_bodies(scene),
+            *odd_speeds(scene),
+            *odd_loads(scene),
+            *odd_laws(scene, self.built.method.laws),
+        )
 
     def _repr_html_(self) -> str:
         made: str = above("report.notebook").of_case(
@@ -311,11 +316,13 @@ def expect_case(given: object, function: str) -> None:
 def given_by(document: Document, path: str) -> str:
     """Return the option that gave the value of a path; "" if the file did.
 
-    It may have given a block that holds the path, or a key in it.
+    It may have given a block that holds the path, or a key in it; of a block that the file lacks, a value at any depth.
     """
     keys = tuple(path.split("."))
+    lacking = bool(path and document.lines) and keys not in document.lines
     for given, name in document.given.items():
-        if keys[: len(given)] == given or (given[:-1] == keys and path):
+        inside = lacking and given[: len(keys)] == keys
+        if inside or keys[: len(given)] == given or (given[:-1] == keys and path):
             return name
     return ""
 

@@ -27,7 +27,12 @@ def bench(
     ] = "standard",
     grid: Annotated[
         Path | None,
-        typer.Option("--grid", metavar="FILE", help="Grid file to use in place of the suite's.", show_default=False),
+        typer.Option(
+            "--grid",
+            metavar="FILE",
+            help="Grid file in place of the suite's, or beside it (extends: builtin).",
+            show_default=False,
+        ),
     ] = None,
     methods: Annotated[
         str | None,

@@ -3,7 +3,8 @@
 Faces that rest on each other with a gap of zero touch by rounding, and implicit and modal descriptions move them
 before a wave has arrived. Such touches are left out of events and spans, and a span that began too early begins with
 the wave. Impulses are counted to the span of their contact that follows, or else to the one before, so that sums stay
-those of the run.
+those of the run. Waves that arrive together, except for rounding, may part the faces for as long as they differ: a
+span that closes again so soon goes on.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ MIN_SHARE = 1e-11  # of the largest force and impulse among the bodies that inte
 MAX_SHARE = 1e-8  # the same, at most, however many steps a run takes
 GAP_ROUNDINGS = 8.0  # of a gap, each eps times a displacement: four sums of displacements and rates in two faces
 EARLY_SHARE = 1e-3  # of the largest impulse: below it a touch before any wave is dropped where no later one follows
+MIN_OPENING = 1e-11  # of the instant: faces that close again sooner were parted by rounding of the times of waves
 EARLY = 1e-3  # of the time a wave takes: touches by no more than this too early are dated so by their step
 
 T = TypeVar("T", ContactSpan, Event)
@@ -88,6 +90,7 @@ def above_noise(
     """
     if not spans and not events:
         return (), ()
+    events, spans = _without_brief_openings(events, spans)
     floors = _floors(spans, share_of(steps), reach or reach_of(scene, models))
     if not _any_noise(events, spans, floors):
         return tuple(sorted(events, key=lambda event: event.time)), tuple(sorted(spans, key=lambda span: span.start))
@@ -103,6 +106,31 @@ def above_noise(
         kept += [_without_small_kicks(span, own, floor) for span in _with_impulses(found, real, begins)]
     left = tuple(event for *_, event in sorted(_events(events, begins, floors), key=lambda found: found[:2]))
     return left, tuple(sorted(kept, key=lambda span: span.start))
+
+
+def _without_brief_openings(
+    events: Sequence[Event], spans: Sequence[ContactSpan]
+) -> tuple[Sequence[Event], Sequence[ContactSpan]]:
+    """Return events and spans with those spans of a contact joined between which it was open by rounding only."""
+    whole: list[ContactSpan] = []
+    last: dict[str, int] = {}  # place of the last span of each contact in `whole`
+    brief: set[tuple[str, float]] = set()  # contact and time of the events between joined spans
+    for span in sorted(spans, key=lambda each: each.start):
+        at = last.setdefault(span.contact, len(whole))
+        before = whole[at] if at < len(whole) else None
+        if before is None:
+            whole.append(span)
+        elif span.kicks is None and before.end is not None and span.start - before.end <= MIN_OPENING * span.start:
+            brief |= {(span.contact, before.end), (span.contact, span.start)}
+            peaks = [each.peak_force for each in (before, span) if each.peak_force is not None]
+            impulse = before.impulse + span.impulse
+            whole[at] = before._replace(end=span.end, impulse=impulse, peak_force=max(peaks, default=None))
+        else:
+            last[span.contact] = len(whole)
+            whole.append(span)
+    if not brief:
+        return events, spans
+    return [event for event in events if (event.contact, event.time) not in brief], whole
 
 
 def _of_contacts(found: Iterable[T]) -> dict[str, list[T]]:

@@ -321,5 +321,5 @@ def _agreement(bodies: str, by_name: Mapping[str, Sequence[Mapping[str, Any]]]) 
         text += f"impulses agree within {100.0 * within:.2g} %"
     else:
         listed = ", ".join(f"{count} by {name}" for name, count in counts.items())
-        text = f"{bodies}: methods disagree, number of sub-impacts not resolved: {listed}"
+        text = f"{bodies}: methods disagree on the number of sub-impacts: {listed}"
     return {"bodies": bodies, "counts": counts, "resolved": resolved, "impulses_within": within, "text": text}

@@ -258,14 +258,14 @@ def collision(each: Mapping[str, Any]) -> str:
     return ", ".join(parts)
 
 
-def table_caption(judged: bool) -> str:
-    """Return the meaning of the columns of the table."""
+def table_caption(reference: str) -> str:
+    """Return the meaning of the columns of the table; ``reference`` is exact, converged or empty for none."""
     errors = (
-        "Mass, face and impulse are errors against the exact answer: relative L2 of the displacements over the run, "
-        "and relative of the total impulse; the smallest are marked. "
+        f"Mass, face and impulse are errors against the {reference} solution: relative L2 of the displacements over "
+        "the run, and relative of the total impulse; the smallest are marked. "
     )
     rest = (
         "Gain and loss are the largest rise and fall of the energy balance, in % of the reference energy. T is the "
         "round trip of a wave. The time to solve is without set-up."
     )
-    return errors + rest if judged else rest
+    return errors + rest if reference else rest

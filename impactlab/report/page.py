@@ -15,6 +15,7 @@ from impactlab.report.named_contacts import words_on_figures
 from impactlab.report.page_data import page_data
 from impactlab.report.provenance import Provenance, now
 from impactlab.report.side_by_side import side_by_side
+from impactlab.report.signals import named
 from impactlab.report.sketch import sketch
 from impactlab.report.style import COLUMNS, Trace, figure_width
 from impactlab.report.table import page_headings, page_rows
@@ -65,7 +66,7 @@ def write_page(
     """
     folder = out_dir / "figures"
     folder.mkdir()
-    judged = any(trace.reference is not None for trace in page.traces)
+    references = [named(trace.reference) for trace in page.traces if trace.reference is not None]
     shown = [plate for plate in page.figures if plate.is_printed or files.every]
     if files.width:
         with figure_width(COLUMNS[files.width]):
@@ -111,7 +112,7 @@ def write_page(
         trip=facts.si(scene.round_trip, "s") if page.command == "compare" and math.isfinite(scene.round_trip) else "",
         headings=page_headings(),
         rows=page_rows(page.table),
-        table_caption=facts.table_caption(judged),
+        table_caption=facts.table_caption(references[0] if references else ""),
         warnings=[
             (row["name"], warned["code"], warned["text"])
             for row in page.table["rows"]

@@ -12,7 +12,7 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampling import MAX_FORCES, file_times
-from impactlab.refine.reference_record import Reference
+from impactlab.refine.reference_record import CONVERGED, Reference
 from impactlab.report import facts, fields, page_figures
 from impactlab.report.comparison import cell, comparison
 from impactlab.report.drawn_part import drawn_part
@@ -156,7 +156,8 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
     errors = summary["errors"]
     if errors and errors["mass_displacement"]:  # an exact run does not differ from itself
         off = cell(100 * errors["mass_displacement"])
-        sentences.append(f"The displacement of the mass differs from {errors['reference']} by {off} %.")
+        kind = "converged" if errors["reference"] == CONVERGED else "exact"
+        sentences.append(f"The displacement of the mass differs from that of the {kind} solution by {off} %.")
     elif errors is None:
         sentences.append(f"Errors: {summary['reference']['text']}.")
     return sentences

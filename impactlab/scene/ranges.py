@@ -51,6 +51,7 @@ COUNTS = Range(1e-12, 1e12)  # of numbers without a unit
 PERIODS_IN_A_STEP = 1e6  # times 1/omega of the highest frequency: its square, 1e12, stands beside 1 in one matrix
 WAVE_SPEED = Range(1e-6, 1e12)  # m/s
 SOLID = Range(300.0, 20_000.0)  # m/s, wave speeds of lead and of diamond with room on both sides
+MAX_NAMES = 3  # of bodies in one sentence
 MAX_QUAKE = 0.2  # m; quakes at the toe of a pile reach a thirtieth of its diameter, some 0.1 m
 MANY_SAMPLES, FEW_SAMPLES = 20, 5  # of a table of force over time: of so many, so few within a run are a slip of units
 BENDING = Range(1e-40, 1e40)  # N m2
@@ -108,6 +109,18 @@ def odd_loads(scene: Scene) -> Iterator[str]:
                     f"{times[-1]:.4g} s, and the run of {scene.duration:.4g} s reaches {reached} of them; are its "
                     "times in another unit? Name it in the heading of the column, as in 'time [ms]'"
                 )
+
+
+def lone_bodies(scene: Scene) -> Iterator[str]:
+    """Give a sentence for the bodies of a case of several that no contact names."""
+    named = {point.body for contact in scene.contacts for point in (contact.left, contact.right)}
+    lone = [name for name in scene.bodies if name not in named]
+    if lone and len(scene.bodies) > 1:
+        more = f" and {len(lone) - MAX_NAMES} more" if len(lone) > MAX_NAMES else ""
+        yield (
+            f"no contact names {', '.join(map(repr, lone[:MAX_NAMES]))}{more}, so nothing strikes "
+            f"{'it' if len(lone) == 1 else 'them'}; is an entry of contacts missing, as in between: [hammer, rod.left]?"
+        )
 
 
 def odd_laws(scene: Scene, laws: Mapping[str, object]) -> Iterator[str]:

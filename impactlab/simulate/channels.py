@@ -50,7 +50,6 @@ def probed(scene: Scene) -> Iterator[Probed]:
         yield Probed(channel, name, x, quantity, 1.0)
 
 
-ADD_IT = "Add the time to 'snapshots', or give equal ones: snapshots: {count: 200}."
 SAME_PLACE = 1e-9  # of a body's length: a place this near to a face is the face
 MAX_LISTED = 12  # times in a message
 MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
@@ -157,12 +156,12 @@ class AbstractRecordedHistory(AbstractHistory):
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         self._check_body(body)
         time = float(within_run(t, self.duration))
+        read, factor = self.scene.bodies[body].reading(quantity)
         times = self._snapshots
         number = int(np.argmin(np.abs(times - time))) if times.size else 0
         if not times.size or abs(times[number] - time) > END_ROUNDING * self.duration:
             text = f"no snapshot at t = {t:.6g} s; snapshots: {_listed(times)}"
-            raise ImpactlabError(text, remedy=ADD_IT, path="snapshots")
-        read, factor = self.scene.bodies[body].reading(quantity)
+            raise ImpactlabError(text, remedy=_to_have(time, times), path="snapshots")
         places, rows, delays = self._rows_at(body, read, x)
         values = rows.times(self._motion(number, body, read == "velocity"))
         if delays is not None:
@@ -242,6 +241,14 @@ def rows_of(dense: Sequence[Array]) -> Rows:
     number = np.repeat(np.arange(len(dense)), [each.size for each in entries])
     values = [row[at] for row, at in zip(dense, entries, strict=True)]
     return Rows(len(dense), number, np.concatenate([np.zeros(0, np.int64), *entries]), np.concatenate([[], *values]))
+
+
+def _to_have(time: float, times: Array) -> str:
+    """Return what to do for a field at a time without a snapshot: of many, the nearest one is named."""
+    if len(times) <= MAX_LISTED:
+        return "Add the time to 'snapshots', or give equal ones: snapshots: {count: 200}."
+    nearest = float(times[np.argmin(np.abs(times - time))])
+    return f"Take the nearest, {nearest:.6g} s, add the time to 'snapshots', or read all: history.to_xarray()."
 
 
 def _listed(times: Array) -> str:

@@ -105,6 +105,11 @@ def test_equal_frames_of_a_case() -> None:
         ImpactlabError, match=r"no snapshot at t = 1\.5e-05 s; snapshots: 0, 1e-05.*\n.*'snapshots', or"
     ):
         history.field("rod", 1.5e-5, "stress")
+    with pytest.raises(CaseError, match=r"has no strss\. Did you mean 'stress'\?"):  # before any snapshot is looked for
+        history.field("rod", 1.5e-5, "strss")
+    many = il.run(case, frames=30)
+    with pytest.raises(ImpactlabError, match=r"Take the nearest, 1\.4e-05 s, add the time"):
+        many.field("rod", 1.42e-5, "stress")
     with pytest.raises(ImpactlabError, match=r"0\.31 m lies outside 'rod', 0 to 0\.3 m"):
         history.field("rod", 2e-5, "stress", 0.31)
 

@@ -55,6 +55,7 @@ def refusal(setting: str) -> ImpactlabError:
         ("bodies.rod.material.mass=1", "bodies.rod.material.mass", "the key 'mass' is not known here."),
         ("bodies.rod.ends.left={spring: 1 kg}", "bodies.rod.ends.left", "'1 kg' has a unit of another dimension"),
         ("bodies.hammer.kind=mas", "bodies.hammer.kind", "'mas' is not a kind of body. Did you mean 'mass'?"),
+        ("contact.0.gap=1", "contact", "Did you mean 'contacts'?"),
         ("contacts.7.gap=0", "contacts.7.gap", "'7' is not an entry of this list."),
         ("contacts.0.law={kind: penalty, stifness: 1}", "contacts.0.law.stifness", "Did you mean 'stiffness'?"),
     ],
@@ -106,6 +107,7 @@ def test_a_refusal_shows_three_more_faults_in_a_line_each(tmp_path: Path) -> Non
     also = [line for line in str(caught.value).splitlines() if line.startswith("Also ")]
     assert len(also) == 3
     assert all(f"Also {file}:" in line for line in also)
+    assert not any("?." in line for line in also)
     hidden = len(caught.value.others) - 3
     assert hidden > 0
     assert f"... and {hidden} more fault" in str(caught.value)

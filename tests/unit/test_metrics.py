@@ -123,6 +123,17 @@ def test_a_shifted_jump_costs_much_in_the_norm_little_in_the_graph_and_nothing_a
     assert metrics.force_graph(late, exact, scene().scene) == pytest.approx(0.04 / T, abs=0.0015)
 
 
+def test_the_tail_of_a_decay_away_from_the_jumps_is_no_force_to_compare_with() -> None:
+    def decayed(rest: float) -> SyntheticHistory:
+        force = {FORCE: lambda t: np.where(np.asarray(t) < 0.05, 1.0, rest)}
+        return SyntheticHistory(DURATION, force, jumps={FORCE: (0.0, 0.05)}, simulation=scene())
+
+    assert metrics.force_away_from_jumps(history(), decayed(1e-11), scene().scene) is None
+    beside = metrics.force_away_from_jumps(history(), decayed(1e-6), scene().scene)
+    assert beside is not None
+    assert beside > 1e5
+
+
 def test_the_graph_distance_sees_height_as_well_as_time() -> None:
     assert metrics.force_graph(history(scale=1.2), history(), scene().scene) == pytest.approx(0.2, abs=0.0015)
     assert metrics.force_graph(history(), history(scale=2.0), scene().scene) == pytest.approx(0.5, abs=0.0015)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import impactlab as il
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.history import ContactSpan, Event
@@ -124,6 +125,34 @@ def test_a_small_contact_elsewhere_is_not_noise_of_a_large_one() -> None:
     assert len(above_noise(balls(("a", "b"), ("b", "wall"), ("c", "wall")).scene, {}, *walled)[1]) == 2
     joined = [x + y for x, y in zip(hammer, touches("b|c", (0.2, 0.3, 1e-12)), strict=True)]
     assert len(above_noise(balls(("a", "b"), ("b", "c")).scene, {}, *joined)[1]) == 1
+
+
+def test_an_opening_by_rounding_does_not_split_a_contact() -> None:
+    found = touches("a|b", (0.0, 0.1, 1.0), (0.1 + 1e-16, 0.2, 3.0), (0.2 + 1e-13, 0.3, 2.0), (0.4, None, 1.0))
+    events, spans = above_noise(balls(("a", "b")).scene, {}, *found)
+    assert [(span.start, span.end, span.impulse, span.peak_force) for span in spans] == [
+        (0.0, 0.3, 6.0, 30.0),
+        (0.4, None, 1.0, 10.0),
+    ]
+    assert [event.time for event in events] == [0.0, 0.3, 0.4]
+
+
+def test_waves_that_arrive_together_do_not_part_the_faces_of_a_specimen() -> None:
+    bar: dict[str, Any] = {"area": 201.06e-6, "material": {"young": 210e9, "density": 7850.0}}
+    bodies: dict[str, il.Rod] = {
+        "striker": il.Rod(length=0.2, velocity=10.0, **bar),
+        "incident": il.Rod(length=1.0, **bar),
+        "specimen": il.Rod(length=8e-3, area=78.54e-6, material={"young": 70e9, "density": 2700.0}),
+        "transmission": il.Rod(length=1.0, **bar),
+    }
+    faces = [f"{name}.{side}" for name in bodies for side in ("left", "right")][1:-1]
+    contacts = [il.Contact(a, b) for a, b in zip(faces[::2], faces[1::2], strict=True)]
+    case = il.Case(bodies=bodies, contacts=contacts, solve={"duration": 6e-4, "tolerance": 1e-3})
+    history = il.run(case)
+    # The end of the pulse reaches the left face together with an echo of the specimen, at 583 us.
+    assert [span.contact for span in history.contacts].count("incident.right|specimen.left") == 2
+    swept = il.sweep(case, {"bodies.striker.velocity": [9.0, 10.0, 11.0]})
+    assert swept["contacts"].values.tolist() == [[1.0, 2.0, 2.0]] * 3
 
 
 def test_kicks_by_rounding_are_not_counted() -> None:

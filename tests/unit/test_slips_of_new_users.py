@@ -32,6 +32,19 @@ def test_a_table_in_milliseconds_without_a_unit_has_a_hint(tmp_path) -> None:
     assert "time [ms]" in hint
 
 
+def test_bodies_that_no_contact_names_have_a_hint() -> None:
+    rod = il.Rod(length=0.3, diameter=0.02, material="steel")
+    bodies: dict[str, il.Rod | il.Mass] = {"hammer": il.Mass(1.0, velocity=1.0), "rod": rod}
+    solve = {"duration": 1e-4, "tolerance": 1e-3}
+    touching = [il.Contact("hammer", "rod.left")]
+    assert il.Case(bodies=bodies, contacts=touching, solve=solve).hints == ()
+    assert il.Case(bodies={"rod": rod}, solve=solve).hints == ()
+    (hint,) = il.Case(bodies=bodies, solve=solve).hints
+    assert hint.startswith("no contact names 'hammer', 'rod', so nothing strikes them")
+    (hint,) = il.Case(bodies={**bodies, "wall": il.Wall()}, contacts=touching, solve=solve).hints
+    assert hint.startswith("no contact names 'wall', so nothing strikes it")
+
+
 def test_a_quake_of_metres_has_one_hint_for_all_pieces() -> None:
     case = il.load_case("smith_pile")
     assert case.hints == ()

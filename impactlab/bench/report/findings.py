@@ -31,10 +31,15 @@ def _exact(scenes: Sequence[SceneRows]) -> str:
     times = [row.solve_s for scene in served for row in scene.rows if row.stepless and row.solve_s]
     leads = [[best(scene, BOTH, tolerance) for tolerance in TOLERANCES] for scene in served]
     wins = sum(all(lead is not None and lead.stepless for lead in found) for found in leads)
-    known, rest = f"A solution without steps exists in {len(served)} of {_scenes(len(scenes))}", ""
+    several = len(scenes) > 1
+    among = f" in {len(served)} of {_scenes(len(scenes))}" if several else ""
+    known, rest = f"A solution without steps exists{among}", ""
     if times:
-        known += f", median {milliseconds(statistics.median(times))} ms"
-        rest = f"; it is the fastest at every tolerance in {wins} of them"
+        known += f", {'median ' if several else 'in '}{milliseconds(statistics.median(times))} ms"
+        if several:
+            rest = f"; it is the fastest at every tolerance in {wins} of them"
+        elif wins:
+            rest = "; it is the fastest at every tolerance"
     return f"{known}{rest}. All that follows compares the methods with steps."
 
 

@@ -23,7 +23,7 @@ from impactlab.exact.batch.reading import (
 )
 from impactlab.exact.batch.writing import DENSITY, LENGTH, MASS, round_trip, velocity_of
 from impactlab.exact.periods import CONTACT, IMPULSE, SPAN_COLUMNS, START, STOP, finish_span
-from impactlab.history.noise_floor import EARLY, MIN_SHARE
+from impactlab.history.noise_floor import EARLY, MIN_OPENING, MIN_SHARE
 from impactlab.metrics.collisions import MIN_APPROACH
 from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
@@ -72,13 +72,17 @@ def find_spans(m: MarchArrays, spans: Array, openings: Array, peaks: bool) -> in
 
 @EXACT_PART
 def may_be_noise(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, arrivals: Array) -> bool:
-    """Return whether a period of contact may be noise: weak, or earlier than any wave (`noise_floor`)."""
+    """Return whether a period of contact may be noise: weak, earlier than any wave, or split (`noise_floor`)."""
     strongest = 0.0
     for k in range(count):
         strongest = max(strongest, abs(spans[k, IMPULSE]))
     for k in range(count):
         if abs(spans[k, IMPULSE]) <= NOISE_ROOM * MIN_SHARE * strongest:
             return True
+        for i in range(k):
+            same = spans[i, CONTACT] == spans[k, CONTACT]
+            if same and spans[k, START] - spans[i, STOP] <= NOISE_ROOM * MIN_OPENING * spans[k, START]:
+                return True
     first_arrivals(m, q, p, arrivals)
     early = False
     for k in range(count):
