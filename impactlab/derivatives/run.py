@@ -33,6 +33,7 @@ NO_VALUE = {
 }
 """Why a quantity has no value, where the words are its own."""
 MAX_ERROR = 1.0e-3  # of a derivative by differences, or of its value over the parameter: larger ones are not known
+NOTHING = 1.0e-9  # of the largest value of the same quantity, over the parameter: smaller errors are rounding
 
 
 def sensitivities(
@@ -71,10 +72,13 @@ def sensitivities(
         history = api.run(case)
     flat = Flat(wanted, case.registry)
     base = flat(case.scene(), history)
+    largest = flat.largest(base)
     rows: list[Sensitivity] = []
     if isinstance(history, ContinuousHistory):
         for parameter, found in zip(read, derivatives(case, history, read, flat), strict=True):
-            rows += [_exact(parameter, found, flat, number, base[number]) for number in range(len(flat.names))]
+            rows += [
+                _exact(parameter, found, flat, number, base[number], largest[number]) for number in range(len(base))
+            ]
     else:
         for parameter in read:
             rows += _stepped(parameter, flat, differences(case, parameter.path, wanted))
@@ -145,6 +149,11 @@ class Flat:
         """Return the values, (names,)."""
         return np.concatenate(values(scene, history, self.wanted, self.registry))
 
+    def largest(self, found: Array) -> Array:
+        """Return the largest magnitude of the values of the same quantity, (names,)."""
+        parts = np.split(np.nan_to_num(np.abs(found)), np.cumsum([each.size for each in self.wanted])[:-1])
+        return np.concatenate([np.full(part.size, part.max(initial=0.0)) for part in parts])
+
     def by_formulas(self, direct: Direct) -> Array:
         """Return the derivatives for which there are formulas, (names,), NaN of the others."""
         parts = []
@@ -174,8 +183,9 @@ class Sample:
         return direct.sampled(self.channel, self.times)
 
 
-def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: float) -> Sensitivity:
+def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: float, largest: float) -> Sensitivity:
     each, label = flat.names[number]
+    rounding = NOTHING * largest / parameter.scale
     (middle, error, below, above), kink, by = found.at(number)
     near, least = [edge.distance for edge in found.edges], MIN_DISTANCE * parameter.scale
     lower = parameter.value + max(
@@ -195,7 +205,7 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
         by, reason = WITHHELD, _absent(each, value)
         if not reason:
             reason, lower, upper = "the sequence of contacts changes on both sides", parameter.value, parameter.value
-    elif by == DIFFERENCES and _is_vague(middle, error, abs(value) / parameter.scale):
+    elif error > rounding and _is_vague(middle, error, abs(value) / parameter.scale):
         by, reason = WITHHELD, f"its error, {error:.2g}, is above a thousandth of it: it may jump at this value"
         below = above = math.nan
     elif math.isnan(below) or math.isnan(above):

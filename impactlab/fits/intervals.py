@@ -109,6 +109,20 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     )  # fmt: skip
 
 
+def _after_the_run(problem: Problem, x: Array) -> list[str]:
+    """Return warnings about signals with samples after the end of their run."""
+    warnings = []
+    for number, (of, mean) in enumerate(zip(problem.measured, problem.means(x) or [], strict=True)):
+        late = int(np.sum(of.edges[:-1] - problem.setting(x, number)[2] >= mean.duration))
+        if late:
+            warnings.append(
+                f"warning: {late} of {len(of.signal.times)} samples of {of.label} lie after the end of the run, "
+                f"{mean.duration:.6g} s: they are compared with its last value. Give solve.duration a longer time, or "
+                "leave these samples out"
+            )
+    return warnings
+
+
 def _size(residuals: Array, problem: Problem, chosen: Options) -> float:
     """Return the standard deviation of residuals, from their median where some are far off."""
     if chosen.loss == "huber":
@@ -129,13 +143,14 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
         warnings.append(f"note: {left_out} of {problem.count} samples lie far off and are left out")
     reach = float(stdtrit(freedom, 0.975))
     if chosen.noise == "std":
-        if chdtrc(freedom, float(residuals @ residuals)) < ABOVE_NOISE:
+        is_above = chdtrc(freedom, float(residuals @ residuals)) < ABOVE_NOISE
+        if is_above:
             warnings.append(
                 f"warning: the fit ends above the noise: the residuals are {spread:.2g} times the given standard "
                 "deviations, and the intervals are widened by that; the case lacks something, or the noise is larger"
             )
-        spread = max(1.0, spread) if warnings else 1.0
-        reach = reach if warnings else float(stdtrit(math.inf, 0.975))
+        spread = max(1.0, spread) if is_above else 1.0
+        reach = reach if is_above else float(stdtrit(math.inf, 0.975))
     neighbours, widened = _neighbours(problem.parts(x) or []), 1.0
     if chosen.noise != "ar1" and CORRELATED / math.sqrt(len(residuals)) < neighbours < 1.0:
         widened = math.sqrt((1.0 + neighbours) / (1.0 - neighbours))
@@ -144,6 +159,7 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
             f"something. Under white noise the intervals are too narrow; widened ones, {widened:.2g} times as wide, "
             "stand beside them. noise ar1 takes the correlation into account"
         )
+    warnings += _after_the_run(problem, x)
     found = seen(jacobian, spread, np.array([_weight(each, x[number]) for number, each in enumerate(problem.unknowns)]))
     return Solution(x, residuals, spread, reach, widened, found), warnings
 

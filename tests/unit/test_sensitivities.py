@@ -504,6 +504,42 @@ def test_the_derivative_of_a_signal_beside_a_front_is_that_of_its_own_side() -> 
         assert np.ptp(found) < 1e-3 * np.abs(found).max()
 
 
+def test_a_front_that_takes_all_of_the_force_is_at_an_edge():
+    # Striker and rod have one impedance: as the rod's spring end sends the wave back, the force falls to 0 and rises
+    # again. With a smaller rod the contact opens there, at 0.6 instead of 4.56.
+    rods = {
+        "a": il.Rod(length=1.0, area=2.0, material={"young": 1.0, "density": 1.0}, velocity=1.0),
+        "r": il.Rod(length=0.5, area=1.0, material={"young": 4.0, "density": 1.0}, ends={"right": {"spring": 1.85}}),
+    }
+    contact = il.Contact("a.right", "r.left", {"kind": "addition_deletion"}, gap=0.1)
+    case = il.Case(bodies=rods, contacts=[contact], solve={"model": {"kind": "continuous"}, "duration": 6.0})
+    area, speed = "bodies.r.area", "bodies.a.velocity"
+    found = il.sensitivities(case, [area, speed], ["first_opening"])
+    row = found.find("first_opening", area)
+    opens = [il.run(case.with_(area, value)).spans("a.right|r.left")[0].end for value in (1.0 - 1e-6, 1.0, 1.0 + 1e-6)]
+    assert opens[0] < 0.7 < 4.0 < opens[1]
+    assert row.derivative == pytest.approx((opens[2] - opens[1]) / 1e-6, rel=1e-4)
+    assert math.isnan(row.below)
+    assert row.lower == 1.0
+    assert "from above only" in row.reason
+    assert not found.find("first_opening", speed).reason  # the speed scales the force, 0 stays 0
+
+
+def test_a_signal_that_jumps_at_a_time_has_no_derivative_by_what_moves_the_front():
+    bodies = {
+        "m": il.Mass(1.0, velocity=1.0),
+        "r": il.Rod(length=1.0, area=1.0, material={"young": 1.0, "density": 1.0}, ends={"right": "free"}),
+    }
+    contact = il.Contact("m", "r.left", {"kind": "addition_deletion"}, gap=0.1)
+    probes = [{"body": "r", "at": 0.1, "quantity": "stress"}]
+    solve = {"model": {"kind": "continuous"}, "duration": 3.0}
+    case = il.Case(bodies=bodies, contacts=[contact], probes=probes, solve=solve)
+    # the front is at x = 0.1 at 0.2, and comes back from the free end at 2.0: sooner if the mass is faster
+    channel = il.Sampled("stress:r@0.1", [0.2, 1.0, 2.0])
+    rows = il.sensitivities(case, ["bodies.m.velocity"], [channel]).rows
+    assert [math.isnan(row.derivative) for row in rows] == [True, False, True]
+
+
 def test_a_case_without_a_contact_says_so_of_its_contact_quantities():
     case = il.load_case("step_loaded_rod")
     found = il.sensitivities(case, ["bodies.rod.material.young"], ["peak_force", "final_velocity"])

@@ -145,7 +145,7 @@ def _rests(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
 
 def _misses(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
     pieces = _pieces(solved, parameter, contact)
-    events = solved.log.events[: int(solved.log.state["events"])]
+    events, scale = solved.log.events[: int(solved.log.state["events"])], float(solved.tangents.scale[parameter])
     times = events["time"][events["contact"] == contact]
     floors = {
         closed: NOTHING * max((float(np.max(np.abs(p.f))) for p in pieces if p.closed == closed), default=0.0)
@@ -164,11 +164,17 @@ def _misses(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
             old, new = float(chebyshev.chebval(1.0, before.f)), float(chebyshev.chebval(-1.0, piece.f))
             falls = float(chebyshev.chebval(1.0, chebyshev.chebder(before.f))) < 0.0
             rises = float(chebyshev.chebval(-1.0, slope)) > 0.0
-            if min(old, new) > floor:
+            if min(old, new) > -floor and max(old, new) > floor:
                 if (new < old - floor or falls) and rises and new <= old + floor:
-                    yield Edge(_change(new, float(chebyshev.chebval(-1.0, piece.tangent))), contact, piece.start, what)
+                    least, tangent = new, float(chebyshev.chebval(-1.0, piece.tangent))
                 elif new > old + floor and falls:
-                    yield Edge(_change(old, float(chebyshev.chebval(1.0, before.tangent))), contact, piece.start, what)
+                    least, tangent = old, float(chebyshev.chebval(1.0, before.tangent))
+                else:
+                    least, tangent = floor, 0.0
+                if least > floor:
+                    yield Edge(_change(least, tangent), contact, piece.start, what)
+                elif abs(tangent) * scale > floor:  # a front takes all of it: the value of the parameter is the edge
+                    yield Edge(0.0, contact, piece.start, what)
         before = piece
 
 
