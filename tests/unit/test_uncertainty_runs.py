@@ -254,20 +254,21 @@ def test_both_forms_of_the_page_give_what_it_says(monkeypatch, tmp_path, capsys)
     result = CliRunner().invoke(app, shlex.split(command)[1:])
     assert (result.exit_code, result.stdout) == (0, printed)
     found, probability = names["found"], names["found"].probability(2)
-    said = f"{probability.value:.4f}, between {probability.lower:.4f} and {probability.upper:.4f}"
-    assert f"Two contacts have the probability {said}" in PAGE
+    page = " ".join(PAGE.split())
+    said = f"{probability.value:.4f} (95 % interval {probability.lower:.4f} to {probability.upper:.4f})"
+    assert f"Two contacts have a probability of {said}" in page
     assert found.warnings[0] in PAGE.replace("\n> ", " ")
     velocity = found.find("final_velocity", "hammer")
     slowest = found.data["final_velocity"].sel(body="hammer").values.max()
-    assert f"{-slowest:.4f} m/s is the slowest exit" in PAGE
+    assert f"the lowest possible exit speed is {-slowest:.4f} m/s" in page
     slower = scipy.stats.norm.sf(slowest, velocity.linear_mean, velocity.linear_deviation)
-    assert f"it puts {100.0 * slower:.0f} % of the probability on slower exits" in PAGE
-    assert f"is {velocity.linear_deviation:.4f} m/s in place of {velocity.deviation.value:.4f} m/s" in PAGE
+    assert f"it gives a probability of {100.0 * slower:.0f} % to lower speeds" in page
+    assert f"deviation of {velocity.linear_deviation:.4f} instead of {velocity.deviation.value:.4f} m/s" in page
     exec(second, names)
     of = {path: names["found"].index("final_velocity", path, "hammer") for path in (MASS, SPEED, AREA)}
-    assert f"mass and area, {of[MASS].linear:.2f} each" in PAGE
+    assert f"mass and area have the largest shares of the variance of the exit velocity, {of[MASS].linear:.2f}" in page
     assert round(of[AREA].linear, 2) == round(of[MASS].linear, 2)
-    assert f"to the velocity, with {of[SPEED].first.value:.2f}" in PAGE
+    assert f"the velocity has the largest, {of[SPEED].first.value:.2f}" in page
     assert of[MASS].total.lower > of[MASS].first.upper  # mass and area act together
 
 
