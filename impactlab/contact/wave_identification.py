@@ -32,7 +32,7 @@ class WaveIdentification(AbstractContactLaw):
     """
 
     needs = frozenset({Level.VELOCITY})
-    silent_apart = True
+    zero_apart = True
     citations = ("EscalonaMayoDominguez1999",)
     hard = True
     is_the_contact = True

@@ -53,8 +53,9 @@ def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: S
         record.dates = int(law.answers_force and not law.two_sided)
         record.compliant = int(law.answers_force and not law.hard)
         record.joined = int(law.two_sided)
-        located = layout.plan.method.events == "located"  # by trial forces, which a law that is not asked does not give
-        record.silent_apart = int(law.silent_apart and not located and not integrator.projects_first)
+        # Located events need the trial force of every step. A predictor may overlap where the free step ends apart.
+        located = layout.plan.method.events == "located"
+        record.zero_apart = int(law.zero_apart and not located and not integrator.projects_first)
         record.projects_first, record.load_point = int(integrator.projects_first), integrator.load_point
         record.trial_point = 1.0 if law.trial_at_end else integrator.load_point
         record.initial_gap = contact.gap - _placed(layout, contact.right) + _placed(layout, contact.left)
