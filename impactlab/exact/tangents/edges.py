@@ -25,8 +25,6 @@ FAR = 1.0e8  # of the size of a parameter: an edge beyond is one of rounding
 NOTHING = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
 NO_GAP = 1.0e-12  # of the way at the largest velocity: faces with a smaller gap touch
 NO_MOTION = 1.0e-10  # the same, of a change of the gap over that of the parameter: a smaller one is rounding
-
-
 END_SLACK = 4.0  # merge tolerances between the end of a run and a front that counts as at the end
 SAME_MOTION = 1.0e-9  # of the duration: a smaller distance of front and end for a change of the size of a parameter
 
@@ -84,7 +82,7 @@ def _change(f: float, tangent: float) -> float:
 
 def _events(solved: Solved, parameter: int) -> Iterator[Edge]:
     log, tangents = solved.log, solved.tangents
-    duration, longer = float(log.state["duration"]), float(tangents.of_state[parameter, 1])
+    duration, longer = float(log.state["duration"]), float(tangents.of_state[parameter, DURATION])
     for number in range(int(log.state["events"])):
         event, (rate, bend, how) = log.events[number], tangents.bend[number].tolist()
         time, contact, later = float(event["time"]), int(event["contact"]), float(tangents.dated[number, parameter])
