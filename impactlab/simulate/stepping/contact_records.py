@@ -36,12 +36,12 @@ class Faces(NamedTuple):
 def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: Sequence[LawAddress]) -> Contacts:
     """Return the contacts that are solved, with the addresses of their laws."""
     n_contacts = len(layout.solved)
-    by_name, ports = records(Port, n_contacts)
-    found, contacts = records(ContactRecord, n_contacts)
-    answers, replies = records(Reply, n_contacts)
+    ports, ports_for_loop = records(Port, n_contacts)
+    contacts, contacts_for_loop = records(ContactRecord, n_contacts)
+    replies, replies_for_loop = records(Reply, n_contacts)
     for place, (number, contact) in enumerate(zip(layout.solved, layout.contacts, strict=True)):
         start, law = layout.plan.starts[number], layout.plan.acting.laws[contact.name]
-        port, record, points = by_name[place], found[place], faces_of_contact(contact)
+        port, record, points = ports[place], contacts[place], faces_of_contact(contact)
         port.parameters[: len(start.parameters)] = [*start.parameters]
         if start.memory:
             port.memory[: len(start.memory)] = [*start.memory]
@@ -61,7 +61,7 @@ def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: S
         record.initial_gap = contact.gap - _placed(layout, contact.right) + _placed(layout, contact.left)
         record.old_gap = contact.gap
         record.left_share = static[0] / sum(static) if sum(static) > 0.0 else 0.0
-    return Contacts(by_name, found, answers, (ports, contacts, replies))
+    return Contacts(ports, contacts, replies, (ports_for_loop, contacts_for_loop, replies_for_loop))
 
 
 def _placed(layout: Layout, point: Point) -> float:
