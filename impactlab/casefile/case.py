@@ -21,6 +21,7 @@ from impactlab.casefile.limits import MAX_GIVEN, check_texts, check_tree
 from impactlab.casefile.loads import folder_of, with_tables
 from impactlab.casefile.origins import Origins
 from impactlab.casefile.path_units import unit_of
+from impactlab.casefile.places import locate, placed
 from impactlab.casefile.repeat import expand
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
@@ -36,7 +37,6 @@ from impactlab.scene.ranges import lone_bodies, odd_laws, odd_loads, odd_speeds
 from impactlab.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
-NEW_KIND = "A new kind takes none of the keys of the old one: give them with it, as one block."
 MANY_BODIES = 5000  # of a case: from here on its checks take longer than a second
 _said: list[bool] = []
 
@@ -311,47 +311,6 @@ def expect_case(given: object, function: str) -> None:
     if isinstance(given, (str, Path)):
         what, remedy = shown(str(given)), f"Read the file first: il.load_case({str(given)[:60]!r})."
     raise CaseError(f"{function}() takes a Case, not {what}", remedy=remedy)
-
-
-def given_by(document: Document, path: str) -> str:
-    """Return the option that gave the value of a path; "" if the file did.
-
-    It may have given a block that holds the path, or a key in it; of a block that the file lacks, a value at any depth.
-    """
-    keys = tuple(path.split("."))
-    lacking = bool(path and document.lines) and keys not in document.lines
-    for given, name in document.given.items():
-        inside = lacking and given[: len(keys)] == keys
-        if inside or keys[: len(given)] == given or (given[:-1] == keys and path):
-            return name
-    return ""
-
-
-def placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabError:
-    """Fill in file, line and the option that gave the value, of an error and those found with it; return it."""
-    for each in (error, *error.others):
-        kind = (*each.path.split(".")[:-1], "kind")
-        if each.text.startswith("this key is missing") and kind in document.given and not each.file:
-            each.given_by, each.remedy = document.given[kind], f"{each.remedy} {NEW_KIND}".strip()
-            each.located(file, None)
-            continue
-        if not each.file:
-            each.given_by = each.given_by or given_by(document, each.path)
-        each.located(file, locate(document, each.path))
-    return error
-
-
-def locate(document: Document, path: str) -> int | None:
-    """Return the line of a path, or of the nearest key above it.
-
-    None for a value that is not from the file.
-    """
-    if not path or given_by(document, path):
-        return None
-    keys = tuple(path.split("."))
-    while keys and keys not in document.lines:
-        keys = keys[:-1]
-    return document.lines.get(keys)
 
 
 def _checked_and_built(

@@ -18,7 +18,7 @@ from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, combined
 from impactlab.plugins import Registry
 from impactlab.scene.bodies import Table
-from impactlab.scene.bodies.base import PLACE_ROUNDING
+from impactlab.scene.bodies.segmented import PLACE_ROUNDING
 from impactlab.scene.ranges import range_of
 
 BASE = "base"  # name of the case as written, among its methods and its variants

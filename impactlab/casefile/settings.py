@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from impactlab.casefile.case import Case, case_of, placed
+from impactlab.casefile.case import Case, case_of
 from impactlab.casefile.document import Document, read_document
 from impactlab.casefile.edit import in_order, with_named, with_set
+from impactlab.casefile.places import placed
 from impactlab.errors import ImpactlabError
 from impactlab.scene.method import Method
 from impactlab.wall_time import spent_on

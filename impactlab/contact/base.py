@@ -48,7 +48,7 @@ class AbstractContactLaw(ABC):
     two_sided: ClassVar[bool] = False  # True: a link, joined from t = 0, whose force has either sign
     noted: ClassVar[tuple[Noted, ...]] = ()  # counts in its memory that a run reports as warnings
     why_failed: ClassVar[str] = "the contact law did not return a force"  # text of the StepError after a failed reply
-    silent_apart: ClassVar[bool] = False  # True: after a step apart, others apart change neither reply nor memory
+    zero_apart: ClassVar[bool] = False  # True: not evaluated while the faces stay apart: all of its reply is zero then
     shares_losses: ClassVar[bool] = False  # True: the losses of contacts that collide together count as their sum
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where none is known
     exact_remedy: ClassVar[str] = ""  # the option that makes it linear between changes of branch, without a full stop

@@ -29,7 +29,7 @@ class DispersiveIdentification(AbstractContactLaw):
     """
 
     needs = frozenset({Level.VELOCITY})
-    silent_apart = True
+    zero_apart = True
     citations = ("EscalonaMayoDominguez1999",)
     hard = True
     trial_at_end = True

@@ -27,7 +27,7 @@ class EnergyConserving(AbstractContactLaw):
     """
 
     needs = frozenset({Level.POSITION})
-    silent_apart = True
+    zero_apart = True
     citations = ("LaursenChawla1997", "HauretLeTallec2006")
     hard = True
 

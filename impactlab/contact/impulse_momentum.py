@@ -24,7 +24,7 @@ class ImpulseMomentum(AbstractContactLaw):
     """
 
     needs = frozenset({Level.IMPULSE})
-    silent_apart = True
+    zero_apart = True
     citations = ("KhuliefShabana1987", "Palas1992", "Moreau1988")
     hard = True
     answers_force = False

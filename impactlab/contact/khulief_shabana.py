@@ -28,7 +28,7 @@ class KhuliefShabana(AbstractContactLaw):
     """
 
     needs = frozenset({Level.POSITION, Level.VELOCITY})
-    silent_apart = True
+    zero_apart = True
     citations = ("KhuliefShabana1987",)
     smooth = True
     moves_faces = True

@@ -35,7 +35,7 @@ class ModalMessengers(AbstractContactLaw):
     """
 
     needs = frozenset({Level.VELOCITY})
-    silent_apart = True
+    zero_apart = True
     citations = ("EscalonaMayoDominguez1999",)
     hard = True
     fixed_step = True

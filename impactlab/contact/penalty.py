@@ -46,7 +46,7 @@ class Penalty(AbstractContactLaw):
     """
 
     needs = frozenset({Level.POSITION, Level.VELOCITY})
-    silent_apart = True
+    zero_apart = True
     citations = ("EscalonaMayoDominguez1999",)
     examples = ({}, {"stiffness": Relative(3.0), "damping": Relative(0.5)})
     smooth = True

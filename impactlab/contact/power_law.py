@@ -220,7 +220,7 @@ class Hertz(AbstractContactLaw):
     """
 
     needs = frozenset({Level.POSITION, Level.VELOCITY})
-    silent_apart = True
+    zero_apart = True
     citations = ("Hertz1882", "Gonzalez1996")
     examples = ({"stiffness": 1e13}, {"stiffness": 1e24, "exponent": 3.0})
     smooth = True
@@ -250,7 +250,7 @@ class AbstractHystereticLaw(AbstractContactLaw):
     """
 
     needs = frozenset({Level.POSITION, Level.VELOCITY})
-    silent_apart = True
+    zero_apart = True
     smooth = True
     why_failed = TOO_STIFF
     noted = (SLOW, COARSE)

@@ -27,7 +27,7 @@ class VelocityComplementarity(AbstractContactLaw):
     """
 
     needs = frozenset({Level.POSITION, Level.VELOCITY, Level.IMPULSE})
-    silent_apart = True
+    zero_apart = True
     citations = ("Moreau1988", "Jean1999", "Acary2013")
     hard = True
     shares_losses = True

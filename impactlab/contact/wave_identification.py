@@ -13,6 +13,53 @@ WAVE_ROUNDING = 1e-9  # of 1/Z, by which a face on a stepped delay line moves
 MAX_VELOCITY_PER_FORCE = 0.8 * (1.0 + 1e-9)  # of a face, over 1/Z; from 1 on the balance diverges, docs/bounds.md
 
 
+def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
+    """Return whether a side has a messenger; of others velocity and compliance are the stepper's own.
+
+    Raise `PairingError` where the law does not support the side.
+    """
+    if facts.kind == "beam":
+        raise PairingError(
+            f"wave_identification reads one wave that travels unchanged, and on the beam on the {side} every "
+            "wave length travels at a speed of its own",
+            remedy="Use law dispersive_identification, or modal_messengers with model modal.",
+        )
+    if facts.kind != "rod":
+        return False
+    if facts.end not in ("free", "inner"):
+        raise PairingError(
+            f"wave_identification balances a bare face, and the struck end of the {side} body carries a {facts.end}",
+            remedy="Use addition_deletion or penalty, or the continuous model.",
+        )
+    if facts.in_waves and abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
+        # A stepped delay line: its own free velocity is that of the waves that arrive.
+        return False
+    if facts.end == "inner":
+        raise PairingError(
+            "wave_identification reads one wave that arrives at an end, and at an inner point of the rod on "
+            f"the {side} waves arrive from both sides",
+            remedy="Put the contact at a free end, or use dispersive_identification or addition_deletion.",
+        )
+    distance = facts.wave_speed * dt
+    if distance > facts.room:
+        raise PairingError(
+            f"the messenger of wave_identification would lie {distance:.6g} m from the face, beyond the "
+            f"first segment ({facts.room:.6g} m)",
+            remedy=f"Give a step of {facts.room / facts.wave_speed:.6g} s or less.",
+            path="solve.step",
+        )
+    if facts.velocity_per_force * facts.impedance > MAX_VELOCITY_PER_FORCE:
+        # The face moves faster per force than waves allow: the balance feeds back and diverges.
+        share = facts.velocity_per_force * facts.impedance
+        raise PairingError(
+            f"under a force the face of the rod on the {side} of the contact moves {share:.3g} times as fast "
+            f"in this step as a wave allows (1/Z), and from 0.8 on wave_identification nears divergence",
+            remedy=f"Give a smaller step; try {0.8 * dt / share:.3g} s.",
+            path="solve.step",
+        )
+    return True
+
+
 @final
 @dataclass(frozen=True)
 class WaveIdentification(AbstractContactLaw):
@@ -32,7 +79,7 @@ class WaveIdentification(AbstractContactLaw):
     """
 
     needs = frozenset({Level.VELOCITY})
-    silent_apart = True
+    zero_apart = True
     citations = ("EscalonaMayoDominguez1999",)
     hard = True
     is_the_contact = True
@@ -50,54 +97,12 @@ class WaveIdentification(AbstractContactLaw):
         readings: list[Reading] = []
         needs_waves("wave_identification", left, right)
         for side, facts in (("left", left), ("right", right)):
-            if facts.kind == "beam":
-                raise PairingError(
-                    f"wave_identification reads one wave that travels unchanged, and on the beam on the {side} every "
-                    "wave length travels at a speed of its own",
-                    remedy="Use law dispersive_identification, or modal_messengers with model modal.",
-                )
-            if facts.kind != "rod":
-                # No messenger: velocity and compliance are the stepper's own.
+            if not reads_waves(side, facts, dt):
                 parameters += [0.0, 0.0, 0.0]
                 continue
-            if facts.end not in ("free", "inner"):
-                raise PairingError(
-                    f"wave_identification balances a bare face, and the struck end of the {side} body carries a "
-                    f"{facts.end}",
-                    remedy="Use addition_deletion or penalty, or the continuous model.",
-                )
-            if facts.in_waves and abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
-                # A stepped delay line: its own free velocity is that of the waves that arrive.
-                parameters += [0.0, 0.0, 0.0]
-                continue
-            if facts.end == "inner":
-                raise PairingError(
-                    "wave_identification reads one wave that arrives at an end, and at an inner point of the rod on "
-                    f"the {side} waves arrive from both sides",
-                    remedy="Put the contact at a free end, or use dispersive_identification or addition_deletion.",
-                )
             distance = facts.wave_speed * dt
-            if distance > facts.room:
-                raise PairingError(
-                    f"the messenger of wave_identification would lie {distance:.6g} m from the face, beyond the "
-                    f"first segment ({facts.room:.6g} m)",
-                    remedy=f"Give a step of {facts.room / facts.wave_speed:.6g} s or less.",
-                    path="solve.step",
-                )
-            if facts.velocity_per_force * facts.impedance > MAX_VELOCITY_PER_FORCE:
-                # The face moves faster per force than waves allow: the balance feeds back and diverges.
-                share = facts.velocity_per_force * facts.impedance
-                raise PairingError(
-                    f"under a force the face of the rod on the {side} of the contact moves {share:.3g} times as fast "
-                    f"in this step as a wave allows (1/Z), and from 0.8 on wave_identification nears divergence",
-                    remedy=f"Give a smaller step; try {0.8 * dt / share:.3g} s.",
-                    path="solve.step",
-                )
-            parameters += [
-                1.0 / facts.impedance,
-                facts.area / facts.impedance,
-                facts.gravity * dt,
-            ]  # 1/Z, 1/(rho c), g dt
+            # 1/Z, 1/(rho c), g dt
+            parameters += [1.0 / facts.impedance, facts.area / facts.impedance, facts.gravity * dt]
             readings += [
                 Reading(side, distance, "velocity"),  # type: ignore[arg-type]
                 Reading(side, distance, "stress", left_out=self.residual),  # type: ignore[arg-type]

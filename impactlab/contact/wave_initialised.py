@@ -28,7 +28,7 @@ class WaveInitialised(AbstractContactLaw):
     """
 
     needs = frozenset({Level.POSITION, Level.IMPULSE})
-    silent_apart = True
+    zero_apart = True
     citations = ("EscalonaMayoDominguez1999", "TimoshenkoGoodier1951")
     hard = True
     holds_position = True

@@ -40,7 +40,7 @@ from impactlab.history.waves import wave_body
 from impactlab.lazy import lazy
 from impactlab.metrics.grazing import near_grazing
 from impactlab.metrics.linear_theory import overstrained
-from impactlab.scene.bodies.base import PLACE_ROUNDING
+from impactlab.scene.bodies.segmented import PLACE_ROUNDING
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact, Probe
 from impactlab.types import QUANTITIES_OF_ROD, Array

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from impactlab.casefile import Case
-from impactlab.casefile.case import given_by
 from impactlab.casefile.edit import edited, numbered
+from impactlab.casefile.places import given_by
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
 

@@ -13,7 +13,8 @@ import impactlab as il
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.history import ContactSpan, Event
-from impactlab.history.noise_floor import MIN_SHARE, above_noise, first_arrivals, share_of
+from impactlab.history.arrivals import first_arrivals
+from impactlab.history.noise_floor import MIN_SHARE, above_noise, share_of
 from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal

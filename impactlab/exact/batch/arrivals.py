@@ -1,4 +1,4 @@
-"""First arrivals of waves at contacts whose faces rest on each other, compiled: as `impactlab.history.noise_floor`."""
+"""First arrivals of waves at contacts whose faces rest on each other, compiled: as `impactlab.history.arrivals`."""
 
 from __future__ import annotations
 

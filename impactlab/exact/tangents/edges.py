@@ -25,8 +25,6 @@ FAR = 1.0e8  # of the size of a parameter: an edge beyond is one of rounding
 NOTHING = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
 NO_GAP = 1.0e-12  # of the way at the largest velocity: faces with a smaller gap touch
 NO_MOTION = 1.0e-10  # the same, of a change of the gap over that of the parameter: a smaller one is rounding
-
-
 END_SLACK = 4.0  # merge tolerances between the end of a run and a front that counts as at the end
 SAME_MOTION = 1.0e-9  # of the duration: a smaller distance of front and end for a change of the size of a parameter
 
@@ -84,7 +82,7 @@ def _change(f: float, tangent: float) -> float:
 
 def _events(solved: Solved, parameter: int) -> Iterator[Edge]:
     log, tangents = solved.log, solved.tangents
-    duration, longer = float(log.state["duration"]), float(tangents.of_state[parameter, 1])
+    duration, longer = float(log.state["duration"]), float(tangents.of_state[parameter, DURATION])
     for number in range(int(log.state["events"])):
         event, (rate, bend, how) = log.events[number], tangents.bend[number].tolist()
         time, contact, later = float(event["time"]), int(event["contact"]), float(tangents.dated[number, parameter])
@@ -143,6 +141,28 @@ def _rests(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
             return
 
 
+def _at_joint(before: Piece, piece: Piece, floor: float) -> tuple[float, float]:
+    """Return the least force or gap where two pieces join, and its tangent; zeros where it is not least there.
+
+    A front may make it jump at the joint; values up to ``floor`` count as zero.
+    """
+    old, new = float(chebyshev.chebval(1.0, before.f)), float(chebyshev.chebval(-1.0, piece.f))
+    falls = float(chebyshev.chebval(1.0, chebyshev.chebder(before.f))) < 0.0
+    rises = float(chebyshev.chebval(-1.0, _slope(piece.f))) > 0.0
+    if not (min(old, new) > -floor and max(old, new) > floor):
+        return 0.0, 0.0
+    if (new < old - floor or falls) and rises and new <= old + floor:
+        return new, float(chebyshev.chebval(-1.0, piece.tangent))
+    if new > old + floor and falls:
+        return old, float(chebyshev.chebval(1.0, before.tangent))
+    return 0.0, 0.0
+
+
+def _slope(f: Array) -> Array:
+    """Return the derivative of a series, as a series."""
+    return np.asarray(chebyshev.chebder(f) if len(f) > 1 else np.zeros(1), dtype=float)
+
+
 def _misses(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
     pieces = _pieces(solved, parameter, contact)
     events, scale = solved.log.events[: int(solved.log.state["events"])], float(solved.tangents.scale[parameter])
@@ -154,34 +174,25 @@ def _misses(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
     before: Piece | None = None
     for piece in pieces:
         floor, what = floors[piece.closed], "a further opening" if piece.closed else "a further closing"
-        slope = np.asarray(chebyshev.chebder(piece.f) if len(piece.f) > 1 else np.zeros(1), dtype=float)
-        for y in _minima(piece.f, slope):
+        for y in _minima(piece.f):
             value = float(chebyshev.chebval(y, piece.f))
             if value > floor:
                 change = _change(value, float(chebyshev.chebval(y, piece.tangent)))
                 yield Edge(change, contact, piece.start + 0.5 * (y + 1.0) * (piece.stop - piece.start), what)
         if before is not None and before.closed == piece.closed and not np.any(times == piece.start):
-            old, new = float(chebyshev.chebval(1.0, before.f)), float(chebyshev.chebval(-1.0, piece.f))
-            falls = float(chebyshev.chebval(1.0, chebyshev.chebder(before.f))) < 0.0
-            rises = float(chebyshev.chebval(-1.0, slope)) > 0.0
-            if min(old, new) > -floor and max(old, new) > floor:
-                if (new < old - floor or falls) and rises and new <= old + floor:
-                    least, tangent = new, float(chebyshev.chebval(-1.0, piece.tangent))
-                elif new > old + floor and falls:
-                    least, tangent = old, float(chebyshev.chebval(1.0, before.tangent))
-                else:
-                    least, tangent = floor, 0.0
-                if least > floor:
-                    yield Edge(_change(least, tangent), contact, piece.start, what)
-                elif abs(tangent) * scale > floor:  # a front takes all of it: the value of the parameter is the edge
-                    yield Edge(0.0, contact, piece.start, what)
+            least, tangent = _at_joint(before, piece, floor)
+            if least > floor:
+                yield Edge(_change(least, tangent), contact, piece.start, what)
+            elif abs(tangent) * scale > floor:  # a front takes all of it: the value of the parameter is the edge
+                yield Edge(0.0, contact, piece.start, what)
         before = piece
 
 
-def _minima(f: Array, slope: Array) -> list[float]:
+def _minima(f: Array) -> list[float]:
     """Return the places in (-1, 1) of the local minima of a series."""
     if len(f) < 3:
         return []
+    slope = _slope(f)
     grid = np.cos(np.pi * np.arange(4 * len(f), -1, -1) / (4 * len(f)))
     values, bend = chebyshev.chebval(grid, f), chebyshev.chebder(slope)
     inner = np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] < values[2:])) + 1

@@ -100,19 +100,7 @@ class Mesh(AbstractMesh):
             struck = struck_nodes(rod, [(face.x, self.nodal_row(face.x, "displacement")) for face in faces])
             redistribute(matrices[0], struck + first)
         self._nodal_mass = matrices[0][0] if self.lumped else multiply(matrices[0], np.ones(len(self.nodes)))
-        held = [*range(first), *range(last, len(self.nodes))]
-        sums = (dashpots, springs)  # zero where nothing damps the rod
-        ground = [sums_without(held, *each)[self.free_nodes] for each in zip(sums, matrices[1:], strict=True)]
-        cut = [self._cut(matrix) for matrix in matrices]
-        self._massless = MasslessNodes(struck, cut[2]) if struck.size else None
-        if self._massless is not None:
-            ground = [self._massless.sums(*each, ground[1]) for each in zip(ground, cut[1:], strict=True)]
-            cut = [cut[0][:, self._massless.kept], *map(self._massless.condensed, cut[1:])]
-        if rod.softening:
-            cut[2][: len(cut[0])] -= rod.softening * cut[0]
-            if damping := rod.damping.stiffness * rod.softening:
-                cut[1][: len(cut[0])] -= damping * cut[0]
-                ground[0] = ground[0] - damping * multiply(cut[0], np.ones(cut[0].shape[1]))
+        cut, ground = self._of_coordinates(matrices, (dashpots, springs), struck)
         self.mass: Array = cut[0]
         self.damping: Array = narrowed(cut[1])
         self._ground_dashpots, self._ground_springs = ground
@@ -299,6 +287,28 @@ class Mesh(AbstractMesh):
         damping += added
         dashpots = retardation * springs + (drag * multiply(mass, np.ones(len(self.nodes))) if drag else 0.0)
         return mass, damping, stiffness, springs, dashpots
+
+    def _of_coordinates(
+        self, matrices: Sequence[Array], sums: tuple[Array, Array], struck: Ints
+    ) -> tuple[list[Array], list[Array]]:
+        """Return mass, damping and stiffness of the coordinates, and their dashpots and springs to the ground.
+
+        Clamped nodes and those without mass, ``struck``, are left out; the centrifugal force softens the rod.
+        """
+        free, rod = self.free_nodes, self.rod
+        held = [*range(free.start), *range(free.stop, len(self.nodes))]
+        ground = [sums_without(held, *each)[free] for each in zip(sums, matrices[1:], strict=True)]
+        cut = [self._cut(matrix) for matrix in matrices]
+        self._massless = MasslessNodes(struck, cut[2]) if struck.size else None
+        if self._massless is not None:
+            ground = [self._massless.sums(*each, ground[1]) for each in zip(ground, cut[1:], strict=True)]
+            cut = [cut[0][:, self._massless.kept], *map(self._massless.condensed, cut[1:])]
+        if rod.softening:
+            cut[2][: len(cut[0])] -= rod.softening * cut[0]
+            if damping := rod.damping.stiffness * rod.softening:
+                cut[1][: len(cut[0])] -= damping * cut[0]
+                ground[0] = ground[0] - damping * multiply(cut[0], np.ones(cut[0].shape[1]))
+        return cut, ground
 
     def _cut(self, matrix: Array) -> Array:
         """Return the matrix of the nodes that are not clamped; no column keeps a coupling to one that was left out."""

@@ -6,21 +6,19 @@ displacement is the deflection, positive up.
 
 from __future__ import annotations
 
-import itertools
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 from impactlab.errors import CaseError, closest
 from impactlab.scene.bodies.loads import AbstractLoad
-from impactlab.scene.bodies.pieces import UNDAMPED, End, Profile, Rayleigh, Segment
+from impactlab.scene.bodies.pieces import UNDAMPED, End, Profile, Rayleigh
 from impactlab.scene.bodies.rotation import Rotation
+from impactlab.scene.bodies.segmented import Segmented
 from impactlab.scene.bodies.steady import SteadyRod, SteadyState
-from impactlab.types import INTERNAL_FORCES, QUANTITIES_OF_ROD, Quantity, SideFacts
-
-PLACE_ROUNDING = 1e-12  # of a length: a place this near to a boundary of segments is on it
+from impactlab.types import QUANTITIES_OF_ROD, Quantity, SideFacts
 
 
 @dataclass(frozen=True)
@@ -220,12 +218,9 @@ class Body(ABC):
 
 
 @dataclass(frozen=True)
-class ElasticBody(Body):
+class ElasticBody(Segmented, Body):
     """A straight body of uniform segments along x that moves along or across its axis."""
 
-    segments: tuple[Segment, ...]
-    left: End
-    right: End
     velocity: float = 0.0  # m/s, uniform at t = 0
     displacement: Profile | None = None  # m, at t = 0
     damping: Rayleigh = UNDAMPED
@@ -235,21 +230,8 @@ class ElasticBody(Body):
         return self
 
     @property
-    def length(self) -> float:
-        return sum(segment.length for segment in self.segments)
-
-    @property
-    def mass(self) -> float:
-        """Mass of the segments, without end masses [kg]."""
-        return sum(segment.mass for segment in self.segments)
-
-    @property
     def moving_mass(self) -> float:
         return self.mass + sum(end.value for end in (self.left, self.right) if end.kind == "mass")
-
-    @property
-    def ends(self) -> tuple[tuple[float, End], ...]:
-        return (0.0, self.left), (self.length, self.right)
 
     @property
     def loads(self) -> tuple[tuple[float, AbstractLoad], ...]:
@@ -291,57 +273,8 @@ class ElasticBody(Body):
     def is_free(self) -> bool:
         return not self.is_held and self.damping.mass == 0.0 and self.softening == 0.0
 
-    @property
-    def round_trip(self) -> float:
-        """Time [s] of a wave to the far end and back, summed over segments."""
-        trip = 0.0
-        for segment in self.segments:  # plain sums: those of later versions of Python are compensated
-            trip += 2.0 * segment.length / segment.wave_speed
-        return trip
-
-    def segment_at(self, x: float) -> Segment:
-        """Return the segment at x [m]; at a boundary, met to rounding, the right one."""
-        if len(self.segments) == 1:
-            return self.segments[0]
-        ends, behind = self._segment_ends(), x + PLACE_ROUNDING * self.length
-        return next((piece for piece, end in zip(self.segments, ends, strict=True) if behind < end), self.segments[-1])
-
-    def retardation(self, x: float, quantity: Quantity) -> float:
-        """Return by how much of its rate an internal force at x [m] exceeds its elastic part: viscosity over E [s].
-
-        It is 0 of quantities that are no internal force.
-        """
-        if quantity not in INTERNAL_FORCES:
-            return 0.0
-        segment = self.segment_at(x)
-        return segment.viscosity / segment.young
-
-    def segment_before(self, x: float) -> Segment:
-        """Return the segment at x [m]; at a boundary, met to rounding, the left one."""
-        ends, before = self._segment_ends(), x - PLACE_ROUNDING * self.length
-        return next((piece for piece, end in zip(self.segments, ends, strict=True) if before <= end), self.segments[-1])
-
-    def _segment_ends(self) -> Iterator[float]:
-        """Give the place x [m] of the right end of each segment."""
-        return itertools.accumulate(segment.length for segment in self.segments)
-
-    def is_inner(self, x: float) -> bool:
-        """Return whether x [m] lies between the ends."""
-        return 0.0 < x < self.length
-
-    def carries(self, x: float) -> str:
-        """Return the support at x [m]: ``inner``, ``force``, or the kind of the end."""
-        return "inner" if self.is_inner(x) else (self.left if x == 0.0 else self.right).carries
-
     def travel_time(self, x: float, other: float) -> float:
-        if not self.has_fronts:
-            return 0.0
-        low, high = min(x, other), max(x, other)
-        time = at = 0.0
-        for segment in self.segments:
-            inside = max(0.0, min(high, at + segment.length) - max(low, at))
-            time, at = time + inside / segment.front_speed, at + segment.length
-        return time
+        return self.front_time(x, other) if self.has_fronts else 0.0
 
 
 @dataclass(frozen=True)

@@ -80,9 +80,9 @@ class ContactRecord(ctypes.Structure):
     old_gap: float  # m, one step before
     old_trial: float  # N
     touching: float  # 1 where a located touch begins this step
-    silent_apart: int  # 1 if its law need not be asked in a step that begins and ends apart, as the one before it did
+    zero_apart: int  # 1 if its law is not evaluated in a step that begins and ends apart, as the one before it did
     apart: int  # 1 if the last step began and ended apart
-    skipped: int  # 1 if its law was not asked in this step
+    skipped: int  # 1 if its law was not evaluated in this step: its last reply, of zero, stands
     span_impulse: float  # N s, of the contact under way
     span_peak: float  # N
     last_event: float  # s

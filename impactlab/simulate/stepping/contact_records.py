@@ -36,12 +36,12 @@ class Faces(NamedTuple):
 def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: Sequence[LawAddress]) -> Contacts:
     """Return the contacts that are solved, with the addresses of their laws."""
     n_contacts = len(layout.solved)
-    by_name, ports = records(Port, n_contacts)
-    found, contacts = records(ContactRecord, n_contacts)
-    answers, replies = records(Reply, n_contacts)
+    ports, ports_for_loop = records(Port, n_contacts)
+    contacts, contacts_for_loop = records(ContactRecord, n_contacts)
+    replies, replies_for_loop = records(Reply, n_contacts)
     for place, (number, contact) in enumerate(zip(layout.solved, layout.contacts, strict=True)):
         start, law = layout.plan.starts[number], layout.plan.acting.laws[contact.name]
-        port, record, points = by_name[place], found[place], faces_of_contact(contact)
+        port, record, points = ports[place], contacts[place], faces_of_contact(contact)
         port.parameters[: len(start.parameters)] = [*start.parameters]
         if start.memory:
             port.memory[: len(start.memory)] = [*start.memory]
@@ -53,14 +53,15 @@ def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: S
         record.dates = int(law.answers_force and not law.two_sided)
         record.compliant = int(law.answers_force and not law.hard)
         record.joined = int(law.two_sided)
-        located = layout.plan.method.events == "located"  # by trial forces, which a law that is not asked does not give
-        record.silent_apart = int(law.silent_apart and not located and not integrator.projects_first)
+        # Located events need the trial force of every step. A predictor may overlap where the free step ends apart.
+        located = layout.plan.method.events == "located"
+        record.zero_apart = int(law.zero_apart and not located and not integrator.projects_first)
         record.projects_first, record.load_point = int(integrator.projects_first), integrator.load_point
         record.trial_point = 1.0 if law.trial_at_end else integrator.load_point
         record.initial_gap = contact.gap - _placed(layout, contact.right) + _placed(layout, contact.left)
         record.old_gap = contact.gap
         record.left_share = static[0] / sum(static) if sum(static) > 0.0 else 0.0
-    return Contacts(by_name, found, answers, (ports, contacts, replies))
+    return Contacts(ports, contacts, replies, (ports_for_loop, contacts_for_loop, replies_for_loop))
 
 
 def _placed(layout: Layout, point: Point) -> float:

@@ -244,15 +244,19 @@ def size_of(m: StepArrays, number: int, dt: float) -> float:
 
 @INLINE
 def skipped(m: StepArrays, number: int) -> bool:
-    """Return whether a contact stays apart in a step, so that its law need not be asked; its last reply was zero."""
-    contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
-    contact.skipped = 0
-    if contact.silent_apart == 0 or contact.coupled != 1:
+    """Return whether a law need not be evaluated, as its faces stay apart in this step as in the one before.
+
+    No other contact may act on the faces within the step, so that the free step is their whole motion.
+    """
+    contact = m.contacts[number]
+    if contact.zero_apart == 0:
         return False
-    port, before = m.ports[number], contact.apart
-    gap = contact.initial_gap + port.offset
-    apart = port.in_contact == 0.0 and gap + right.u - left.u > 0.0 and gap + right.free_u - left.free_u > 0.0
-    contact.apart = 1 if apart else 0
+    port, left, right, before = m.ports[number], m.faces[2 * number], m.faces[2 * number + 1], contact.apart
+    contact.apart = 0
+    if contact.coupled == 1 and port.in_contact == 0.0:
+        gap = contact.initial_gap + port.offset
+        if gap + right.u - left.u > 0.0 and gap + right.free_u - left.free_u > 0.0:
+            contact.apart = 1
     contact.skipped = contact.apart * before
     return contact.skipped != 0
 
@@ -315,7 +319,6 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
     if skipped(m, 0):
         return True
     contact, reply, left, right = m.contacts[0], m.replies[0], m.faces[0], m.faces[1]
-    contact.before = contact.force
     reply_to(m, 0, time, dt, (left.free_u, left.free_v), (right.free_u, right.free_v), (0.0, 0.0, 0.0))
     contact.force, contact.impulse = reply.force, reply.impulse
     contact.projection, contact.push = reply.projection, reply.push

@@ -1,0 +1,49 @@
+"""Where the value of a path stands, its line or the option that gave it, and errors with that place filled in."""
+
+from __future__ import annotations
+
+from impactlab.casefile.document import Document
+from impactlab.errors import ImpactlabError
+
+NEW_KIND = "A new kind takes none of the keys of the old one: give them with it, as one block."
+
+
+def given_by(document: Document, path: str) -> str:
+    """Return the option that gave the value of a path; "" if the file did.
+
+    It may have given a block that holds the path, or a key in it; of a block that the file lacks, a value at any depth.
+    """
+    keys = tuple(path.split("."))
+    lacking = bool(path and document.lines) and keys not in document.lines
+    for given, name in document.given.items():
+        inside = lacking and given[: len(keys)] == keys
+        if inside or keys[: len(given)] == given or (given[:-1] == keys and path):
+            return name
+    return ""
+
+
+def placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabError:
+    """Fill in file, line and the option that gave the value, of an error and those found with it; return it."""
+    for each in (error, *error.others):
+        kind = (*each.path.split(".")[:-1], "kind")
+        if each.text.startswith("this key is missing") and kind in document.given and not each.file:
+            each.given_by, each.remedy = document.given[kind], f"{each.remedy} {NEW_KIND}".strip()
+            each.located(file, None)
+            continue
+        if not each.file:
+            each.given_by = each.given_by or given_by(document, each.path)
+        each.located(file, locate(document, each.path))
+    return error
+
+
+def locate(document: Document, path: str) -> int | None:
+    """Return the line of a path, or of the nearest key above it.
+
+    None for a value that is not from the file.
+    """
+    if not path or given_by(document, path):
+        return None
+    keys = tuple(path.split("."))
+    while keys and keys not in document.lines:
+        keys = keys[:-1]
+    return document.lines.get(keys)
