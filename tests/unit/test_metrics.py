@@ -250,3 +250,15 @@ def test_a_metric_of_ones_own_joins_the_block() -> None:
     )
     assert judged["steps"] == 7
     assert judged["force"] == 0.0
+
+
+def test_a_force_that_jumps_in_the_middle_of_a_cell_counts_half_of_each_side() -> None:
+    """Steps are often such a share of the duration; rounding then must not decide between two errors."""
+    end = float(metrics.midpoints(DURATION)[2000])
+    exact = history()
+    errors = [
+        metrics.force(history(shift=end * (1.0 + share) - 2.0), exact, scene().scene) for share in (-4e-16, 0.0, 4e-16)
+    ]
+    assert errors[0] == pytest.approx(errors[1], rel=1e-12)
+    assert errors[2] == pytest.approx(errors[1], rel=1e-12)
+    assert errors[1] == pytest.approx(np.sqrt((end - 2.0) / 2.0), rel=1e-9)  # of the excess over the pulse
