@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from selenium import webdriver
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
@@ -78,7 +79,8 @@ def test_a_click_shows_the_point_and_its_command_repeats_it(pages, browser, monk
     point = found.isel({MASS: 6, GAP: 1})
     contacts, restitution, impulse = values(browser)
     assert int(contacts) == point["contacts"].item()
-    assert float(restitution) == pytest.approx(point["restitution"].item(), rel=1e-5)
+    assert restitution == "–"  # the mass has not parted at the end of the run
+    assert np.isnan(point["restitution"].item())
     assert float(impulse.split()[0]) == pytest.approx(point["impulse"].item(), rel=1e-5)
     command = shlex.split(browser.find_element(By.ID, "command").text)
     monkeypatch.chdir(CASES)

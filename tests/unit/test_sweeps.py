@@ -276,7 +276,9 @@ def test_a_killed_sweep_goes_on_and_gives_the_same_bits(tmp_path, case):
     written = first.stat().st_mtime_ns
     subprocess.run([*command, str(killed)], check=True)
     assert first.stat().st_mtime_ns == written  # finished chunks are not computed again
-    assert np.array_equal(il.open_sweep(killed)["restitution"], il.open_sweep(whole)["restitution"])
+    known = il.open_sweep(whole)["restitution"]
+    assert 0 < np.isnan(known).sum() < 100  # heavy masses have not parted at the end of the run
+    assert np.array_equal(il.open_sweep(killed)["restitution"], known, equal_nan=True)
     assert (killed / "table.csv").read_bytes() == (whole / "table.csv").read_bytes()
     with pytest.raises(il.CaseError, match="different: axes"):
         il.sweep(case, {MASS: [1.0]}, quantities=["restitution"], out=killed)
