@@ -23,6 +23,7 @@ from impactlab.exact.batch.reading import (
 )
 from impactlab.exact.batch.writing import DENSITY, LENGTH, MASS, round_trip, velocity_of
 from impactlab.exact.periods import CONTACT, IMPULSE, SPAN_COLUMNS, START, STOP, finish_span
+from impactlab.history.energy import LEAST_ENERGY
 from impactlab.history.noise_floor import EARLY, MIN_OPENING, MIN_SHARE
 from impactlab.metrics.collisions import MIN_APPROACH
 from impactlab.numerics.compiling import EXACT_PART
@@ -269,4 +270,4 @@ def balance(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, grou
         if m.contacts[c].damping > 0.0:
             error += contact_loss(m, c, t)
     scale = at_stake(m, q, p, spans, count, start, work, group)
-    return (error - work) / (scale if scale > 1e-290 else 1.0)  # as `LEAST_ENERGY` of `EnergyBook`
+    return (error - work) / (scale if scale > LEAST_ENERGY else 1.0)
