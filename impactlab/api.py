@@ -29,7 +29,7 @@ from impactlab.errors import (
 )
 from impactlab.history.advice import ADVICE
 from impactlab.history.base import SERIOUS, AbstractHistory
-from impactlab.history.instruments import check_rates
+from impactlab.history.instruments import check_instruments
 from impactlab.lazy import lazy
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Method, Simulation, theories
@@ -165,7 +165,7 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
         scene = scene.with_frames(frames)
     try:
         history = solve(scene, method, progress)
-        check_rates(scene, history.record_rate)  # of a step that the automatic choice found, or of a thinned run
+        check_instruments(history)  # of a step that the automatic choice found, or of a thinned run
     except ImpactlabError as error:
         if isinstance(case, Case):
             case.place(error)

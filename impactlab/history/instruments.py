@@ -89,6 +89,12 @@ def check_rates(scene: Scene, recorded: float, only: Probe | None = None) -> Non
                 )
 
 
+def check_instruments(history: Recorded) -> None:
+    """Raise `CaseError` where an instrument is faster than the records of its run; without any no record is read."""
+    if instrumented(history.scene):
+        check_rates(history.scene, history.record_rate)
+
+
 def probe_of(scene: Scene, probe: Probe | str | int) -> Probe:
     """Return a probe by itself, by its channel, or by its number from 0.
 

@@ -47,9 +47,13 @@ class Reach(NamedTuple):
     arrivals: dict[str, float]  # s, before which nothing can have reached a contact
 
 
-def reach_of(scene: Scene, models: Models, joined: Sequence[Group] | None = None) -> Reach:
-    """Return groups and first arrivals of contacts; ``joined`` are the groups, if known."""
-    return Reach(_groups_of(scene, groups(scene) if joined is None else joined), first_arrivals(scene, models))
+def reach_of(scene: Scene, models: Models) -> Reach:
+    """Return groups and first arrivals of contacts; kept with the scene, as runs of one scene share them."""
+    key = "reach", tuple(name for name, model in models.items() if model.theory)  # no other fact of a model matters
+    if key not in scene.derived:
+        scene.derived[key] = Reach(_groups_of(scene, groups(scene)), first_arrivals(scene, models))
+    found: Reach = scene.derived[key]
+    return found
 
 
 def share_of(steps: float) -> float:
@@ -67,7 +71,6 @@ def above_noise(
     events: Sequence[Event],
     spans: Sequence[ContactSpan],
     steps: float = 0.0,
-    reach: Reach | None = None,
 ) -> Found:
     """Return events and spans of a run without noise, in order of time.
 
@@ -81,13 +84,11 @@ def above_noise(
         All that were found, in order of time; a span begins and ends with the events of its contact.
     steps : float, optional
         How many steps the duration has; 0 where there are none.
-    reach : Reach, optional
-        Of the scene, where it is known already.
     """
     if not spans and not events:
         return (), ()
     events, spans = _without_brief_openings(events, spans)
-    floors = _floors(spans, share_of(steps), reach or reach_of(scene, models))
+    floors = _floors(spans, share_of(steps), reach_of(scene, models))
     if not _any_noise(events, spans, floors):
         return tuple(sorted(events, key=lambda event: event.time)), tuple(sorted(spans, key=lambda span: span.start))
     kept: list[ContactSpan] = []

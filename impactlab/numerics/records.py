@@ -32,6 +32,13 @@ def on_lines(size: int) -> Array:
     return room[first : first + size]
 
 
+def copied_on_lines(array: Array) -> Array:
+    """Return a copy of an array that begins with a line of memory, too."""
+    made = on_lines(array.size).reshape(array.shape)
+    made[:] = array
+    return made
+
+
 def copied(array: Any) -> Any:
     """Return a copy of an array, (n,) if of records: byte by byte, where numpy copies field by field."""
     if array.dtype.names is None:

@@ -54,13 +54,13 @@ SAME_PLACE = 1e-9  # of a body's length: a place this near to a face is the face
 MAX_LISTED = 12  # times in a message
 MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
 # Fields that refer to the memory of a run.
-OF_THE_RUN = ("assembly", "_record", "_records", "_instants", "_last_bead_gaps")
+OF_THE_RUN = ("assembly", "_record", "_channels", "_last_bead_gaps")
 
 
 class AbstractRecordedHistory(AbstractHistory):
     """A history of recorded channels. To write one, supply ``recorded``, `snapshots`, `motion` and `memories`."""
 
-    recorded: dict[str, Channel]
+    recorded: Mapping[str, Channel]
     dropped: tuple[float, int] = (0.0, 0)  # J, by changes of coordinates with a contact, and their number
 
     def __init__(

@@ -27,7 +27,8 @@ class AdaptiveHistory(AbstractRecordedHistory):
         system = record.system
         super().__init__(system.scene, system.method, system.built)
         self._record = record
-        self.events, self.contacts, self.recorded = (), (), {}
+        self.events, self.contacts = (), ()
+        self.recorded: dict[str, Channel] = {}
 
     def memories(self) -> list[Sequence[float]]:
         return [contact.port.memory[:] for contact in self._record.system.contacts]

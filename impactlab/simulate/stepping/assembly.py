@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cached_property, partial
 from typing import Any, final
 
 import numpy as np
@@ -12,7 +12,7 @@ from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.addresses import COMPILED, entered
 from impactlab.numerics.ahead import ahead
 from impactlab.numerics.law_address import LawAddress
-from impactlab.numerics.records import copied, copied_records, on_lines, records
+from impactlab.numerics.records import copied, copied_on_lines, copied_records, records
 from impactlab.scene.method import laws_of
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
@@ -53,6 +53,8 @@ COPIED: Mapping[str, type[Any]] = {
 """Records that are also read and written by name, and hold more than zeros before a run."""
 WRITTEN = ("record", "sample", "snapshot_state")
 """Arrays that a run writes to, zero before it."""
+PLACE = {name: place for place, name in enumerate(StepArrays._fields)}
+"""Number of each array."""
 ON_LINES = ("beads", "bead_contacts")
 """Arrays whose parts begin with a line of memory."""
 
@@ -187,23 +189,37 @@ class Assembly:
 
         ``given`` are arrays of other sizes in place of new ones.
         """
-        other, old = copy.copy(self), self.memory._asdict()
-        arrays: dict[str, Any] = {"state": self.layout.state(), **given}
-        (other.clock,), arrays["clock"] = copied_records(ClockRecord, old["clock"])
-        other.events, arrays["events"] = records(EventRecord, old["events"].size)
+        other, m = object.__new__(Assembly), self.memory
+        by_name = other.__dict__
+        by_name.update(self.__dict__)
+        arrays: list[Any] = [*m]  # those without entries serve all runs
+        arrays[PLACE["state"]] = self.layout.state()
+        (other.clock,), arrays[PLACE["clock"]] = copied_records(ClockRecord, m.clock)
+        other.events, arrays[PLACE["events"]] = records(EventRecord, len(m.events))
         for name, kind in COPIED.items():
-            by_name, arrays[name] = copied_records(kind, old[name])
-            setattr(other, name, by_name)
-        for name in ON_LINES:
-            if old[name].size:
-                arrays[name] = on_lines(old[name].size).reshape(old[name].shape)
-                arrays[name][:] = old[name]
-        for name, array in old.items():
-            if name not in arrays:  # those without entries serve all runs
-                written = name in WRITTEN and array.size
-                arrays[name] = np.zeros(array.shape) if written else copied(array) if array.size else array
-        other.memory = StepArrays(**arrays)
+            by_name[name], arrays[PLACE[name]] = copied_records(kind, arrays[PLACE[name]])
+        for place, make in self._others:
+            arrays[place] = make()
+        for name, array in given.items():
+            arrays[PLACE[name]] = array
+        other.memory = StepArrays._make(arrays)
         return other
+
+    @cached_property
+    def _others(self) -> list[tuple[int, Callable[[], Any]]]:
+        """Place and function that makes it of each array of another run that is neither the state nor in `COPIED`."""
+        made: list[tuple[int, Callable[[], Any]]] = []
+        for name, array in self.memory._asdict().items():
+            if not array.size or name in COPIED or name in ("state", "clock", "events"):
+                continue
+            if name in WRITTEN:
+                make = partial(np.zeros, array.shape)
+            elif name in ON_LINES:
+                make = partial(copied_on_lines, array)
+            else:
+                make = partial(copied, array) if array.dtype.names else array.copy
+            made.append((PLACE[name], make))
+        return made
 
     def grow(self) -> None:
         """Double the room for records and samples; those written stay."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, final
 
@@ -20,7 +20,7 @@ from impactlab.history.base import (
     within_run,
 )
 from impactlab.history.frame import carried_by, drifts_alone, groups, touched_in
-from impactlab.history.noise_floor import Found, above_noise, reach_of
+from impactlab.history.noise_floor import Found, above_noise
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
@@ -30,7 +30,7 @@ from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.chain_waves import ChainWaves
 from impactlab.simulate.stepping.delay_waves import DelayWaves
-from impactlab.simulate.stepping.recorded_channels import Ends, Instants, instants_of, read_channels
+from impactlab.simulate.stepping.recorded_channels import Ends, RecordedChannels, ends_of
 from impactlab.types import Array
 
 
@@ -52,8 +52,6 @@ class RecordedHistory(AbstractRecordedHistory):
         self._times = np.zeros(0)  # of the snapshots
         self._integrator = integrator
         self._raw: list[tuple[float, int, int, float, float, float]] = []
-        self._joined = groups(assembly.scene)
-        self._reach = reach_of(assembly.scene, assembly.method.models, self._joined)
 
     def drain(self) -> None:
         """Take the events out of the loop's buffer."""
@@ -81,23 +79,25 @@ class RecordedHistory(AbstractRecordedHistory):
         self.load_impulses = readout.load_impulses(self.assembly, self.assembly.clock.time - self.duration)
 
     @cached_property
-    def _read(self) -> tuple[dict[str, Channel], Ends]:
-        """Channels, and the records of delay lines."""
-        return read_channels(self.assembly, self._integrator)
+    def _channels(self) -> RecordedChannels:
+        return RecordedChannels(self.assembly, self._integrator)
 
     @cached_property
-    def recorded(self) -> dict[str, Channel]:  # type: ignore[override]
+    def recorded(self) -> Mapping[str, Channel]:  # type: ignore[override]
         """Channels by name."""
-        channels, ends = self._read
+        if not self.assembly.layout.in_waves:
+            return self._channels
+        channels = dict(self._channels)
         for each in self.assembly.layout.in_waves:
-            times = ends[each.body][0]
+            times = self._ends[each.body][0]
             values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
             channels[each.channel] = Channel(times, values, False)
         return channels
 
-    @property
+    @cached_property
     def _ends(self) -> Ends:
-        return self._read[1]
+        """Records of delay lines."""
+        return ends_of(self.assembly, self._channels)
 
     @cached_property
     def _found(self) -> Found:
@@ -131,8 +131,8 @@ class RecordedHistory(AbstractRecordedHistory):
         return readout.memories(self.assembly)
 
     def __getstate__(self) -> dict[str, Any]:
-        _ = self._joined_impulses, self._memories
-        return super().__getstate__()
+        _ = self._joined_impulses, self._memories, self._ends
+        return super().__getstate__() | {"recorded": dict(self.recorded)}
 
     def snapshots(self) -> Array:
         taken = self.assembly.clock.n_snapshots
@@ -198,7 +198,7 @@ class RecordedHistory(AbstractRecordedHistory):
         A force that rises is largest there: more than the ``last`` mean over a step, or less where the middle of that
         step lies beyond the run.
         """
-        middles, record = self._instants.middles, self._records
+        middles, record = self._channels.instants.middles, self._channels.record
         if last >= peak and middles[-1] > self.duration:
             within = record[(middles > start) & (middles <= self.duration), self.assembly.layout.column_of(number)]
             peak = float(within.max(initial=0.0))
@@ -214,23 +214,14 @@ class RecordedHistory(AbstractRecordedHistory):
         if power is None:
             return self.at_end(f"force:{contact}")
         place = layout.column_of(number) - layout.first_bead_force
-        gaps = self._last_bead_gaps[place] if place >= 0 else self._records[-2:, layout.column_of(number) + 1]
-        overlap = max(0.0, -float(np.interp(self.duration, self._records[-2:, 0], gaps)))
+        gaps = self._last_bead_gaps[place] if place >= 0 else self._channels.record[-2:, layout.column_of(number) + 1]
+        overlap = max(0.0, -float(np.interp(self.duration, self._channels.record[-2:, 0], gaps)))
         return float(power.stiffness * overlap**power.exponent)
-
-    @cached_property
-    def _records(self) -> Array:
-        """Records of the loop, (n_records, n_columns)."""
-        return self.assembly.memory.record[: self.assembly.clock.n_records]
-
-    @cached_property
-    def _instants(self) -> Instants:
-        return instants_of(self.assembly, self._integrator, self._records)
 
     @cached_property
     def _last_bead_gaps(self) -> Array:
         """Gaps of the contacts of rows of beads in the last two records [m], (n_bead_contacts, 2)."""
-        return readout.bead_gaps(self.assembly, self._records[-2:])
+        return readout.bead_gaps(self.assembly, self._channels.record[-2:])
 
     @property
     def _beyond(self) -> float:
@@ -259,7 +250,7 @@ class RecordedHistory(AbstractRecordedHistory):
         numbers = {name: number for number, name in enumerate(assembly.layout.built)}
         columns = {name: SAMPLED + 3 * numbers[name] for name in scene.in_order}
         touched = touched_in(self)
-        joined = self._joined if len(touched) == len(self._reach.groups) else groups(scene, touched)
+        joined = groups(scene, touched)
         works = [sample[:, column + 1] for column in columns.values()]
         work = works[0] + works[1] if len(works) == 2 else np.array(works).T.sum(axis=1)
         return EnergyBook(
@@ -322,4 +313,4 @@ class RecordedHistory(AbstractRecordedHistory):
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
         events.sort(key=lambda event: event.time)
         steps = self.duration / assembly.dt
-        return above_noise(self.scene, assembly.method.models, events, spans, steps, self._reach)
+        return above_noise(self.scene, assembly.method.models, events, spans, steps)

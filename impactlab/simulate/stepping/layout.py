@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import final
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import Literal, NamedTuple, final
 
 from impactlab.errors import CaseError
 from impactlab.models.continuous.delay_chain import DelayChain
@@ -13,7 +15,7 @@ from impactlab.scene.problem import Contact, Point
 from impactlab.scene.sizes import kept_of_rows
 from impactlab.simulate.channels import Probed, probed
 from impactlab.simulate.plan import Plan
-from impactlab.simulate.stepping.arrays import SAMPLES
+from impactlab.simulate.stepping.arrays import SAMPLED, SAMPLES
 from impactlab.simulate.stepping.bead_rows import BeadRows, bead_rows
 from impactlab.types import Array, Quantity
 
@@ -32,6 +34,16 @@ def faces_of_contact(contact: Contact) -> tuple[Point, Point]:
 def steps_per_sample(steps: int, bodies: int) -> int:
     """Return how many steps lie between two samples of the energies; scenes of many bodies have fewer samples."""
     return math.ceil(steps / min(SAMPLES, max(MIN_SAMPLES, MOST_SAMPLED // (3 * bodies))))
+
+
+class Source(NamedTuple):
+    """Where the values of a channel stand in the records of a run, and the instants to which they belong."""
+
+    kept: Literal["record", "sample", "bead_gaps", "none"]
+    columns: tuple[int, ...]  # of several the sum is read; of bead gaps the rows
+    instants: Literal["times", "velocities", "step_means", "forces"] = "times"
+    stepped: bool = False
+    sloped: bool = False  # means over steps, read with a slope inside each
 
 
 @final
@@ -125,6 +137,53 @@ class Layout:
         self.recorded = recorded
         self.probes = [each for each in recorded if each.body not in beads]
         self._probe_places = {each: place for place, each in enumerate(self.probes)}
+
+    @cached_property
+    def sources(self) -> Mapping[str, Source]:
+        """Where the values of each channel stand, by name; without those inside delay lines."""
+        found: dict[str, Source] = {}
+        for number in range(len(self.scene.contacts)):
+            found.update(self._sources_of_contact(number))
+        grouped: dict[str, list[Source]] = {}
+        for contact in self.scene.contacts:
+            if contact.group:
+                grouped.setdefault(contact.group, []).append(found[f"force:{contact.name}"])
+        for group, forces in grouped.items():
+            columns = tuple(column for each in forces for column in each.columns)
+            found.setdefault(f"force:{group}", forces[0]._replace(columns=columns))
+        for probe in self.recorded:
+            instants = self._instants_of_velocity(probe.body, probe.x) if probe.quantity == "velocity" else "times"
+            # A face that a contact presses in beyond its coordinates is known from the contact.
+            found.setdefault(probe.channel, Source("record", (self.probe_column(probe),), instants))
+        places = {name: SAMPLED + 3 * number for number, name in enumerate(self.built)}
+        for name, body in self.scene.bodies.items():
+            if not body.changes:  # the momentum of a mechanism is a vector, which nothing sums up
+                found[f"momentum:{name}"] = Source("sample", (places[name] + 2,))
+            found[f"energy:{name}"] = Source("sample", (places[name],))
+        return found
+
+    def _sources_of_contact(self, number: int) -> Iterator[tuple[str, Source]]:
+        """Give the sources of force and gap of a contact, and of the motion of its faces on bodies that deform."""
+        contact, column = self.scene.contacts[number], self.column_of(number)
+        law = self.plan.acting.laws[contact.name]
+        # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
+        kept: Literal["record", "none"] = "record" if law.answers_force else "none"
+        yield f"force:{contact.name}", Source(kept, (column,), "forces", stepped=True, sloped=not law.hard)
+        if column >= self.first_bead_force:
+            yield f"gap:{contact.name}", Source("bead_gaps", (column - self.first_bead_force,))
+            return
+        yield f"gap:{contact.name}", Source("record", (column + 1,))
+        for side, point in enumerate((contact.left, contact.right)):
+            if self.scene.bodies[point.body].elastic is not None:
+                first, place = column + 2 + 2 * side, f"{point.body}@{point.x:.6g}"
+                yield f"displacement:{place}", Source("record", (first,))
+                moved = self._instants_of_velocity(point.body, point.x)
+                yield f"velocity:{place}", Source("record", (first + 1,), moved)
+
+    def _instants_of_velocity(self, body: str, x: float) -> Literal["velocities", "step_means"]:
+        """Return the instants of recorded velocities at x: those of a chain of delays are means over a step."""
+        model = self.built[body].model
+        return "step_means" if isinstance(model, DelayChain) and model.gives_means(x) else "velocities"
 
     def pushed_bodies(self) -> set[str]:
         """Return the bodies that contacts which are solved, pushed rows or loads over time move."""

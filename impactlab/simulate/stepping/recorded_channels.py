@@ -1,124 +1,126 @@
-"""The channels of a stepped run, read from the records of the loop."""
+"""The channels of a stepped run, each read from the records of the loop on first use."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from functools import cached_property
+from typing import final
 
 import numpy as np
 
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
-from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import Channel
 from impactlab.simulate.stepping import readout
-from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.layout import Source
 from impactlab.types import Array
 
 Ends = dict[str, tuple[Array, Array]]  # of delay lines: times; displacements of both ends, or waves
 
 
-class Instants(NamedTuple):
-    """The instants to which recorded values belong [s]."""
+@final
+class Instants:
+    """The instants to which the records (n, n_columns) of a run under a scheme belong, shape (n,) each [s]."""
 
-    times: Array  # ends of steps: displacements and gaps
-    velocities: Array
-    forces: Array  # ends of the intervals over which they acted
-    middles: Array  # of these
+    def __init__(self, record: Array, dt: float, integrator: AbstractIntegrator) -> None:
+        self.times = record[:, 0].copy()  # side by side: every read of a column takes a line of memory per record
+        self._dt, self._integrator = dt, integrator
 
+    @cached_property
+    def _lengths(self) -> Array:
+        """Times between records; 0 of the first."""
+        lengths = self.times.copy()
+        lengths[1:] -= self.times[:-1]
+        return lengths
 
-def read_channels(assembly: Assembly, integrator: AbstractIntegrator) -> tuple[dict[str, Channel], Ends]:
-    """Return the channels of a run by name, without those inside delay lines; and the records of these."""
-    scene, layout, channels = assembly.scene, assembly.layout, dict[str, Channel]()
-    record = assembly.memory.record[: assembly.clock.n_records]
-    at, bead_gaps = instants_of(assembly, integrator, record), readout.bead_gaps(assembly, record)
-    for number in range(len(scene.contacts)):
-        channels.update(of_contact(assembly, number, record, at, bead_gaps))
-    for group, total in sums_of_groups(scene, channels):
-        channels.setdefault(group, total)
-    for probe in layout.recorded:
-        moving, column = probe.quantity == "velocity", layout.probe_column(probe)
-        on = velocity_times(assembly, probe.body, probe.x, at) if moving else at.times
-        # A face that a contact presses in beyond its coordinates is known from the contact.
-        channels.setdefault(probe.channel, Channel(on, record[:, column], False))
-    sample = assembly.memory.sample[: assembly.clock.n_samples]
-    places = {name: number for number, name in enumerate(layout.built)}
-    for name, body in scene.bodies.items():
-        first = SAMPLED + 3 * places[name]
-        if not body.changes:  # the momentum of a mechanism is a vector, which nothing sums up
-            channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, first + 2], False)
-        channels[f"energy:{name}"] = Channel(sample[:, 0], sample[:, first], False)
-    return channels, ends_of(assembly, record, at.times, channels)
+    @cached_property
+    def _last_steps(self) -> Array:
+        return np.minimum(self._lengths, self._dt)  # a record of several steps ends with the last of them
 
+    @cached_property
+    def velocities(self) -> Array:
+        """Those of velocities in the scheme."""
+        before = 1.0 - self._integrator.velocity_point
+        if before == 0.0:
+            return self.times
+        early = before * self._last_steps
+        early[:1] = before * self._dt  # the velocity at t = 0 belongs to the step before
+        return self.times - early
 
-def instants_of(assembly: Assembly, integrator: AbstractIntegrator, record: Array) -> Instants:
-    """Return the instants of the records of a run under its scheme."""
-    times = record[:, 0].copy()  # side by side: every read of a column takes a line of memory per record
-    lengths = times.copy()
-    lengths[1:] -= times[:-1]
-    last_steps = np.minimum(lengths, assembly.dt)  # a record of several steps ends with the last of them
-    of_velocity, of_force, middles = times, times, times - 0.5 * lengths
-    if integrator.velocity_point != 1.0:
-        early = (1.0 - integrator.velocity_point) * last_steps
-        early[:1] = (1.0 - integrator.velocity_point) * assembly.dt  # the velocity at t = 0 belongs to the step before
-        of_velocity = times - early
-    if integrator.load_point != 0.5:
-        late = (integrator.load_point - 0.5) * last_steps
-        of_force, middles = np.minimum(times + late, times[-1]), middles + late
-    return Instants(times, of_velocity, of_force, middles)
+    @cached_property
+    def step_means(self) -> Array:
+        """The middles of the last steps, to which mean velocities belong."""
+        return self.times - 0.5 * self._last_steps
 
+    @property
+    def _late(self) -> Array | float:
+        """Times by which forces act later than in the middle of their step."""
+        return (self._integrator.load_point - 0.5) * self._last_steps if self._integrator.load_point != 0.5 else 0.0
 
-def velocity_times(assembly: Assembly, body: str, x: float, at: Instants) -> Array:
-    """Return the instants of recorded velocities at x [s]: those of a chain of delays are means over a step."""
-    model = assembly.layout.built[body].model
-    if not (isinstance(model, DelayChain) and model.gives_means(x)):
-        return at.velocities
-    lengths = np.diff(at.times, prepend=at.times[:1])
-    return np.asarray(at.times - 0.5 * np.minimum(lengths, assembly.dt))
+    @cached_property
+    def forces(self) -> Array:
+        """The ends of the intervals over which forces acted."""
+        return np.minimum(self.times + self._late, self.times[-1:])
+
+    @cached_property
+    def middles(self) -> Array:
+        """The middles of these intervals."""
+        return self.times - 0.5 * self._lengths + self._late
 
 
-def of_contact(
-    assembly: Assembly, number: int, record: Array, at: Instants, bead_gaps: Array
-) -> Iterator[tuple[str, Channel]]:
-    """Give force and gap of a contact, and the motion of its faces on bodies that deform, by name.
+@final
+class RecordedChannels(Mapping[str, Channel]):
+    """The channels of a run by name, without those inside delay lines."""
 
-    ``bead_gaps`` are those of the contacts of rows of beads [m], (n_bead_contacts, n_records).
-    """
-    scene, layout = assembly.scene, assembly.layout
-    contact, column = scene.contacts[number], layout.column_of(number)
-    law = assembly.acting.laws[contact.name]
-    force = record[:, column] if law.answers_force else np.full_like(at.times, np.nan)
-    # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
-    yield f"force:{contact.name}", Channel(at.forces, force, True, None if law.hard else at.middles)
-    if column >= layout.first_bead_force:
-        yield f"gap:{contact.name}", Channel(at.times, bead_gaps[column - layout.first_bead_force], False)
-        return
-    yield f"gap:{contact.name}", Channel(at.times, record[:, column + 1], False)
-    for side, point in enumerate((contact.left, contact.right)):
-        if scene.bodies[point.body].elastic is not None:
-            first = column + 2 + 2 * side
-            place = f"{point.body}@{point.x:.6g}"
-            yield f"displacement:{place}", Channel(at.times, record[:, first], False)
-            moved = velocity_times(assembly, point.body, point.x, at)
-            yield f"velocity:{place}", Channel(moved, record[:, first + 1], False)
+    def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
+        self._assembly, self._sources = assembly, assembly.layout.sources
+        self._integrator = integrator
+        self.record = assembly.memory.record[: assembly.clock.n_records]  # (n_records, n_columns), of the loop
+        self._sample = assembly.memory.sample[: assembly.clock.n_samples]
+        self._read: dict[str, Channel] = {}
+
+    def __getitem__(self, name: str) -> Channel:
+        if name not in self._read:
+            self._read[name] = self._channel(self._sources[name])
+        return self._read[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._sources
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sources)
+
+    def __len__(self) -> int:
+        return len(self._sources)
+
+    @cached_property
+    def instants(self) -> Instants:
+        """The instants to which the values of the record belong."""
+        return Instants(self.record, self._assembly.dt, self._integrator)
+
+    @cached_property
+    def _bead_gaps(self) -> Array:
+        return readout.bead_gaps(self._assembly, self.record)
+
+    def _channel(self, source: Source) -> Channel:
+        if source.kept == "sample":
+            return Channel(self._sample[:, 0], self._sample[:, source.columns[0]], False)
+        times: Array = getattr(self.instants, source.instants)
+        if source.kept == "bead_gaps":
+            return Channel(times, self._bead_gaps[source.columns[0]], False)
+        values = self.record[:, source.columns[0]]
+        for column in source.columns[1:]:
+            values = values + self.record[:, column]
+        if source.kept == "none":
+            values = np.full_like(times, np.nan)
+        return Channel(times, values, source.stepped, self.instants.middles if source.sloped else None)
 
 
-def sums_of_groups(scene: Scene, channels: Mapping[str, Channel]) -> Iterator[tuple[str, Channel]]:
-    """Give the sums of the forces of contacts of one name."""
-    grouped: dict[str, list[Channel]] = {}
-    for contact in scene.contacts:
-        if contact.group:
-            grouped.setdefault(contact.group, []).append(channels[f"force:{contact.name}"])
-    for group, forces in grouped.items():
-        total = sum((each.values for each in forces[1:]), forces[0].values)
-        yield f"force:{group}", forces[0]._replace(values=total)
-
-
-def ends_of(assembly: Assembly, record: Array, times: Array, channels: Mapping[str, Channel]) -> Ends:
+def ends_of(assembly: Assembly, channels: RecordedChannels) -> Ends:
     """Return the records of delay lines, by body."""
-    layout, found = assembly.layout, Ends()
+    layout, record, found = assembly.layout, channels.record, Ends()
     first = layout.first_probe + len(layout.probes)
     far = {(each.body, each.x): record[:, first + number] for number, each in enumerate(layout.far_ends)}
     for name, body in layout.built.items():
@@ -127,8 +129,8 @@ def ends_of(assembly: Assembly, record: Array, times: Array, channels: Mapping[s
                 far[name, x] if (name, x) in far else channels[f"displacement:{name}@{x:.6g}"].values
                 for x in (0.0, body.body.length)
             ]
-            found[name] = times, np.array(ends)
+            found[name] = channels.instants.times, np.array(ends)
         elif isinstance(body.model, DelayChain):
             own = [number for number, (owner, _) in enumerate(layout.sent) if owner == name]
-            found[name] = times, record[:, first + len(layout.far_ends) :][:, own].T
+            found[name] = channels.instants.times, record[:, first + len(layout.far_ends) :][:, own].T
     return found
