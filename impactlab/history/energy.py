@@ -94,6 +94,12 @@ class EnergyBook:
         return self.at_stake if self.at_stake > LEAST_ENERGY else 1.0
 
     @cached_property
+    def returned(self) -> float:
+        """Energy that dampers gave back [J]: the largest falls of the losses booked in them."""
+        booked = (self.booked[name] for name in ("damping", "ends") if name in self.booked)
+        return sum(float(np.max(np.maximum.accumulate(each) - each)) for each in booked if each.any())
+
+    @cached_property
     def final_error(self) -> float:
         """Error of the balance at the end, over the scale."""
         return abs(float(self.balance[-1])) / self.scale

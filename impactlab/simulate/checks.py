@@ -64,10 +64,7 @@ def add_warnings(history: AbstractHistory) -> None:
         if span.kicks is not None and span.kicks > KICKS_WARN:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             found.append(Warned("chatter", text))
-    for contact, memory in zip(scene.contacts, history.memories(), strict=True):
-        for noted in laws[contact.name].noted:
-            if count := int(memory[noted.slot]):
-                found.append(Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}"))
+    found += noted_by_laws(history)
     found += [*mechanism_warnings.warnings(history), *probe_warnings.after(history)]
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
     found += without_touch(history, meeting)
@@ -92,6 +89,17 @@ def add_warnings(history: AbstractHistory) -> None:
     history.warnings.extend(found)
 
 
+def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Give the warnings that laws counted in their memory."""
+    laws = history.method.laws
+    if not any(law.noted for law in laws.values()):
+        return
+    for contact, memory in zip(history.scene.contacts, history.memories(), strict=True):
+        for noted in laws[contact.name].noted:
+            if count := int(memory[noted.slot]):
+                yield Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}")
+
+
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Give a warning where changes of coordinates with a contact dropped a large share of the energy."""
     energy, changes = history.dropped
@@ -108,6 +116,8 @@ def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
 def without_touch(history: AbstractRecordedHistory, contacts: Sequence[Contact]) -> Iterator[Warned]:
     """Give a warning for each contact without an event."""
     touched = {event.contact for event in history.events}
+    if all(contact.name in touched for contact in contacts):
+        return
     gaps = {contact.name: history.recorded[f"gap:{contact.name}"].values for contact in contacts}
     travel = max(map(extent, gaps.values()), default=0.0)
     for contact in contacts:
@@ -260,10 +270,8 @@ def returned_by_dampers(history: AbstractHistory) -> float:
     A scheme that overshoots the velocities of damped modes takes energy from the formula of its dampers: their balance
     then holds, and the motion does not.
     """
-    booked = (history.energy.booked.get(name) for name in ("damping", "ends"))
-    damped = [each for each in booked if each is not None and each.any()]
-    fallen = sum(float(np.max(np.maximum.accumulate(each) - each)) for each in damped)
-    return fallen / reference_energy(history) if damped else 0.0
+    returned = history.energy.returned
+    return returned / reference_energy(history) if returned > 0.0 else 0.0
 
 
 def reference_energy(history: AbstractHistory) -> float:

@@ -20,6 +20,8 @@ ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Give the warnings of a finished run that concern its mechanisms."""
+    if not any(body.changes for body in history.scene.bodies.values()):
+        return
     yield from _sensitive(history)
     yield from _turned_far(history)
     yield from (Warned("large_bending", text) for text in too_bent(history))
