@@ -65,6 +65,8 @@ def lazy_names(
             raise AttributeError(f"module {package!r} has no attribute {name!r}", name=name, obj=sys.modules[package])
         if first is not None:
             first()
-        return getattr(import_module(homes[name]), name)
+        found = getattr(import_module(homes[name]), name)
+        setattr(sys.modules[package], name, found)  # the next reading takes no call
+        return found
 
     return attribute
