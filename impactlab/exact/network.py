@@ -92,11 +92,10 @@ def copied(log: Log) -> Log:
     arrays: dict[str, Any] = {name: records.copied(getattr(old, name)) for name in ARRAYS}
     arrays["pool"] = np.empty(len(old.pool))
     arrays["pool"][:used] = old.pool[:used]
+    begins = log.begins.copy() if log.begins.size else log.begins
     named = {name: arrays[name] for name in ("junctions", "nodes", "ends", "contacts", "events")}
     pieces = arrays["pieces"].reshape(log.pieces.shape)
-    return log._replace(
-        memory=old._replace(**arrays), state=arrays["state"][0], pieces=pieces, begins=log.begins.copy(), **named
-    )
+    return log._replace(memory=old._replace(**arrays), state=arrays["state"][0], pieces=pieces, begins=begins, **named)
 
 
 def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -> Log:
