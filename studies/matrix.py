@@ -21,10 +21,10 @@ from typing import Any, NamedTuple
 import impactlab as il
 from impactlab import metrics, simulate
 from impactlab.api import reference_of
-from impactlab.bench.pool import outcomes
 from impactlab.errors import CaseError, ImpactlabError, PluginError, StepError
 from impactlab.history import AbstractHistory
 from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
+from impactlab.jobs.process_pool import outcomes
 from impactlab.metrics.norms import face_channels
 from impactlab.models.base import AbstractRodModel
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of, registry

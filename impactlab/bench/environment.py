@@ -9,7 +9,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from impactlab.bench.keys import code_hash, code_version
+from impactlab.jobs.sources import code_hash, code_version
 
 
 @cache

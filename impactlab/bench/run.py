@@ -14,12 +14,12 @@ from impactlab.bench import table, worker
 from impactlab.bench.cells import Cell, Job, cells
 from impactlab.bench.environment import described, environment
 from impactlab.bench.grid import Family
-from impactlab.bench.keys import code_hash
-from impactlab.bench.pool import Outcome, outcomes
 from impactlab.bench.references import lose
 from impactlab.bench.rows import VERSION, ended
 from impactlab.bench.store import Store, opened
 from impactlab.errors import CaseError
+from impactlab.jobs.process_pool import Outcome, outcomes
+from impactlab.jobs.sources import code_hash
 from impactlab.report.summary import has_numbers
 
 Show = Callable[[str, float], None]

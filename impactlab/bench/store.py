@@ -13,12 +13,12 @@ import contextlib
 import json
 import os
 import shutil
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
 from impactlab.errors import CaseError
+from impactlab.jobs.locks import locked
 
 LOCK = "bench.lock"
 SESSION = "session-"  # a folder that lives as long as one bench
@@ -105,19 +105,3 @@ def opened(folder: Path) -> Iterator[Store]:
             yield store
         finally:
             shutil.rmtree(store.session, ignore_errors=True)
-
-
-def locked(descriptor: int) -> bool:
-    """Return whether the lock could be had; the system frees it when the process ends."""
-    try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True

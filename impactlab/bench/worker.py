@@ -7,13 +7,13 @@ from typing import Any
 
 from impactlab import api
 from impactlab.bench.cells import Job
-from impactlab.bench.keys import code_hash
 from impactlab.bench.references import References
 from impactlab.bench.rows import row_of
 from impactlab.bench.timing import settle, times_of
 from impactlab.casefile import Case
 from impactlab.casefile.case import case_of
 from impactlab.casefile.document import parse_yaml
+from impactlab.jobs.sources import code_hash
 from impactlab.simulate import driver
 
 WARM_UP = """

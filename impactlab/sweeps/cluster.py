@@ -20,10 +20,10 @@ from queue import Empty, SimpleQueue
 from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from impactlab.bench.keys import code_hash, numeric_environment, tree_hash
-from impactlab.bench.pool import MAX_WARM_UP_S
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError, ExtraError, SweepError
+from impactlab.jobs.process_pool import MAX_WARM_UP_S
+from impactlab.jobs.sources import code_hash, numeric_environment, tree_hash
 from impactlab.sweeps.chunks import Chunk, joined
 from impactlab.sweeps.engines import CHUNK_SECONDS, POINT_LIMIT_S, computed, points_in
 from impactlab.sweeps.points import Sweep, chunk_of, missing

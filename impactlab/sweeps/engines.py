@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.bench.pool import outcomes
+from impactlab.jobs.process_pool import outcomes
 from impactlab.sweeps.batch import Batch, Found
 from impactlab.sweeps.chunks import ENGINES, STATUSES, Chunk
 from impactlab.sweeps.points import Row, Sweep, chunk_of, missing, row

@@ -14,9 +14,9 @@ import numpy as np
 
 import impactlab
 from impactlab import api
-from impactlab.bench.keys import code_hash, numeric_environment, plugin_modules, top, tree_hash
 from impactlab.casefile import Case
 from impactlab.errors import ImpactlabError, StepError
+from impactlab.jobs.sources import code_hash, numeric_environment, plugin_modules, top, tree_hash
 from impactlab.plugins import QUANTITIES
 from impactlab.report.summary import status_of
 from impactlab.sweeps import axes

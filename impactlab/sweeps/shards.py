@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from impactlab.bench.store import locked
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
+from impactlab.jobs.locks import locked
 
 LOCK, SHARD_LOCKS = "sweep.lock", "shard-*.lock"
 PATIENCE_S = 10.0  # s that a shard waits for others to open the folder

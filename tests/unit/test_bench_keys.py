@@ -10,10 +10,11 @@ import pytest
 
 import impactlab
 from impactlab import CaseError, load_case
-from impactlab.bench import keys
 from impactlab.bench.cells import keys_of
-from impactlab.bench.keys import content, digest, row_key, sources_hash
+from impactlab.bench.keys import content, digest, row_key
 from impactlab.casefile import Case
+from impactlab.jobs import sources
+from impactlab.jobs.sources import sources_hash
 
 CASES = Path(__file__).resolve().parents[2] / "cases"
 TEXT = (CASES / "axial_impact.yaml").read_text()
@@ -73,13 +74,13 @@ def test_the_sources_the_environment_and_plugins_change_the_key(
     one = case(tmp_path)
     found = [row_key(one)]
     with monkeypatch.context() as patched:
-        patched.setattr(keys, "code_hash", lambda: "other sources")
+        patched.setattr("impactlab.bench.keys.code_hash", lambda: "other sources")
         found.append(row_key(one))
     with monkeypatch.context() as patched:
-        patched.setattr(keys, "numeric_environment", lambda: {"numpy": "0.1"})
+        patched.setattr("impactlab.bench.keys.numeric_environment", lambda: {"numpy": "0.1"})
         found.append(row_key(one))
     with monkeypatch.context() as patched:
-        patched.setattr(keys, "plugin_modules", lambda *scenes: {"pytest"})
+        patched.setattr("impactlab.bench.keys.plugin_modules", lambda *scenes: {"pytest"})
         found.append(row_key(one))
     assert len(set(found)) == len(found)
     assert row_key(one) == found[0]
@@ -100,9 +101,9 @@ def test_the_hash_of_sources_follows_names_and_bytes(tmp_path: Path) -> None:
 
 def test_what_only_shows_results_is_no_part_of_the_code(tmp_path: Path) -> None:
     root = Path(impactlab.__file__).parent
-    for name in (*keys.APART, keys.SUMMARY):
+    for name in (*sources.APART, sources.SUMMARY):
         assert (root / name).exists(), name
-    assert not (root / "metrics" / "norms.py").relative_to(root).as_posix().startswith(keys.APART)
+    assert not (root / "metrics" / "norms.py").relative_to(root).as_posix().startswith(sources.APART)
 
 
 def test_numbers_count_to_the_last_bit_and_what_is_unknown_is_refused() -> None:

@@ -12,8 +12,8 @@ from impactlab.bench import run as runs
 from impactlab.bench import worker
 from impactlab.bench.cells import Job
 from impactlab.bench.grid import read_grid
-from impactlab.bench.pool import Outcome
 from impactlab.bench.run import Options, bench
+from impactlab.jobs.process_pool import Outcome
 
 PAPER = Path(__file__).resolve().parents[2] / "cases" / "axial_impact.yaml"
 GRID = """

@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 
 from impactlab import CaseError
 from impactlab.bench import worker
-from impactlab.bench.pool import outcomes
 from impactlab.cli import app
+from impactlab.jobs.process_pool import outcomes
 
 ROOT = Path(__file__).resolve().parents[2]
 PAPER = ROOT / "cases" / "axial_impact.yaml"

@@ -1,0 +1,21 @@
+"""Locks of files, which the system frees when their process ends."""
+
+from __future__ import annotations
+
+import sys
+
+
+def locked(descriptor: int) -> bool:
+    """Return whether the lock could be had; the system frees it when the process ends."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
