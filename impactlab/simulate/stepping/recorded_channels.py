@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.scene.problem import Scene
@@ -42,14 +43,14 @@ def read_channels(assembly: Assembly, integrator: AbstractIntegrator) -> tuple[d
         moving, column = probe.quantity == "velocity", layout.probe_column(probe)
         on = velocity_times(assembly, probe.body, probe.x, at) if moving else at.times
         # A face that a contact presses in beyond its coordinates is known from the contact.
-        channels.setdefault(probe.channel, Channel(on, record[:, column], False))
+        channels.setdefault(probe.channel, Channel(on, record[:, column], False, None, moving))
     sample = assembly.memory.sample[: assembly.clock.n_samples]
     places = {name: number for number, name in enumerate(layout.built)}
     for name, body in scene.bodies.items():
         first = SAMPLED + 3 * places[name]
         if not body.changes:  # the momentum of a mechanism is a vector, which nothing sums up
-            channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, first + 2], False)
-        channels[f"energy:{name}"] = Channel(sample[:, 0], sample[:, first], False)
+            channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, first + 2], False, None, True)
+        channels[f"energy:{name}"] = Channel(sample[:, 0], sample[:, first], False, None, True)
     return channels, ends_of(assembly, record, at.times, channels)
 
 
@@ -71,12 +72,22 @@ def instants_of(assembly: Assembly, integrator: AbstractIntegrator, record: Arra
 
 
 def velocity_times(assembly: Assembly, body: str, x: float, at: Instants) -> Array:
-    """Return the instants of recorded velocities at x [s]: those of a chain of delays are means over a step."""
+    """Return the instants of recorded velocities at x [s]: those of delay lines may be means over a step."""
     model = assembly.layout.built[body].model
-    if not (isinstance(model, DelayChain) and model.gives_means(x)):
+    if not isinstance(model, AbstractSelfStepping):
         return at.velocities
+    if not model.gives_means(x):
+        return at.times
     lengths = np.diff(at.times, prepend=at.times[:1])
     return np.asarray(at.times - 0.5 * np.minimum(lengths, assembly.dt))
+
+
+def lag_of(assembly: Assembly, integrator: AbstractIntegrator, body: str, x: float) -> float:
+    """Return how long before the end of its step a recorded velocity at x belongs [s]."""
+    model = assembly.layout.built[body].model
+    if isinstance(model, AbstractSelfStepping):
+        return 0.5 * assembly.dt if model.gives_means(x) else 0.0
+    return (1.0 - integrator.velocity_point) * assembly.dt
 
 
 def of_contact(
@@ -102,7 +113,7 @@ def of_contact(
             place = f"{point.body}@{point.x:.6g}"
             yield f"displacement:{place}", Channel(at.times, record[:, first], False)
             moved = velocity_times(assembly, point.body, point.x, at)
-            yield f"velocity:{place}", Channel(moved, record[:, first + 1], False)
+            yield f"velocity:{place}", Channel(moved, record[:, first + 1], False, None, True)
 
 
 def sums_of_groups(scene: Scene, channels: Mapping[str, Channel]) -> Iterator[tuple[str, Channel]]:
