@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from impactlab.errors import ImpactlabError
 from impactlab.history.energy import CarriedEnergy as CarriedEnergy
 from impactlab.history.energy import EnergyBook as EnergyBook
+from impactlab.history.energy import EnergyEnds as EnergyEnds
 from impactlab.history.instruments import Measured, measure
 from impactlab.history.sampling import page_times
 from impactlab.history.views import Views
@@ -247,6 +248,19 @@ class AbstractHistory(Views, ABC):
     def at_end(self, channel: str) -> float:
         """Return the value of a channel at the end of the run."""
         return float(self.evaluate(np.array([self.duration]), channel)[0])
+
+    def energy_ends(self) -> EnergyEnds:
+        """Return the energies at both ends of the run [J].
+
+        The last step may reach beyond the end: the energies of the book are linear in it, as channels are.
+        """
+        book = self.energy
+
+        def at_end(values: Array) -> float:
+            return float(np.interp(self.duration, book.time, values))
+
+        booked = {name: at_end(losses) for name, losses in book.booked.items()}
+        return EnergyEnds(float(book.total[0]), at_end(book.total), at_end(book.work), booked)
 
     def largest(self, channel: str) -> float:
         """Return the largest value of a channel in the run.

@@ -19,6 +19,15 @@ class CarriedEnergy(NamedTuple):
     work: Array  # (n,) J, of loads on the common motion
 
 
+class EnergyEnds(NamedTuple):
+    """Energies at both ends of a run [J]."""
+
+    initial: float  # bodies and contacts
+    final: float
+    work: float  # of gravity and end forces, over the run
+    booked: dict[str, float]  # losses over the run
+
+
 LEAST_ENERGY = 1e-290  # J: shares of a smaller one have no digits, as its parts are no normal floats
 DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: a smaller difference of such energies is rounding
 

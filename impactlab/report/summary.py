@@ -24,7 +24,7 @@ from impactlab.scene.bodies import Body, Mechanism, PartMechanism, WaveBody
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, models_of
 from impactlab.scene.problem import Scene
-from impactlab.types import Array, Relative
+from impactlab.types import Relative
 from impactlab.wall_time import REFERENCE, spent_on
 
 SCHEMA_VERSION = 1
@@ -186,24 +186,16 @@ def _final(history: AbstractHistory, body: Body) -> dict[str, Any]:
 
 
 def energy(history: AbstractHistory) -> dict[str, Any]:
-    """Return the energy of bodies and contacts at both ends, the work of loads, the balance, the losses booked [J].
-
-    The last step may reach beyond the end of the run: values are linear in it, as in the channels.
-    """
-    book = history.energy
-
-    def at_end(values: Array) -> float:
-        return float(np.interp(history.duration, book.time, values))
-
-    booked = {name: at_end(losses) for name, losses in book.booked.items()}
+    """Return the energy of bodies and contacts at both ends, the work of loads, the balance, the losses booked [J]."""
+    book, ends = history.energy, history.energy_ends()
     return {
-        "initial": float(book.total[0]),
-        "final": at_end(book.total),
-        "work": at_end(book.work),
+        "initial": ends.initial,
+        "final": ends.final,
+        "work": ends.work,
         "largest_gain": book.largest_gain,
         "largest_loss": book.largest_loss,
         "final_error": book.final_error,
-        "booked": dict.fromkeys(BOOKED, 0.0) | booked,
+        "booked": dict.fromkeys(BOOKED, 0.0) | ends.booked,
     }
 
 

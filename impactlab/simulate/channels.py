@@ -30,6 +30,7 @@ class Channel(NamedTuple):
     values: Array
     stepped: bool
     middles: Array | None = None
+    rate: bool = False  # whether it follows from velocities, which some schemes keep at other instants than the ends
 
 
 class Probed(NamedTuple):
@@ -119,7 +120,7 @@ class AbstractRecordedHistory(AbstractHistory):
                 f"Recorded: {', '.join(names[:MAX_NAMED])}{many}",
                 remedy="A quantity at another place needs a probe in the case.",
             )
-        times, values, stepped, middles = self.recorded[channel]
+        times, values, stepped, middles, _ = self._channel(channel)
         if not stepped:
             return np.asarray(np.interp(t, times, values))
         # A value holds on [time before, its own time): at a jump the value after it is given.
@@ -132,8 +133,12 @@ class AbstractRecordedHistory(AbstractHistory):
         sloped = mean + self._slopes[channel][step] * (t - middles[step])
         return np.asarray(np.maximum(sloped, np.minimum(mean, 0.0)))  # beyond the last step a force that falls is zero
 
+    def _channel(self, name: str) -> Channel:
+        """Return a channel as it is evaluated."""
+        return self.recorded[name]
+
     def largest(self, channel: str) -> float:
-        found = self.recorded[channel]
+        found = self._channel(channel)
         return super().largest(channel) if found.middles is not None else float(found.values.max())
 
     @property
@@ -146,7 +151,7 @@ class AbstractRecordedHistory(AbstractHistory):
         return found.times if found.stepped else np.zeros(0)
 
     def turning_times(self, channel: str) -> Array:
-        found = self.recorded[channel]  # straight lines between records are largest at one of them
+        found = self._channel(channel)  # straight lines between records are largest at one of them
         return super().turning_times(channel) if found.stepped else np.clip(found.times, 0.0, self.duration)
 
     def field_times(self, body: str) -> Array | None:

@@ -40,6 +40,10 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         """
         return self
 
+    def gives_means(self, x: float) -> bool:
+        """Return whether the velocity at x [m] after a step is its mean over it; not, as here, that at its end."""
+        return False
+
     @property
     @abstractmethod
     def longest_step(self) -> float:

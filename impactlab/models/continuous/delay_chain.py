@@ -118,7 +118,6 @@ class DelayChain(AbstractSelfStepping):
         return node if abs(self.places[node] - x) <= SAME_PLACE * self._rod.length else None
 
     def gives_means(self, x: float) -> bool:
-        """Return whether the velocity of a place is its mean over the step: at an end with a mass it is not."""
         ends = {0: self._rod.left, self.places.size - 1: self._rod.right}
         end = ends.get(self.node_at(x))  # type: ignore[arg-type] # None is none of them
         return end is None or not (end.kind == "mass" and end.value > 0.0)

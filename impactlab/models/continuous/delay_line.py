@@ -98,6 +98,10 @@ class DelayLine(AbstractSelfStepping):
         self._segment = rod.segments[0]
         self.transit = 0.5 * rod.round_trip
 
+    def gives_means(self, x: float) -> bool:
+        end = self._rod.left if x == 0.0 else self._rod.right
+        return not (end.kind == "mass" and end.value > 0.0)
+
     @property
     def longest_step(self) -> float:
         return self.transit

@@ -187,11 +187,12 @@ class Assembly:
     def again(self, **given: Array) -> Assembly:
         """Return an assembly for another run of the same plan, with arrays of its own; this one must not have run.
 
-        ``given`` are arrays of other sizes in place of new ones.
+        ``given`` are arrays in place of new ones. With the state of one that has run, the copy goes on from there.
         """
         other, m = object.__new__(Assembly), self.memory
         by_name = other.__dict__
         by_name.update(self.__dict__)
+        by_name.pop("_others", None)  # arrays of its own
         arrays: list[Any] = [*m]  # those without entries serve all runs
         arrays[PLACE["state"]] = self.layout.state()
         (other.clock,), arrays[PLACE["clock"]] = copied_records(ClockRecord, m.clock)

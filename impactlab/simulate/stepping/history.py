@@ -13,6 +13,7 @@ from impactlab.history.base import (
     FIELD_POINTS,
     ContactSpan,
     EnergyBook,
+    EnergyEnds,
     Event,
     Field,
     LinkResult,
@@ -25,13 +26,15 @@ from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
-from impactlab.simulate.stepping import event_times, readout
+from impactlab.simulate.stepping import event_times, readout, run_ends
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.chain_waves import ChainWaves
 from impactlab.simulate.stepping.delay_waves import DelayWaves
 from impactlab.simulate.stepping.recorded_channels import Ends, RecordedChannels, ends_of
 from impactlab.types import Array
+
+BOOKED = ("contact", "ends", "damping", "unresolved")  # losses, in the order of the samples
 
 
 @final
@@ -94,6 +97,26 @@ class RecordedHistory(AbstractRecordedHistory):
             channels[each.channel] = Channel(times, values, False)
         return channels
 
+    def _channel(self, name: str) -> Channel:
+        found = self.recorded[name]
+        return self._settled.channels.get(name, found) if found.rate else found
+
+    @cached_property
+    def _settled(self) -> run_ends.Settled:
+        """Velocities, momenta and energies at both ends of the run, where the records lie beside them."""
+        return run_ends.settled(self.assembly, self._integrator, self._raw, self.duration, self.recorded)
+
+    def energy_ends(self) -> EnergyEnds:
+        found, (_, early, end, start) = super().energy_ends(), self._settled
+        if end is not None:
+            final, work = end[1] + end[SAMPLED::3].sum(), end[SAMPLED + 1 :: 3].sum() - start[SAMPLED + 1 :: 3].sum()
+            booked = {name: float(lost) for name, lost in zip(BOOKED, end[2:SAMPLED], strict=True)}
+            found = found._replace(final=float(final), work=float(work), booked=booked)
+        if early is None:
+            return found
+        booked = found.booked | {name: found.booked[name] - getattr(early, name) for name in ("ends", "damping")}
+        return found._replace(initial=early.initial, work=found.work - early.work, booked=booked)
+
     @cached_property
     def _ends(self) -> Ends:
         """Records of delay lines."""
@@ -131,7 +154,7 @@ class RecordedHistory(AbstractRecordedHistory):
         return readout.memories(self.assembly)
 
     def __getstate__(self) -> dict[str, Any]:
-        _ = self._joined_impulses, self._memories, self._ends
+        _ = self._joined_impulses, self._memories, self._ends, self._settled
         return super().__getstate__() | {"recorded": dict(self.recorded)}
 
     def snapshots(self) -> Array:
@@ -253,13 +276,16 @@ class RecordedHistory(AbstractRecordedHistory):
         joined = groups(scene, touched)
         works = [sample[:, column + 1] for column in columns.values()]
         work = works[0] + works[1] if len(works) == 2 else np.array(works).T.sum(axis=1)
+        time = sample[:, 0]
+        if self._integrator.velocity_point < 1.0:  # energies of leapfrog are those of the instants of its velocities
+            time = np.maximum(time - (1.0 - self._integrator.velocity_point) * assembly.dt, 0.0)
         return EnergyBook(
-            time=sample[:, 0],
+            time=time,
             bodies={name: sample[:, column] for name, column in columns.items()},
             stored=sample[:, 1],
-            booked=dict(zip(("contact", "ends", "damping", "unresolved"), sample[:, 2:SAMPLED].T, strict=True)),
+            booked=dict(zip(BOOKED, sample[:, 2:SAMPLED].T, strict=True)),
             work=work - work[:1].sum(),
-            carried=None if drifts_alone(scene, joined) else carried_by(joined, sample[:, 0]),
+            carried=None if drifts_alone(scene, joined) else carried_by(joined, time),
         )
 
     def _read_links(self) -> Iterator[LinkResult]:
@@ -305,6 +331,9 @@ class RecordedHistory(AbstractRecordedHistory):
             name, (impulse, force, peak) = contacts[number].name, readout.span_of(assembly, number)
             if not assembly.acting.laws[name].hard:  # a force that may jump is known as means over steps alone
                 peak = self._peak_at_end(number, time, force, peak)
+            place = assembly.layout.places[number]
+            if self._integrator.velocity_point < 1.0 and place < len(assembly.contacts):
+                force *= not run_ends.struck(assembly, place)  # a jump is given at once, not over a step
             spans.append(ContactSpan(name, time, None, impulse - self._beyond * force, peak))
         for number, given in kicks.items():
             name = contacts[number].name

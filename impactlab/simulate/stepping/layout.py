@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Literal, NamedTuple, final
 
 from impactlab.errors import CaseError
+from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.numerics.records import FLOATS_PER_LINE, on_lines
@@ -36,14 +37,18 @@ def steps_per_sample(steps: int, bodies: int) -> int:
     return math.ceil(steps / min(SAMPLES, max(MIN_SAMPLES, MOST_SAMPLED // (3 * bodies))))
 
 
+InstantsOfVelocity = Literal["times", "velocities", "step_means"]
+
+
 class Source(NamedTuple):
     """Where the values of a channel stand in the records of a run, and the instants to which they belong."""
 
     kept: Literal["record", "sample", "bead_gaps", "none"]
     columns: tuple[int, ...]  # of several the sum is read; of bead gaps the rows
-    instants: Literal["times", "velocities", "step_means", "forces"] = "times"
+    instants: InstantsOfVelocity | Literal["forces"] = "times"
     stepped: bool = False
     sloped: bool = False  # means over steps, read with a slope inside each
+    rate: bool = False  # follows from velocities
 
 
 @final
@@ -152,14 +157,16 @@ class Layout:
             columns = tuple(column for each in forces for column in each.columns)
             found.setdefault(f"force:{group}", forces[0]._replace(columns=columns))
         for probe in self.recorded:
-            instants = self._instants_of_velocity(probe.body, probe.x) if probe.quantity == "velocity" else "times"
+            source = Source("record", (self.probe_column(probe),))
+            if probe.quantity == "velocity":
+                source = source._replace(instants=self.instants_of_velocity(probe.body, probe.x), rate=True)
             # A face that a contact presses in beyond its coordinates is known from the contact.
-            found.setdefault(probe.channel, Source("record", (self.probe_column(probe),), instants))
+            found.setdefault(probe.channel, source)
         places = {name: SAMPLED + 3 * number for number, name in enumerate(self.built)}
         for name, body in self.scene.bodies.items():
             if not body.changes:  # the momentum of a mechanism is a vector, which nothing sums up
-                found[f"momentum:{name}"] = Source("sample", (places[name] + 2,))
-            found[f"energy:{name}"] = Source("sample", (places[name],))
+                found[f"momentum:{name}"] = Source("sample", (places[name] + 2,), rate=True)
+            found[f"energy:{name}"] = Source("sample", (places[name],), rate=True)
         return found
 
     def _sources_of_contact(self, number: int) -> Iterator[tuple[str, Source]]:
@@ -177,13 +184,15 @@ class Layout:
             if self.scene.bodies[point.body].elastic is not None:
                 first, place = column + 2 + 2 * side, f"{point.body}@{point.x:.6g}"
                 yield f"displacement:{place}", Source("record", (first,))
-                moved = self._instants_of_velocity(point.body, point.x)
-                yield f"velocity:{place}", Source("record", (first + 1,), moved)
+                moved = self.instants_of_velocity(point.body, point.x)
+                yield f"velocity:{place}", Source("record", (first + 1,), moved, rate=True)
 
-    def _instants_of_velocity(self, body: str, x: float) -> Literal["velocities", "step_means"]:
-        """Return the instants of recorded velocities at x: those of a chain of delays are means over a step."""
+    def instants_of_velocity(self, body: str, x: float) -> InstantsOfVelocity:
+        """Return the instants of recorded velocities at x: those of delay lines may be means over a step."""
         model = self.built[body].model
-        return "step_means" if isinstance(model, DelayChain) and model.gives_means(x) else "velocities"
+        if not isinstance(model, AbstractSelfStepping):
+            return "velocities"
+        return "step_means" if model.gives_means(x) else "times"
 
     def pushed_bodies(self) -> set[str]:
         """Return the bodies that contacts which are solved, pushed rows or loads over time move."""

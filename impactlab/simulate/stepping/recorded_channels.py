@@ -106,7 +106,7 @@ class RecordedChannels(Mapping[str, Channel]):
 
     def _channel(self, source: Source) -> Channel:
         if source.kept == "sample":
-            return Channel(self._sample[:, 0], self._sample[:, source.columns[0]], False)
+            return Channel(self._sample[:, 0], self._sample[:, source.columns[0]], False, None, source.rate)
         times: Array = getattr(self.instants, source.instants)
         if source.kept == "bead_gaps":
             return Channel(times, self._bead_gaps[source.columns[0]], False)
@@ -115,7 +115,14 @@ class RecordedChannels(Mapping[str, Channel]):
             values = values + self.record[:, column]
         if source.kept == "none":
             values = np.full_like(times, np.nan)
-        return Channel(times, values, source.stepped, self.instants.middles if source.sloped else None)
+        return Channel(times, values, source.stepped, self.instants.middles if source.sloped else None, source.rate)
+
+
+def lag_of(assembly: Assembly, integrator: AbstractIntegrator, body: str, x: float) -> float:
+    """Return how long before the end of its step a recorded velocity at x belongs [s]."""
+    of_scheme = 1.0 - integrator.velocity_point
+    lags = {"velocities": of_scheme, "step_means": 0.5, "times": 0.0}
+    return lags[assembly.layout.instants_of_velocity(body, x)] * assembly.dt
 
 
 def ends_of(assembly: Assembly, channels: RecordedChannels) -> Ends:

@@ -1,0 +1,302 @@
+"""Velocities, momenta and energies at both ends of a run whose records of them lie beside these instants.
+
+Leapfrog keeps the velocities of the middle of each step, and free ends of delay lines their means over it: the last
+ones lie half a step before the end. Where a step with a kick reaches beyond the end of the run, a line from its start
+to its end passes through a mixture of both sides. In these runs the loop goes on for a step or two in arrays of its
+own, when a value is first asked for, and values at the end lie on the line through two instants that no kick separates.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.models.base import Operators
+from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.numerics.addresses import COMPILED
+from impactlab.numerics.banded import multiply
+from impactlab.numerics.raised import keep_raised
+from impactlab.simulate.channels import Channel
+from impactlab.simulate.stepping import event_times
+from impactlab.simulate.stepping.arrays import SAMPLED, StepArrays
+from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.layout import PER_CONTACT
+from impactlab.simulate.stepping.loop import DONE, advance_dated
+from impactlab.simulate.stepping.recorded_channels import lag_of
+from impactlab.types import Array
+
+ON_STEP = 1e-9  # of a step: a run that ends this close to the end of a step ends there
+OUT_OF_REACH = 1e3  # of the lengths of a scene, by which faces that are apart stay apart after the end of the run
+ROOM = 8  # records and samples of the steps after the end: the loop wants some to spare
+
+Raw = Sequence[tuple[float, int, int, float, float, float]]  # events: time, contact of the scene, kind, ...
+
+
+class Around(NamedTuple):
+    """Two records and samples, a step apart, between which there is no kick: see `StepArrays`."""
+
+    time: float  # s, end of the step of the first
+    dt: float  # s
+    record: Array  # (2, n_columns)
+    sample: Array  # (2, n_sampled)
+
+    def at(self, time: float, rows: Array, early: float) -> Array:
+        """Return values at a time [s] from rows that belong to instants ``early`` [s] before the end of their steps."""
+        share = (time - (self.time - early)) / self.dt
+        return np.asarray(rows[0] + share * (rows[1] - rows[0]))
+
+
+class Touches(NamedTuple):
+    """Contacts that change velocities at once in the last step, by their places in the loop."""
+
+    kicked: bool  # whether any do
+    late: frozenset[int]  # those that touch after the end of the run: the last step holds their forces
+
+
+def struck(assembly: Assembly, place: int) -> bool:
+    """Return whether a hard contact in leapfrog acts since the last step alone, whose force holds its closing jump."""
+    contact = assembly.contacts[place]
+    given = contact.force * assembly.dt + contact.impulse
+    hard = assembly.acting.laws[assembly.layout.contacts[place].name].hard
+    return hard and contact.force != 0.0 and contact.span_impulse == given
+
+
+def last_touches(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float) -> Touches:
+    """Return the touches and kicks in the last step of a run that ends inside it."""
+    clock, layout, dt = assembly.clock, assembly.layout, assembly.dt
+    if assembly.method.events == "located":
+        return Touches(False, frozenset())
+    kicked, late = False, set[int]()
+    if duration < clock.time - ON_STEP * dt:
+        kicked = any(contact.impulse != 0.0 for contact in assembly.contacts)
+        for time, number, kind, *_ in reversed(raw):
+            if time < clock.time - 3.0 * dt:  # events of one step are not in order
+                break
+            place = layout.places[number]
+            touches_late = kind == event_times.CLOSE and time > duration and place < len(layout.solved)
+            if touches_late and assembly.acting.laws[layout.contacts[place].name].hard:
+                late.add(place)
+    if integrator.velocity_point < 1.0:
+        kicked = kicked or any(struck(assembly, place) for place in range(len(assembly.contacts)))
+    return Touches(kicked or bool(late), frozenset(late))
+
+
+def around_end(assembly: Assembly, touches: Touches) -> Around | None:
+    """Return the records around the end of a run; None where the loop does not go on from there.
+
+    Faces that are apart at the end stay apart: their touch comes after it.
+    """
+    if assembly.clock.step != assembly.steps or assembly.method.events == "located":
+        return None
+    late = touches.late
+    if late and (len(assembly.memory.pushes) or len(assembly.memory.phases)):
+        return None
+    other, dt = _copied(assembly), assembly.dt
+    for place in late:
+        _take_back(other, place)
+    reach = OUT_OF_REACH * max(1.0, *(body.length for body in assembly.scene.bodies.values()))
+    for place, (contact, port) in enumerate(zip(other.contacts, other.ports, strict=True)):
+        given = contact.force != 0.0 or contact.impulse != 0.0
+        if contact.joined or (place not in late and (port.in_contact > 0.0 or given)):
+            continue
+        left, right = other.faces[2 * place], other.faces[2 * place + 1]
+        hard = assembly.acting.laws[assembly.layout.contacts[place].name].hard
+        if hard or contact.initial_gap + right.u - left.u + port.offset >= 0.0:
+            contact.initial_gap += reach
+    steps = 2 if late else 1
+    with keep_raised(other.fail_all) as raised:
+        status = advance_dated(other.memory, dt, assembly.steps + steps, 1, 1)
+    if status != DONE or raised.first is not None:
+        return None
+    clock, memory = assembly.clock, assembly.memory
+    record, sample = other.memory.record[:steps], other.memory.sample[:steps]
+    if late:
+        return Around(clock.time + dt, dt, record, sample)
+    last = memory.record[clock.n_records - 1], memory.sample[clock.n_samples - 1]
+    return Around(clock.time, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)))
+
+
+def _copied(assembly: Assembly) -> Assembly:
+    """Return an assembly that goes on where another one ended, without touching its arrays."""
+    memory = assembly.memory
+    room: dict[str, Any] = {name: np.zeros((ROOM, getattr(memory, name).shape[1])) for name in ("record", "sample")}
+    if COMPILED:
+        other = assembly.again(state=memory.state.copy(), **room)
+    else:
+        other = copy.copy(assembly)
+        kept = memory._replace(**room, snapshots=memory.snapshots, snapshot_state=np.zeros((0, 2, 0)))
+        other.memory = copy.deepcopy(kept)
+        other.contacts, other.ports, other.faces = other.memory.contacts, other.memory.ports, other.memory.faces
+        other.replies, other.events, other.loads = other.memory.replies, other.memory.events, other.memory.loads
+        other.clock = other.memory.clock[0]
+    other.clock.n_records = other.clock.n_samples = other.clock.n_events = 0
+    return other
+
+
+def _take_back(assembly: Assembly, place: int) -> None:
+    """Take the force and the impulse of a contact in the last step out of the state at its end."""
+    m, contact = assembly.memory, assembly.contacts[place]
+    bodies: Any = np.asarray(m.bodies)
+    given = contact.force, contact.impulse, contact.projection
+    moved = set[int]()
+    for face in assembly.faces[2 * place : 2 * place + 2]:
+        if face.moves:
+            body = bodies[face.body]
+            size, state = int(body["state_end"] - body["state_start"]), m.state[body["state_start"] : body["state_end"]]
+            for kind, each in enumerate(given):
+                at = int(body["response_start"]) + (kind * int(body["n_ports"]) + face.place) * size
+                state -= face.sign * each * m.responses[at : at + size]
+            moved.add(face.body)
+    for number, face in enumerate(assembly.faces):
+        if face.body in moved and face.moves:
+            face.u, face.v = _row(m, number, m.state), _row(m, len(assembly.faces) + number, m.state)
+    contact.force = contact.impulse = contact.projection = 0.0
+
+
+def _row(m: StepArrays, number: int, state: Array) -> float:
+    """Return a row of `StepArrays` times a state."""
+    entries = slice(m.row_start[number], m.row_start[number + 1])
+    return float(m.row_value[entries] @ state[m.row_index[entries]])
+
+
+class Rate(NamedTuple):
+    """A channel whose values follow from velocities."""
+
+    channel: str
+    lag: float  # s, by which its values belong to an instant before the end of their step
+    column: int  # of the record, or of the sample
+    sampled: bool
+    at_start: float | None = None  # at t = 0; None where the first record has it
+
+
+class Early(NamedTuple):
+    """What the samples of leapfrog count from half a step before t = 0 [J]."""
+
+    initial: float  # energy of bodies and contacts at t = 0
+    work: float  # of loads before t = 0
+    ends: float  # losses before t = 0
+    damping: float
+
+
+class Settled(NamedTuple):
+    """Channels with their values at both ends of the run, and what the summary takes from the samples there."""
+
+    channels: dict[str, Channel]  # those that differ from the records
+    early: Early | None  # None where the first sample is that of t = 0
+    end: Array | None  # sample at the end of the run; None where it lies between two samples of the run
+    start: Array  # first sample
+
+
+def settled(
+    assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float, recorded: Mapping[str, Channel]
+) -> Settled:
+    """Return the channels of a run whose records lie beside its start or its end.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Of the run, which has ended.
+    integrator : AbstractIntegrator
+    raw : sequence of tuples
+        Its events, with the numbers of their contacts in the scene.
+    duration : float
+        Where the run ends [s], in its last step.
+    recorded : mapping
+        Its channels as they were recorded.
+    """
+    touches, rates = last_touches(assembly, integrator, raw, duration), list(_rates(assembly, integrator))
+    slack = ON_STEP * assembly.dt
+    missing = {rate.channel for rate in rates if touches.kicked or duration > assembly.clock.time - rate.lag + slack}
+    around = around_end(assembly, touches) if missing else None
+    found: dict[str, Channel] = {}
+    for rate in rates:
+        channel = recorded[rate.channel]
+        times, values = channel.times, channel.values
+        if rate.sampled and rate.lag > 0.0:
+            times = np.maximum(times - rate.lag, 0.0)
+        if rate.at_start is not None:
+            times, values = np.maximum(times, 0.0), np.concatenate(([rate.at_start], values[1:]))
+        if around is not None and rate.channel in missing:
+            rows, kept = (around.sample if rate.sampled else around.record)[:, rate.column], times < duration - slack
+            last = around.at(duration, rows, rate.lag)
+            times, values = np.append(times[kept], duration), np.append(values[kept], last)
+        if times is not channel.times:
+            found.setdefault(rate.channel, channel._replace(times=times, values=values))
+    early = integrator.velocity_point < 1.0
+    lag = 0.5 * assembly.dt if early else 0.0
+    end = None if around is None else around.at(duration, around.sample, lag)
+    return Settled(found, _before_start(assembly) if early else None, end, assembly.memory.sample[0].copy())
+
+
+def _before_start(assembly: Assembly) -> Early:
+    """Return what the samples count from half a step before t = 0."""
+    first, half = assembly.memory.sample[0], 0.5 * assembly.dt
+    initial, work, ends, damping = float(first[1]), 0.0, 0.0, 0.0
+    for number, built in enumerate(assembly.layout.built.values()):
+        system, at = built.system, SAMPLED + 3 * number
+        if isinstance(built.model, AbstractSelfStepping):
+            initial += float(first[at])
+            continue
+        u, v = system.displacement, system.velocity
+        initial += _energy(system)
+        work += float(system.load @ u) - float(first[at + 1])
+        lost = half * system.dashpots_at_ends() @ v**2
+        ends, damping = ends + float(lost), damping + float(half * v @ multiply(system.damping, v) - lost)
+        for x, load in built.body.loads:
+            work += half * float(load.at(np.zeros(1))[0]) * float(built.model.row(x, "velocity") @ v)
+    return Early(initial, work, ends, damping)
+
+
+def _rates(assembly: Assembly, integrator: AbstractIntegrator) -> Iterator[Rate]:
+    """Give the channels of velocities, energies and momenta."""
+    m, layout, scene = assembly.memory, assembly.layout, assembly.scene
+    n_faces, early = len(assembly.faces), integrator.velocity_point < 1.0
+    begin = _state_at_start(assembly) if early else m.state
+
+    def known(name: str) -> bool:
+        """Return whether the first record of a body is beside t = 0, and its rows are those of that instant."""
+        built = layout.built[name]
+        return early and not isinstance(built.model, AbstractSelfStepping) and built.system.phases is None
+
+    for number, point in enumerate(layout.points):
+        if scene.bodies[point.body].elastic is not None:
+            column = 1 + PER_CONTACT * (number // 2) + 3 + 2 * (number % 2)
+            start = _row(m, n_faces + number, begin) if known(point.body) else None
+            lag = lag_of(assembly, integrator, point.body, point.x)
+            yield Rate(f"velocity:{point.body}@{point.x:.6g}", lag, column, False, start)
+    rows = {probe: 2 * n_faces + len(m.readings) + place for place, probe in enumerate(layout.probes)}
+    for probe in layout.recorded:
+        if probe.quantity == "velocity":
+            start = None
+            if known(probe.body):
+                start = _row(m, rows[probe], begin) if probe in rows else scene.bodies[probe.body].velocity
+            lag = lag_of(assembly, integrator, probe.body, probe.x)
+            yield Rate(probe.channel, lag, layout.probe_column(probe), False, start)
+    for number, (name, built) in enumerate(layout.built.items()):
+        own = isinstance(built.model, AbstractSelfStepping)
+        lag, first, energy, momentum = 0.0 if own or not early else 0.5 * assembly.dt, SAMPLED + 3 * number, None, None
+        if known(name):
+            energy, momentum = _energy(built.system), float(built.model.momentum_row() @ built.system.velocity)
+        yield Rate(f"energy:{name}", lag, first, True, energy)
+        if not built.body.changes:
+            yield Rate(f"momentum:{name}", lag, first + 2, True, momentum)
+
+
+def _energy(system: Operators) -> float:
+    """Return the energy of a body at t = 0 [J]."""
+    moving = system.velocity @ multiply(system.mass, system.velocity)
+    return 0.5 * float(moving + system.displacement @ multiply(system.stiffness, system.displacement))
+
+
+def _state_at_start(assembly: Assembly) -> Array:
+    """Return the whole state at t = 0 with the velocities of that instant, shape (n_state,)."""
+    layout, state = assembly.layout, assembly.layout.state()
+    for name, built in layout.built.items():
+        start, n_dof = layout.shift[name], built.system.load.size
+        if not isinstance(built.model, AbstractSelfStepping):
+            state[start + n_dof : start + 2 * n_dof] = built.system.velocity
+    return state

@@ -1,0 +1,199 @@
+"""Velocities, momenta and energies at the ends of a run are those of these instants, whatever the scheme keeps."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.report import summary
+
+STEEL = {"young": 2.1e11, "density": 7900}
+LEAPFROG = {"kind": "central_difference"}
+GRAVITY, MASS = 9.81, 2.0  # m/s2, kg
+
+
+def final(history):
+    """Return velocities, momenta and energies at the end of a run, as its summary has them."""
+    bodies = summary.final(history.scene, history)["bodies"]
+    return {f"{key}:{name}": value for name, body in bodies.items() for key, value in body.items()}
+
+
+def falling(dt, end=0.1):
+    return il.run(
+        il.Case(
+            bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
+            contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6}, gap=10.0)],
+            gravity=GRAVITY,
+            solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": dt}},
+        )
+    )
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.7e-3, 0.97e-3])  # the last step ends with the run, or beyond it
+def test_a_falling_mass_has_the_velocity_of_the_end(dt):
+    history, speed = falling(dt), 1.0 + GRAVITY * 0.1
+    assert final(history)["velocity:mass"] == pytest.approx(speed, rel=1e-12)
+    assert history.at_end("momentum:mass") == pytest.approx(MASS * speed, rel=1e-12)
+    assert history.evaluate([0.0, 0.05], "velocity:mass") == pytest.approx([1.0, 1.0 + 0.05 * GRAVITY], rel=1e-12)
+    assert history.evaluate([0.0, 0.05], "momentum:mass") == pytest.approx([2.0, 2.0 + 0.1 * GRAVITY], rel=1e-12)
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.7e-3])
+def test_energies_of_a_falling_mass_are_those_of_both_ends(dt):
+    history = falling(dt)
+    found, small = summary.energy(history), MASS * (GRAVITY * dt) ** 2
+    assert found["initial"] == pytest.approx(1.0, abs=small)
+    assert found["final"] == pytest.approx(1.0 * (1.0 + GRAVITY * 0.1) ** 2, abs=small)
+    assert found["work"] == pytest.approx(MASS * GRAVITY * (0.1 + 0.5 * GRAVITY * 0.01), abs=2.0 * small)
+    assert found["largest_gain"] < 1e-12 > found["largest_loss"]
+
+
+@pytest.mark.parametrize("beyond", [0.0, 0.3, 0.5, 0.7])  # of the last step that lies beyond the end of the run
+def test_a_run_that_ends_in_contact_has_its_velocity_to_second_order(beyond):
+    omega = math.sqrt(1e6 / MASS)
+    end = 0.6 * math.pi / omega
+    errors = []
+    for steps in (50, 100):
+        history = il.run(
+            il.Case(
+                bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
+                contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6})],
+                solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": end / (steps - beyond)}},
+            )
+        )
+        errors.append(abs(final(history)["velocity:mass"] - math.cos(omega * end)))
+    assert errors[0] < (omega * end / 50) ** 2  # half a step early it was 0.018, ten times this
+    assert errors[1] < errors[0] / 3.0
+
+
+def test_a_mass_on_a_bar_ends_as_the_exact_solution_does():
+    def run(**method):
+        return il.run(
+            il.Case(
+                bodies={
+                    "hammer": il.Mass(2.133, velocity=1.0),
+                    "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
+                },
+                contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9})],
+                solve={"duration": 1e-4, **method},
+            )
+        )
+
+    exact = final(run(model={"kind": "continuous"}))
+    model = {"kind": "finite_element", "mass": "lumped"}
+    coarse, fine = (
+        final(run(model=model | {"elements": n}, integrator=LEAPFROG, step={"courant": 0.5})) for n in (50, 200)
+    )
+    for name, size in (("velocity:hammer", 1.0), ("momentum:rod", 2.133), ("energy:rod", 1.0665)):
+        assert abs(coarse[name] - exact[name]) < 1e-4 * size  # 1.5e-3, 4e-3 and 2e-3 half a step early
+        assert abs(fine[name] - exact[name]) < 1e-5 * size
+
+
+@pytest.mark.parametrize("scheme", ["central_difference", "newmark", "moreau_jean"])
+@pytest.mark.parametrize("share", [0.02, 0.5, 0.98, 1.0])  # of the step with the kick that is in the run
+def test_a_kick_in_the_last_step_is_in_the_velocity_as_a_whole(scheme, share):
+    end = (4.0 + share) * 1e-3
+    history = il.run(
+        il.Case(
+            bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
+            contacts=[il.Contact("one", "other", {"kind": "impulse_momentum", "restitution": 0.5}, gap=3.6e-3)],
+            gravity=GRAVITY,
+            solve={"duration": end, "integrator": {"kind": scheme}, "step": {"dt": 1e-3}},
+        )
+    )
+    (kick,) = history.events
+    assert kick.time == pytest.approx(4e-3)
+    found = final(history)
+    assert found["velocity:one"] == pytest.approx(1.0 + GRAVITY * end - 0.9, rel=1e-9)
+    assert found["velocity:other"] == pytest.approx(GRAVITY * end + 0.6, rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.4, 0.5, 0.6, 1.0])
+def test_a_closing_jump_in_the_last_step_of_leapfrog_is_given_at_once(share):
+    history = il.run(
+        il.Case(
+            bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
+            contacts=[il.Contact("one", "other", {"kind": "velocity_complementarity"}, gap=3.6e-3)],
+            solve={"duration": (4.0 + share) * 1e-3, "integrator": LEAPFROG, "step": {"dt": 1e-3}},
+        )
+    )
+    assert history.contacts[0].impulse == pytest.approx(1.2)  # a share of a step more or less before
+    assert final(history)["velocity:one"] == pytest.approx(0.4)
+    assert final(history)["velocity:other"] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("law", "scheme"), [("addition_deletion", "central_difference"), ("paoli_schatzman", "newmark")]
+)
+def test_a_touch_after_the_end_of_the_run_is_not_in_its_velocities(law, scheme):
+    """The last step holds the force of a touch that comes when the run is over."""
+
+    def ends(duration):
+        history = il.run(
+            il.Case(
+                bodies={
+                    "hammer": il.Mass(2.133, velocity=1.0),
+                    "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
+                },
+                contacts=[il.Contact("hammer", "rod.left", {"kind": law}, gap=1.0e-6)],
+                solve={
+                    "duration": duration,
+                    "model": {"kind": "finite_element", "elements": 50, "mass": "lumped"},
+                    "integrator": {"kind": scheme},
+                    "step": {"dt": 3.5e-7},  # the third step begins at 0.7 us, the touch is at 1 us
+                },
+            )
+        )
+        return history, final(history)
+
+    history, found = ends(0.98e-6)
+    assert not history.events
+    assert found["velocity:hammer"] == pytest.approx(1.0, rel=1e-12)
+    assert found["momentum:rod"] == pytest.approx(0.0, abs=1e-12)
+    history, found = ends(1.02e-6)
+    assert [event.kind for event in history.events] == ["close"]
+    assert found["velocity:hammer"] < 1.0 - 1e-4
+
+
+def test_values_at_the_end_change_nothing_in_the_run_and_survive_a_copy():
+    history = falling(0.7e-3)
+    before = [bytes(array) for array in history.assembly.memory]
+    steps = history.assembly.clock.step
+    found = final(history), summary.energy(history)
+    assert [bytes(array) for array in history.assembly.memory] == before
+    assert history.assembly.clock.step == steps
+    copy = pickle.loads(pickle.dumps(falling(0.7e-3)))
+    assert (final(copy), summary.energy(copy)) == found
+
+
+def test_runs_that_need_no_velocity_at_the_end_take_no_further_step(monkeypatch):
+    from impactlab.simulate.stepping import run_ends
+
+    taken = []
+    monkeypatch.setattr(run_ends, "advance_dated", lambda *given: taken.append(given))
+    history = falling(1e-3)
+    history.evaluate(np.linspace(0.0, 0.1, 11), "gap:mass|wall")
+    assert not taken
+
+
+def test_free_faces_of_delay_lines_have_the_velocity_of_the_end_to_second_order():
+    """A step gives the mean velocity of a face without mass: it belongs to the middle of the step."""
+
+    def run(dt):
+        history = il.run(
+            il.Case(
+                bodies={
+                    "hammer": il.Mass(2.133, velocity=1.0),
+                    "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
+                },
+                contacts=[il.Contact("hammer", "rod.left", {"kind": "hertz", "stiffness": 1e10})],
+                solve={"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": dt}},
+            )
+        )
+        return history.evaluate([5e-5, 1e-4], "velocity:rod@0")
+
+    fine, *errors = (run(dt) for dt in (2.5e-8, 2e-7, 4e-7))
+    assert np.abs(errors[0] - fine) == pytest.approx([0.0, 0.0], abs=1e-6)  # 2e-4 before
+    assert np.abs(errors[1] - fine) == pytest.approx([0.0, 0.0], abs=4e-6)
