@@ -79,7 +79,7 @@ class Records:
         self.record, self.columns = record, columns
         self._layout, self._dt, self._duration = assembly.layout, assembly.dt, history.duration
         self._late = assembly.integrator.load_point - 0.5
-        self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}
+        self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}  # also by each channel alone
         self._peaks: dict[tuple[int, bool, bytes], float] = {}
 
     def displacements(self, channels: Sequence[str], cells: int) -> Array:
@@ -89,6 +89,8 @@ class Records:
             self._moved[key] = np.empty((len(channels), cells))
             columns = np.array([self.columns[name] for name in channels], dtype=np.int64)
             write_displacements(self.record, columns, self._duration, self._moved[key])
+            for place, name in enumerate(channels):
+                self._moved.setdefault((cells, (name,)), self._moved[key][place : place + 1])
         return self._moved[key]
 
     def force(self, number: int, hard: bool) -> Steps:
