@@ -22,6 +22,7 @@ from impactlab.refine.contact_times import times_of
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import modelled_as, recorded
 from impactlab.refine.distances import counted
+from impactlab.refine.smooth_touch import stated_alone
 from impactlab.scene.facts import beams_of, rods_of
 from impactlab.scene.method import Simulation, StepRule, laws_of
 
@@ -173,6 +174,7 @@ class BeamModes:
             max_fineness=MAX_STEPS if self.fixed else self._finest(),
             unseen=self.unseen,
             alike=self.fixed,
+            alone=stated_alone(self.asked) / counted_share(self.asked) if self.fixed else math.inf,
             otherwise=(lambda history: BeamModes(self.asked, history).description()) if again else None,
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,

@@ -11,6 +11,7 @@ from impactlab.history.choice import Candidate, Verdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
 from impactlab.refine.description import TWO_LEVEL_SAFETY, Description
 from impactlab.refine.level_errors import DONE
+from impactlab.refine.smooth_touch import SAFETY_ALONE
 from impactlab.simulate.checks import gain_of
 
 CHEAPEST = "the cheapest found within the tolerance"
@@ -84,6 +85,11 @@ def words_of_estimate(study: Study, history: AbstractHistory) -> str:
     if not description.unit:
         return "solved from event to event: exact except for rounding and near-grazing contacts"
     gained = f"the run gained {gain_of(history):.1g} of the reference energy"
+    if count == 1:
+        return (
+            f"one resolution, by the second differences of its contact force, times a safety of {SAFETY_ALONE:g}; "
+            f"{gained}"
+        )
     if count == 2:
         return (
             f"two resolutions, extrapolated by {study.order_share:g} of the order of the description "

@@ -17,7 +17,7 @@ from impactlab.refine.convergence import (
 from impactlab.refine.cost import ALIKE_S
 from impactlab.refine.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.distances import counted, difference, distances
-from impactlab.refine.smooth_touch import order_share
+from impactlab.refine.smooth_touch import error_alone, order_share
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.simulate import driver
 from impactlab.simulate.checks import gain_of
@@ -74,6 +74,22 @@ def choosing_s(study: Study) -> float:
     description, count = study.description, len(study.levels)
     one_s = ESTIMATE_S + (ALIKE_S if description.alike else description.cost.setup_s)
     return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
+
+
+def holds_alone(study: Study, asked: Simulation) -> bool:
+    """Return whether the only level keeps the tolerance by its own records; then its error is set."""
+    description, tolerance = study.description, allowed(asked.method)
+    if len(study.levels) != 1 or math.isinf(description.alone):
+        return False
+    (level,) = study.levels
+    error = error_alone(level.history, description.error(level.fineness))
+    if error > tolerance or not _resolves_contacts(level.history, asked):
+        return False
+    error += description.unseen(level.fineness, level.history)
+    if error > tolerance:
+        return False
+    level.error, level.reason, study.closed = error, "", DONE
+    return True
 
 
 def estimate_errors(study: Study, asked: Simulation) -> None:

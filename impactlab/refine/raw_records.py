@@ -56,6 +56,10 @@ class Steps(NamedTuple):
         """Return the force [N] at an instant of the run [s]."""
         return force_at(*self, t)
 
+    def roughness(self) -> float:
+        """Return the norm of the second differences of the mean forces of the steps, over that of the forces."""
+        return roughness(self.record, self.column)
+
     def size(self, cells: int) -> float:
         """Return the norm of the mean forces in the middles of equal cells of the run [N]."""
         return mean_size(*self[:5], cells)
@@ -317,3 +321,18 @@ def mean_size(record: Array, column: int, late: float, dt: float, duration: floa
             step += 1
         total += record[step, column] ** 2
     return math.sqrt(total)
+
+
+@ENTRY
+def roughness(record: Array, column: int) -> float:
+    """Return the norm of the second differences of the mean forces of the steps, over that of the forces.
+
+    Before the first step there was no force.
+    """
+    total, apart, last, before = 0.0, 0.0, 0.0, 0.0
+    for step in range(1, len(record)):
+        force = record[step, column]
+        apart += (force - 2.0 * last + before) ** 2
+        total += force**2
+        last, before = force, last
+    return math.sqrt(apart / total) if total > 0.0 else 0.0
