@@ -6,10 +6,10 @@ with the results as they are. `keep_raised` puts a hook of its own in that place
 
 from __future__ import annotations
 
-import contextlib
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from types import TracebackType
 from typing import Any
 
 OF_NUMBA = "numba.core.cpu.CPUContext"  # the object that numba gives as the origin
@@ -27,24 +27,31 @@ class Kept:
         self.react = react
 
 
-@contextlib.contextmanager
-def keep_raised(react: Callable[[], None]) -> Iterator[Kept]:
+class keep_raised:  # noqa: N801 - a context, as those of contextlib
     """Keep the first exception that compiled functions raise inside, and call ``react`` at each, in place of printing.
 
-    Other threads, and other exceptions that cannot be raised, keep the hook that was there before.
+    Other threads, and other exceptions that cannot be raised, keep the hook that was there before. The value of the
+    context is a `Kept`.
     """
-    kept, outer = Kept(react), getattr(_keepers, "kept", None)
-    with _lock:
-        if not _before:
-            _before.append(sys.unraisablehook)
-            sys.unraisablehook = _hook
-        else:
-            _before.append(_before[-1])
-    _keepers.kept = kept
-    try:
-        yield kept
-    finally:
-        _keepers.kept = outer
+
+    def __init__(self, react: Callable[[], None]) -> None:
+        self._kept = Kept(react)
+
+    def __enter__(self) -> Kept:
+        self._outer: Kept | None = getattr(_keepers, "kept", None)
+        with _lock:
+            if not _before:
+                _before.append(sys.unraisablehook)
+                sys.unraisablehook = _hook
+            else:
+                _before.append(_before[-1])
+        _keepers.kept = self._kept
+        return self._kept
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        _keepers.kept = self._outer
         with _lock:
             before = _before.pop()
             if not _before and sys.unraisablehook is _hook:

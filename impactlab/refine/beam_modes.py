@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
+from dataclasses import replace
 
 from impactlab.bases.beams.modes import has_closed_form
 from impactlab.history.base import AbstractHistory
@@ -21,6 +22,7 @@ from impactlab.refine.contact_times import times_of
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import modelled_as, recorded
 from impactlab.refine.distances import counted
+from impactlab.refine.smooth_touch import stated_alone
 from impactlab.scene.facts import beams_of, rods_of
 from impactlab.scene.method import Simulation, StepRule, laws_of
 
@@ -64,9 +66,10 @@ class BeamModes:
 
     def __init__(self, asked: Simulation, seen: AbstractHistory | None = None) -> None:
         self.asked, self.seen, self.beams = asked, seen, beams_of(asked.scene)
-        self.shortest, self.missing = shortest_time(asked), left_out.beside_contacts(asked)
+        self.shortest, self.places = shortest_time(asked), list(left_out.left_out(asked))
+        self.missing = left_out.beside_contacts(self.places)
         if seen is not None:
-            self.missing += left_out.beside_displacements(asked, seen)
+            self.missing += left_out.beside_displacements(self.places, asked.scene, seen)
         self.transit = min((0.5 * rod.round_trip for rod in rods_of(asked.scene)), default=math.inf)
         self.lossy = any(is_lossy(beam) for beam in self.beams)
         self.closed = all(has_closed_form(beam) for beam in self.beams)
@@ -81,11 +84,17 @@ class BeamModes:
         least = MISSING_MARGIN * left_out.total(self.missing, self.most)
         self.fixed = known and least <= MAX_UNSEEN_SHARE * self.tolerance
         self.coarsest = COARSEST_KNOWN if known else COARSEST_MODES
-        self.wanted = functools.cache(self._wanted)
-        self.beside = functools.lru_cache(maxsize=1)(functools.partial(left_out.beside_displacements, asked))
+        self.always = self._wanted(COARSEST) if self.fixed else None
+        self.beside = functools.lru_cache(maxsize=1)(
+            functools.partial(left_out.beside_displacements, self.places, asked.scene)
+        )
+        self.made: Simulation | None = None
+
+    def wanted(self, n: int) -> int:
+        """Return the modes that so many steps in the shortest time ask for: of all runs alike, where they are fixed."""
+        return self._wanted(n) if self.always is None else self.always
 
     def _wanted(self, n: int) -> int:
-        """Return the modes that so many steps in the shortest time ask for."""
         fine = (max(self.enough, COARSEST) if self.fixed else n) / COARSEST
         few = self.coarsest * math.pow(fine, 2.0 / 3.0) if self.closed else FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
         if self.fixed:
@@ -129,10 +138,18 @@ class BeamModes:
 
     def simulation(self, n: int) -> Simulation:
         """Return the scene with its modes and steps."""
-        scheme = Newmark() if self.lossy else ExactModal()
-        rods = modelled_as(self.asked, Continuous(), scheme, StepRule(dt=self._dt(n)))
+        step = StepRule(dt=self._dt(n))
+        if self.made is not None:  # with the same modes
+            return recorded(Simulation(self.made.scene, replace(self.made.method, step=step)), self.steps(n))
+        rods = modelled_as(self.asked, Continuous(), Newmark() if self.lossy else ExactModal(), step)
         models = {beam.name: modal_model(beam, self.modes(n), ELEMENTS_PER_MODE) for beam in self.beams}
-        return recorded(rods.but(models={**rods.method.models, **models}), self.steps(n))
+        made = Simulation(rods.scene, replace(rods.method, models={**rods.method.models, **models}))
+        self.made = made if self.fixed else None
+        return recorded(made, self.steps(n))
+
+    def work(self, n: int) -> tuple[float, float]:
+        """Return the steps of a run and its modes, of all beams."""
+        return self.steps(n), len(self.beams) * self.modes(n)
 
     def _finest(self) -> int:
         """Return the finest steps that the most modes serve: finer runs would differ in their steps alone."""
@@ -150,13 +167,14 @@ class BeamModes:
             UNIT,
             self.simulation,
             cost.BEAM_DAMPED_MODES if self.lossy else cost.BEAM_MODES,
-            lambda n: (self.steps(n), len(self.beams) * self.modes(n)),
+            functools.cache(self.work),
             error=self.error,
             safety=2.0,
             min_fineness=COARSEST,
             max_fineness=MAX_STEPS if self.fixed else self._finest(),
             unseen=self.unseen,
             alike=self.fixed,
+            alone=stated_alone(self.asked) / counted_share(self.asked) if self.fixed else math.inf,
             otherwise=(lambda history: BeamModes(self.asked, history).description()) if again else None,
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,

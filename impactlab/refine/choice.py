@@ -13,7 +13,7 @@ from impactlab.history.choice import Candidate, Choice, Ladder
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.refine import out_of_reach, probe_differences, search
 from impactlab.refine.convergence import Level, Study
-from impactlab.refine.ladder import candidate, candidates, longer, not_served, words_of_estimate
+from impactlab.refine.ladder import Outcome, candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.level_errors import allowed
 from impactlab.refine.ranking import priority
 from impactlab.refine.studies import in_turn, studies_of
@@ -109,10 +109,10 @@ def _stepped(asked: Simulation) -> Iterator[Study]:
     yield from in_turn(asked, (None, ""))[0]
 
 
-def _ladder(tried: list[Candidate], others: Iterable[Study], seconds: float, why: str) -> list[Candidate]:
+def _ladder(tried: list[Outcome], others: Iterable[Study], seconds: float, why: str) -> list[Candidate]:
     """Return the candidates that were tried, those that were not, and why the exact solver does not apply."""
     beside = [candidate(study, None, "not run", longer(study.seconds, seconds)) for study in others]
-    return [*tried, *beside, *not_served(why)]
+    return [*(outcome() for outcome in tried), *beside, *not_served(why)]
 
 
 def _nothing_serves(why: str, studies: list[Study]) -> CaseError:

@@ -29,7 +29,7 @@ def _all_times(scene: Scene, method: Method) -> dict[str, Times]:
     }
 
 
-times_of = Recent(_all_times, lambda _times: True)
+times_of = Recent(_all_times, lambda _times: True, limited=False)
 """Times of all contacts of a scene under the laws of a method, by name; found once."""
 
 

@@ -83,6 +83,7 @@ class Study:
     falling: dict[int, float] = field(default_factory=dict)  # estimated errors by fineness, each when it was the finest
     reach: Reach | None = None  # None as long as nothing is known
     failures: int = 0  # levels that ended as failed
+    order_share: float = MIN_ORDER_SHARE  # of the declared order, that the estimate from two levels assumed
     first: Level | None = None  # whose set-up serves those that differ in their step alone
 
     @property
@@ -147,7 +148,7 @@ def finest_error(pairs: Pairs, fineness: Sequence[float], order: float) -> Estim
     return estimates[-1]._replace(shown=all(estimate.shown for estimate in estimates))
 
 
-def error_of_two(distance: float, coarse: float, fine: float, order: float) -> float:
+def error_of_two(distance: float, coarse: float, fine: float, order: float, share: float = MIN_ORDER_SHARE) -> float:
     """Return the error of the finer of two levels by the lowest order that an estimate assumes.
 
     Parameters
@@ -157,9 +158,11 @@ def error_of_two(distance: float, coarse: float, fine: float, order: float) -> f
     coarse, fine : float
         Their fineness.
     order : float
-        Declared order of convergence, of which `MIN_ORDER_SHARE` is assumed.
+        Declared order of convergence.
+    share : float
+        Of the declared order, that is assumed.
     """
-    return distance / (math.pow(fine / coarse, MIN_ORDER_SHARE * order) - 1.0)
+    return distance / (math.pow(fine / coarse, share * order) - 1.0)
 
 
 def _of_three(pairs: Pairs, first: int, fineness: Sequence[float], order: float) -> Estimate:

@@ -21,6 +21,7 @@ MAX_SURE_COST = 1.25  # times the predicted cost of a short run, up to which it 
 SURE_RATIO = 4.0  # of its error to one that needs three runs: two are extrapolated by half the order
 START_MARGIN = 1.5  # on predicted errors, as that of peak forces (`impactlab.refine.level_errors`)
 MAX_FREE_COST = 1.4  # times the fixed cost of a run, up to which a finer start is taken at no price
+MAX_ALONE_COST = 1.5  # times the predicted cost of the coarser of two runs, up to which one is taken in their place
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,6 +51,7 @@ class Description:
     detail: Callable[[int], str] | None = None  # what else a fineness sets, for people
     finding: Callable[[int], float] = lambda _n: 0.0  # s, predicted, of modes of a mesh, which are found first
     alike: bool = False  # whether runs differ in their step alone, so that one set-up serves all
+    alone: float = math.inf  # error that one run states, over its predicted one; inf where two are needed
     begun: Begun | None = None  # of the exact solver: its march over the first intervals
 
     def words(self, fineness: int) -> str:
@@ -99,7 +101,16 @@ class Description:
                 free += max(1, free // 8)
         while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:
             free *= 2
-        return self.whole(max(needed, free))
+        start = self.whole(max(needed, free))
+        return max(start, self._start_alone(error, MAX_ALONE_COST * seconds(start)))
+
+    def _start_alone(self, error: float, most: float) -> int:
+        """Return the finer of two runs whose coarser one states an error by itself within ``most`` [s]; 0 if none."""
+        left = error - self.unseen(self.min_fineness, None)
+        if math.isinf(self.alone) or left <= 0.0:
+            return 0
+        fineness = self.fineness_for(left, self.alone)
+        return self.whole(math.ceil(RATIO**2 * fineness)) if self.seconds(fineness) <= most else 0
 
     def wanted_of(self, start: int, error: float) -> int:
         """Return which of the first two runs is predicted to keep an error: the coarser one, else ``start``."""

@@ -137,9 +137,8 @@ def without_places(scene: Scene) -> Scene:
 
 def recorded(made: Simulation, steps: float) -> Simulation:
     """Return the scene with up to `MAX_RECORDS` steps kept, unless the case limits them: records give the forces."""
-    if made.scene.records != RECORDS:
-        return made
-    return made.but(records=max(RECORDS, min(math.ceil(steps), MAX_RECORDS)))
+    records = max(RECORDS, min(math.ceil(steps), MAX_RECORDS))
+    return made if made.scene.records != RECORDS or records == RECORDS else made.but(records=records)
 
 
 def _smooth_error(asked: Simulation, factor: float, time: float) -> Callable[[int], float]:

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
-from impactlab.history.frame import common_drift, touched_in
+from impactlab.history.frame import touched_in
 from impactlab.metrics.fronts import LEAST
-from impactlab.metrics.norms import ZERO, displaced, face_channels, mass_channels, midpoints
+from impactlab.metrics.norms import ZERO, displaced
 from impactlab.metrics.peaks import MIN_PEAK, Laws, find_peak, near_jumps, smooth_force
 from impactlab.refine.convergence import Distance, Pairs
+from impactlab.refine.moving_frames import CELLS, MovingFrames, moving_frames
 from impactlab.refine.raw_records import Records, Sizes, records_of, sizes_of
 from impactlab.scene.method import COUNTED, Counted, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
-CELLS = 400  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
 PER_SPAN = 100  # cells of a period of contact in which a peak is sought, beside the middles of its steps
 MIN_IMPULSE = 1e-9  # of the largest impulse: contacts that give less are rounding and have no relative error
 
@@ -79,13 +79,11 @@ def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene, laws:
 
 def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records], scene: Scene) -> Iterator[Distance]:
     """Give the distances of the displacements of faces, relative L2 over [0, duration]."""
-    t, touched, last = midpoints(scene.duration, CELLS), touched_in(histories[-1]), len(histories) - 1
-    masses = mass_channels(scene)
-    names = list(dict.fromkeys((*masses, *face_channels(scene))))
-    drifts = {name: common_drift(scene, name, t, touched) if touched else np.zeros(CELLS) for name in names}
-    apart = _all_sizes(histories, raw, t, drifts)
-    moving = displaced({name: apart[name][0, last].own for name in masses})
-    for name in (*moving, *face_channels(scene)):
+    touched, last = touched_in(histories[-1]), len(histories) - 1
+    moving = moving_frames(scene, touched)
+    apart = _all_sizes(histories, raw, moving)
+    masses = displaced({name: apart[name][0, last].own for name in moving.masses})
+    for name in (*masses, *moving.faces):
         found, own = apart[name], apart[name][0, last]
         least = ZERO * max(max(each.other, each.own) for each in found.values())
         if own.own > least:  # not zero except for rounding
@@ -95,21 +93,29 @@ def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records],
 
 
 def _all_sizes(
-    histories: Sequence[AbstractHistory], raw: Sequence[Records], t: Array, drifts: Mapping[str, Array]
+    histories: Sequence[AbstractHistory], raw: Sequence[Records], moving: MovingFrames
 ) -> dict[str, dict[tuple[int, int], Sizes]]:
     """Return the norms of displacements, and of their differences, of all pairs of runs by channel and pair."""
-    recorded = [name for name in drifts if raw and name in raw[0].columns]
-    others = [name for name in drifts if name not in recorded]
-    values: list[Array] = []
-    for place, history in enumerate(histories):
-        evaluated = np.array([history.evaluate(t, name) for name in others]).reshape(len(others), t.size)
-        values.append(np.vstack((raw[place].displacements(recorded, t.size), evaluated)) if recorded else evaluated)
-    drift = np.array([drifts[name] for name in (*recorded, *others)]).reshape(len(drifts), t.size)
-    found: dict[str, dict[tuple[int, int], Sizes]] = {name: {} for name in (*recorded, *others)}
+    names = moving.channels
+    if raw and all(name in raw[0].columns for name in names):
+        values = [records.displacements(names, CELLS) for records in raw]
+    else:
+        values = [_evaluated(history, moving, raw[place] if raw else None) for place, history in enumerate(histories)]
+    found: dict[str, dict[tuple[int, int], Sizes]] = {name: {} for name in names}
     for i, j in _all_pairs(histories):
-        for name, sizes in zip(found, sizes_of(values[j], values[i], drift), strict=True):
+        for name, sizes in zip(names, sizes_of(values[j], values[i], moving.drifts), strict=True):
             found[name][i, j] = sizes
     return found
+
+
+def _evaluated(history: AbstractHistory, moving: MovingFrames, raw: Records | None) -> Array:
+    """Return the displacements of a run [m], (n_channels, CELLS), of those that are recorded by its records."""
+    found = [
+        raw.displacements([name], CELLS)[0] if raw is not None and name in raw.columns
+        else history.evaluate(moving.t, name)
+        for name in moving.channels
+    ]  # fmt: skip
+    return np.array(found).reshape(len(found), CELLS)
 
 
 def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Distance]:
@@ -171,8 +177,3 @@ def _all_pairs(values: Sequence[Any]) -> Iterator[tuple[int, int]]:
 def _finite(found: Pairs) -> Pairs:
     """Return distances, inf in place of NaN."""
     return {pair: value if math.isfinite(value) else math.inf for pair, value in found.items()}
-
-
-def norm(values: Array) -> float:
-    """Return the root of the sum of squares of values, shape (n,)."""
-    return math.sqrt(np.dot(values, values))

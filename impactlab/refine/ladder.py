@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 from impactlab.history.base import AbstractHistory
 from impactlab.history.choice import Candidate, Verdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
-from impactlab.refine.description import TWO_LEVEL_SAFETY
+from impactlab.refine.description import TWO_LEVEL_SAFETY, Description
 from impactlab.refine.level_errors import DONE
+from impactlab.refine.smooth_touch import SAFETY_ALONE
 from impactlab.simulate.checks import gain_of
 
 CHEAPEST = "the cheapest found within the tolerance"
 
 
-def candidates(studies: list[Study], chosen: Study, best: Level) -> list[Candidate]:
+Outcome = Callable[[], Candidate]
+"""The record of a candidate, described when it is called: it holds no run."""
+
+
+def candidates(studies: list[Study], chosen: Study, best: Level) -> list[Outcome]:
     """Return the outcome of every candidate that was described, those of the chosen description first."""
     found = []
     for study in sorted(studies, key=lambda other: other is not chosen):
@@ -25,12 +32,12 @@ def candidates(studies: list[Study], chosen: Study, best: Level) -> list[Candida
                 reason = reason or CHEAPEST
             elif study is not chosen:
                 reason = reason or "solves longer than the chosen one"
-            found.append(candidate(study, level, verdict, reason))
+            found.append(outcome(study, level, verdict, reason))
         if study.closed and study.closed != DONE:
-            found.append(candidate(study, None, "rejected", study.closed))
+            found.append(outcome(study, None, "rejected", study.closed))
         elif not study.levels:
             reason = longer(study.seconds, chosen.description.seconds(best.fineness))
-            found.append(candidate(study, None, "not run", reason))
+            found.append(outcome(study, None, "not run", reason))
     return found
 
 
@@ -41,13 +48,27 @@ def longer(seconds: float, chosen: float) -> str:
 
 def candidate(study: Study, level: Level | None, verdict: Verdict, reason: str) -> Candidate:
     """Return the record of a level, or of the next one, not run."""
-    description, fineness = study.description, study.next if level is None else level.fineness
+    return outcome(study, level, verdict, reason)()
+
+
+def outcome(study: Study, level: Level | None, verdict: Verdict, reason: str) -> Outcome:
+    """Return the record of a candidate, to be described later."""
+    if level is None:
+        return partial(_described, study.description, study.next, None, None, verdict, reason)
+    error = None if math.isinf(level.error) else level.error
+    return partial(_described, study.description, level.fineness, error, level.history.cost.solve_s, verdict, reason)
+
+
+def _described(
+    description: Description, fineness: int, error: float | None, solve_s: float | None, verdict: Verdict, reason: str
+) -> Candidate:
+    """Return the record of a candidate with what is known of it before a run."""
     return Candidate(
         candidate=description.words(fineness),
         predicted_error=description.error(fineness),
         predicted_s=description.seconds(fineness),
-        estimated_error=None if level is None or math.isinf(level.error) else level.error,
-        solve_s=None if level is None else level.history.cost.solve_s,
+        estimated_error=error,
+        solve_s=solve_s,
         verdict=verdict,
         reason=reason,
     )
@@ -64,9 +85,15 @@ def words_of_estimate(study: Study, history: AbstractHistory) -> str:
     if not description.unit:
         return "solved from event to event: exact except for rounding and near-grazing contacts"
     gained = f"the run gained {gain_of(history):.1g} of the reference energy"
+    if count == 1:
+        return (
+            f"one resolution, by the second differences of its contact force, times a safety of {SAFETY_ALONE:g}; "
+            f"{gained}"
+        )
     if count == 2:
         return (
-            f"two resolutions, extrapolated by half the order of the description ({description.order:g}), times a "
+            f"two resolutions, extrapolated by {study.order_share:g} of the order of the description "
+            f"({description.order:g}), times a "
             f"safety of {max(description.safety, TWO_LEVEL_SAFETY):g}; {gained}"
         )
     return (

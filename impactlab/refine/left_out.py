@@ -6,19 +6,15 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from impactlab.history.base import AbstractHistory
-from impactlab.history.frame import common_drift, touched_in
-from impactlab.metrics.norms import ZERO, midpoints
+from impactlab.history.frame import touched_in
+from impactlab.metrics.norms import ZERO
 from impactlab.refine.contact_times import times_of
-from impactlab.refine.distances import norm
+from impactlab.refine.moving_frames import CELLS, moving_frames, norm
 from impactlab.refine.raw_records import records_of
 from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Simulation
-from impactlab.scene.problem import Contact
-
-CELLS = 200  # of the midpoint rule
+from impactlab.scene.problem import Contact, Scene
 
 
 class Share(NamedTuple):
@@ -72,37 +68,37 @@ def left_out(asked: Simulation) -> Iterator[LeftOut]:
                 yield LeftOut(*known, body.length / (math.pi**2 * shear), 1.0, 1.0 + between)
 
 
-def beside_contacts(asked: Simulation) -> list[Share]:
+def beside_contacts(places: Sequence[LeftOut]) -> list[Share]:
     """Return the errors by the flexibility left out beside that of the contact, with which it stands in series.
 
     Measured, the errors are 0.1 to 1.2 of it. Contacts whose stiffness is not known are left out.
     """
-    found = [Share(each.factor * each.stiffness, each.power) for each in left_out(asked)]
+    found = [Share(each.factor * each.stiffness, each.power) for each in places]
     return [share for share in found if share.factor > 0.0]
 
 
-def beside_displacements(asked: Simulation, history: AbstractHistory) -> list[Share]:
+def beside_displacements(places: Sequence[LeftOut], scene: Scene, history: AbstractHistory) -> list[Share]:
     """Return the errors of the displacements of beams at contacts: the flexibility left out under the forces of a run.
 
     A stiff beam under a soft contact moves so little that this is far more than the share of the contact's own.
     """
-    scene, sizes = asked.scene, dict[str, float]()
-    t, touched, raw = midpoints(scene.duration, CELLS), touched_in(history), records_of(history)
+    sizes = dict[str, float]()
+    touched, raw = touched_in(history), records_of(history)
+    moving = moving_frames(scene, touched)
     numbers = {contact.name: number for number, contact in enumerate(scene.contacts)}
     found: list[Share] = []
-    for each in left_out(asked):
+    for each in places:
         channel, name = each.channel, each.contact.name
         if channel not in sizes:
-            drift = common_drift(scene, channel, t, touched) if touched else np.zeros(CELLS)
             if raw is not None and channel in raw.columns:
                 (moved,) = raw.displacements([channel], CELLS)
             else:
-                moved = history.evaluate(t, channel)
-            whole, own = norm(moved), norm(moved - drift)
+                moved = history.evaluate(moving.t, channel)
+            whole, own = norm(moved), norm(moved - moving.drift(channel))
             sizes[channel] = own if touched and own > ZERO * whole else whole
         if name not in sizes:
             sizes[name] = (
-                norm(history.evaluate(t, f"force:{name}"))
+                norm(history.evaluate(moving.t, f"force:{name}"))
                 if raw is None
                 else raw.force(numbers[name], False).size(CELLS)
             )

@@ -17,6 +17,7 @@ from impactlab.refine.convergence import (
 from impactlab.refine.cost import ALIKE_S
 from impactlab.refine.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.distances import counted, difference, distances
+from impactlab.refine.smooth_touch import error_alone, order_share
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.simulate import driver
 from impactlab.simulate.checks import gain_of
@@ -75,11 +76,28 @@ def choosing_s(study: Study) -> float:
     return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
 
 
+def holds_alone(study: Study, asked: Simulation) -> bool:
+    """Return whether the only level keeps the tolerance by its own records; then its error is set."""
+    description, tolerance = study.description, allowed(asked.method)
+    if len(study.levels) != 1 or math.isinf(description.alone):
+        return False
+    (level,) = study.levels
+    error = error_alone(level.history, description.error(level.fineness))
+    if error > tolerance or not _resolves_contacts(level.history, asked):
+        return False
+    error += description.unseen(level.fineness, level.history)
+    if error > tolerance:
+        return False
+    level.error, level.reason, study.closed = error, "", DONE
+    return True
+
+
 def estimate_errors(study: Study, asked: Simulation) -> None:
     """Set the error of every level, and the next fineness or why none follows."""
     description, levels, tolerance = study.description, study.levels, allowed(asked.method)
     finest = levels[-1]
-    errors, by_order = _extrapolated(levels, asked, description)
+    study.order_share = order_share(description, [level.history for level in levels], asked)
+    errors, by_order = _extrapolated(levels, asked, description, study.order_share)
     least = _distance_to_check(study) if min(errors)[0] <= tolerance else 0.0
     for level, (error, worst) in zip(levels, errors, strict=True):
         level.worst = worst if error >= least else ""
@@ -182,7 +200,7 @@ def _reach(study: Study, error: float, tolerance: float) -> Reach:
 
 
 def _extrapolated(
-    levels: list[Level], asked: Simulation, description: Description
+    levels: list[Level], asked: Simulation, description: Description, share: float
 ) -> tuple[list[tuple[float, str]], float]:
     """Return the error of each level, by its distance to the finest one, and the error of that by the declared order.
 
@@ -196,7 +214,8 @@ def _extrapolated(
     histories, least_jump = [level.history for level in levels], allowed(asked.method) or LEAST
     for of, pairs in distances(histories, *counted(asked), PEAK_MARGIN, least_jump) if last else ():
         if last == 1:
-            error = error_of_two(pairs[0, 1], fineness[0], fineness[1], order) * max(safety, TWO_LEVEL_SAFETY)
+            of_two = error_of_two(pairs[0, 1], fineness[0], fineness[1], order, share)
+            error = of_two * max(safety, TWO_LEVEL_SAFETY)
             margin = 1.0
             by_order.append(SHOWN_SAFETY * pairs[0, 1] / ((fineness[1] / fineness[0]) ** order - 1.0))
         else:

@@ -56,6 +56,10 @@ class Steps(NamedTuple):
         """Return the force [N] at an instant of the run [s]."""
         return force_at(*self, t)
 
+    def roughness(self) -> float:
+        """Return the norm of the second differences of the mean forces of the steps, over that of the forces."""
+        return roughness(self.record, self.column)
+
     def size(self, cells: int) -> float:
         """Return the norm of the mean forces in the middles of equal cells of the run [N]."""
         return mean_size(*self[:5], cells)
@@ -79,7 +83,7 @@ class Records:
         self.record, self.columns = record, columns
         self._layout, self._dt, self._duration = assembly.layout, assembly.dt, history.duration
         self._late = assembly.integrator.load_point - 0.5
-        self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}
+        self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}  # also by each channel alone
         self._peaks: dict[tuple[int, bool, bytes], float] = {}
 
     def displacements(self, channels: Sequence[str], cells: int) -> Array:
@@ -89,6 +93,8 @@ class Records:
             self._moved[key] = np.empty((len(channels), cells))
             columns = np.array([self.columns[name] for name in channels], dtype=np.int64)
             write_displacements(self.record, columns, self._duration, self._moved[key])
+            for place, name in enumerate(channels):
+                self._moved.setdefault((cells, (name,)), self._moved[key][place : place + 1])
         return self._moved[key]
 
     def force(self, number: int, hard: bool) -> Steps:
@@ -315,3 +321,18 @@ def mean_size(record: Array, column: int, late: float, dt: float, duration: floa
             step += 1
         total += record[step, column] ** 2
     return math.sqrt(total)
+
+
+@ENTRY
+def roughness(record: Array, column: int) -> float:
+    """Return the norm of the second differences of the mean forces of the steps, over that of the forces.
+
+    Before the first step there was no force.
+    """
+    total, apart, last, before = 0.0, 0.0, 0.0, 0.0
+    for step in range(1, len(record)):
+        force = record[step, column]
+        apart += (force - 2.0 * last + before) ** 2
+        total += force**2
+        last, before = force, last
+    return math.sqrt(apart / total) if total > 0.0 else 0.0

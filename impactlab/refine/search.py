@@ -11,7 +11,7 @@ from impactlab.refine.convergence import Level, Study
 from impactlab.refine.cost import FIXED_S
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import EXACT_ERROR
-from impactlab.refine.level_errors import DONE, UNSEEN, allowed, estimate_errors, keeps_energy
+from impactlab.refine.level_errors import DONE, UNSEEN, allowed, estimate_errors, holds_alone, keeps_energy
 from impactlab.refine.ranking import EXACT_ADVANTAGE, best_of, is_sure, is_worth_trying, priority
 from impactlab.refine.studies import begun, learn
 from impactlab.refine.trial import no_check
@@ -138,7 +138,8 @@ def _failed(study: Study, fineness: int, error: StepError) -> None:
 def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
     """Run the next level, the first time one that is coarser, too; estimate errors and set the next fineness.
 
-    The finer one comes first where its modes are of use to the coarser one.
+    The finer one comes first where its modes are of use to the coarser one. It is left out where the coarser one
+    states an error within the tolerance by itself.
     """
     description = study.description
     if not description.unit:
@@ -152,6 +153,8 @@ def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
         wanted = [coarser, study.next] if description.alike else [study.next, coarser]
     for fineness in wanted:
         study.run(fineness, progress, checked=False)
+        if holds_alone(study, asked):
+            return
     estimate_errors(study, asked)
 
 

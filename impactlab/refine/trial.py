@@ -32,7 +32,7 @@ def run(
     It raises as `impactlab.simulate.driver.run` does, except for what the check raises; ``begun``, ``like`` as there.
     """
     began = clock.perf_counter()
-    if is_exact(*made):
+    if (like is None or like is made) and is_exact(*made):
         return driver.run(*made, progress, with_warnings=False, begun=begun), no_check
     with spent_on("set-up"), GarbageCollectionPaused():
         plan, assembly = stepped_run.prepared_like(made if like is None else like, *made)

@@ -25,15 +25,19 @@ class Recent(Generic[Made]):
         The function.
     is_kept : callable
         Whether a result is small enough to be kept.
+    limited : bool
+        Whether a result, or a refusal, depends on the memory limit.
     """
 
-    def __init__(self, make: Callable[[Scene, Method], Made], is_kept: Callable[[Made], bool]) -> None:
-        self._make, self._is_kept = make, is_kept
+    def __init__(
+        self, make: Callable[[Scene, Method], Made], is_kept: Callable[[Made], bool], limited: bool = True
+    ) -> None:
+        self._make, self._is_kept, self._limited = make, is_kept, limited
         self._known: dict[Any, tuple[Scene, Method, Made]] = {}
 
     def __call__(self, scene: Scene, method: Method) -> Made:
         """Return the result for a scene and a method, made or kept; it raises as the function does."""
-        key = id(scene), id(method), memory_limit()
+        key = id(scene), id(method), memory_limit() if self._limited else 0.0
         known = self._known.get(key)
         if known is not None:
             return known[2]

@@ -50,9 +50,9 @@ def serves(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> bool
         method.integrator == plan.integrator == plan.method.integrator
         and method.events == plan.method.events == "dated"
         and replace(method.step, dt=plan.method.step.dt) == plan.method.step
-        and method.models == plan.method.models
-        and method.laws == plan.method.laws
-        and all(_same(getattr(scene, name), getattr(known, name)) for name in OF_SCENE)
+        and _same(method.models, plan.method.models)
+        and _same(method.laws, plan.method.laws)
+        and (scene is known or all(_same(getattr(scene, name), getattr(known, name)) for name in OF_SCENE))
     )
     if not alike or plan.pushes or plan.warnings or not isinstance(plan.integrator, ExactModal):
         return False
