@@ -8,7 +8,7 @@ from typing import Any
 
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import reference_rod
-from impactlab.casefile.contacts import faces_of, lever_arm_of, marks_of
+from impactlab.casefile.contacts import Met, Row, lever_arm_of, marks_of
 from impactlab.casefile.endless import check_rest
 from impactlab.casefile.instruments import probe_of
 from impactlab.casefile.joined import points_of
@@ -36,8 +36,8 @@ HARD_CONTACT = {"kind": "addition_deletion"}  # of a contact without a law, unde
 BY_STEPS = "model, integrator and step in place of the tolerance; errors are then measured."
 
 
-def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
-    """Return the scene of a checked case and the method that it is solved by.
+def build(case: CaseBlock, row: Row, name: str, registry: Registry) -> Simulation:
+    """Return the scene of a checked case, whose contacts are ``row``, and the method that it is solved by.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     """
     models = _models(case, registry)
     parts = parts_of(case, vector(case.gravity), registry)
-    by_block = [_contacts(case, number, parts) for number in range(len(case.contacts))]
+    by_block = [_contacts(contact, parts) for contact in row.contacts]
     contacts = tuple(contact for each in by_block for contact in each)
     bodies = _bodies(case, contacts, parts)
     laws = _laws(case, by_block, registry)
@@ -198,10 +198,10 @@ def _body(case: CaseBlock, name: str) -> Body:
     return block.body(name, lever_arm_of(case, name) if isinstance(block, ShaftBlock) else 1.0)
 
 
-def _contacts(case: CaseBlock, number: int, parts: Mapping[str, PartMechanism]) -> list[Contact]:
+def _contacts(given: Met, parts: Mapping[str, PartMechanism]) -> list[Contact]:
     """Return the contact of a block, or one for each of its pieces along a body."""
-    block, faces = case.contacts[number], faces_of(case, number)
-    paths = [f"contacts.{number}.between.{side}" for side in (0, 1)]
+    block, faces = given.block, given.faces
+    paths = [f"contacts.{given.number}.between.{side}" for side in (0, 1)]
     group = block.name or ("|".join(face.point.label for face in faces) if block.pieces is not None else "")
     found = []
     for points in points_of(*faces, block.pieces or 1):

@@ -324,8 +324,7 @@ def _checked_and_built(
         fault = case_error(error, data, allowed=CaseBlock)
         raise combined([fault, *part_faults(data, registry)]) from error
     try:
-        check(checked, registry)
-        return checked, build(checked, name, registry)
+        return checked, build(checked, check(checked, registry), name, registry)
     except ImpactlabError as error:
         raise combined([error, *part_faults(data, registry)]) from error
 

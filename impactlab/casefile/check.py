@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -26,41 +26,38 @@ LAST_DIGITS = 1e-12  # of a length: a sum of segments may differ by them
 MAX_TURN, MAX_TURN_OF_TABLE = 0.02, 0.5  # of the largest slope of a shape, at a clamped end; of a table of few lines
 
 
-def check(case: CaseBlock, registry: Registry) -> None:
-    """Raise the `CaseError` of the first broken rule, which holds the others."""
+def check(case: CaseBlock, registry: Registry) -> Row:
+    """Return the contacts of a case; raise the `CaseError` of the first broken rule, which holds the others."""
     faults: list[CaseError] = []
 
-    @contextmanager
-    def gathered() -> Iterator[None]:
+    def follow(rule: Callable[..., None], *given: Any) -> None:
         try:
-            yield
+            rule(*given)
         except CaseError as error:
             faults.append(error)
 
     for rule in RULES_OF_BODIES:
         for name, body in case.bodies.items():
             if isinstance(body, ElasticBlock):
-                with gathered():
-                    rule(body, f"bodies.{name}")
-    with gathered():
-        check_mechanisms(case)
+                follow(rule, body, f"bodies.{name}")
+    follow(check_mechanisms, case)
     if faults:
         raise combined(faults)
     row = Row()
     for number in range(len(case.contacts)):
-        with gathered():
-            row.contacts.append(met(case, number, row, is_joined(case.contacts[number], registry)))
+        follow(_add_contact, row, case, number, registry)
     for check_contact in RULES_OF_CONTACTS:
         for contact in row.contacts:
-            with gathered():
-                check_contact(contact)
-    with gathered():
-        check_bonds(case)
-    for check_case in RULES:
-        with gathered():
-            check_case(case)
+            follow(check_contact, contact)
+    for check_case in (check_bonds, *RULES):
+        follow(check_case, case)
     if faults:
         raise combined(faults)
+    return row
+
+
+def _add_contact(row: Row, case: CaseBlock, number: int, registry: Registry) -> None:
+    row.contacts.append(met(case, number, row, is_joined(case.contacts[number], registry)))
 
 
 def reference_rod(case: CaseBlock) -> str | None:

@@ -27,6 +27,8 @@ class LinkOf(NamedTuple):
 
 def links_of(case: CaseBlock) -> dict[str, LinkOf]:
     """Return the bodies that are links of mechanisms, by name."""
+    if not case.mechanisms:  # asked for every contact
+        return {}
     return {
         link.body: LinkOf(name, number)
         for name, mechanism in chains_of(case).items()
@@ -53,6 +55,8 @@ def directions(case: CaseBlock) -> dict[str, tuple[float, float]]:
     Bodies that meet one of them move with it along one line.
     """
     found: dict[str, tuple[float, float]] = {}
+    if not case.mechanisms:
+        return found
     links = links_of(case)
     for contact in case.contacts:
         for text in contact.between:
@@ -76,6 +80,8 @@ def gravity_of(case: CaseBlock) -> float:
     A body that meets a mechanism moves along its contact; a number acts on any other, and a vector on none.
     """
     x, y = vector(case.gravity)
+    if not case.mechanisms and not isinstance(case.gravity, tuple):
+        return x
     links, along, on = links_of(case), directions(case), dict[str, float]()
     for name, block in case.bodies.items():
         if isinstance(block, WallBlock) or name in links:
