@@ -341,7 +341,7 @@ def say_if_many(bodies: int) -> None:
 
     if parent_process() is None:
         _said.append(True)
-        LOG.warning("checking %d bodies and their contacts: some seconds for each 10000 ...", bodies)
+        LOG.warning("checking %d bodies and their contacts: about a second for each 10000 ...", bodies)
 
 
 def _make(name: str, file: str, document: Document, registry: plugins.Registry, is_new: bool = False) -> Case:

@@ -82,7 +82,7 @@ def test_a_large_case_is_not_checked_in_silence(
     monkeypatch.setattr(case_module, "_said", [])
     chain(), chain()
     assert [each.getMessage() for each in caplog.records] == [
-        f"checking {N + 1} bodies and their contacts: some seconds for each 10000 ..."
+        f"checking {N + 1} bodies and their contacts: about a second for each 10000 ..."
     ]
 
 
