@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from studies.audit.collocation import OPEN, POINTS, PRESSED, SLACK, at, gained
+from studies.audit.collocation import INNER, OPEN, POINTS, PRESSED, SLACK, at, gained
 from studies.audit.network import HARD
 from studies.audit.tables import STAGES
 
 LOOKS = 24
 
 
-@njit(cache=True)
+@INNER
 def margin(net, mode, gap, trial, c, small_gap, small_force):  # type: ignore[no-untyped-def]
     """Return a number that is negative where the state of a contact no longer holds."""
     if mode[c] == OPEN:
@@ -24,7 +23,7 @@ def margin(net, mode, gap, trial, c, small_gap, small_force):  # type: ignore[no
     return min(trial / small_force + 1.0, 1.0 - gap / small_gap)
 
 
-@njit(cache=True)
+@INNER
 def margin_at(net, stage, mode, c, theta, step, u0, small_gap, small_force):  # type: ignore[no-untyped-def]
     """Return the margin of a contact at a share theta of the step."""
     a, b = net.left[c], net.right[c]
@@ -32,7 +31,7 @@ def margin_at(net, stage, mode, c, theta, step, u0, small_gap, small_force):  # 
     return margin(net, mode, gap, at(stage.trial[:, c], theta), c, small_gap, small_force)
 
 
-@njit(cache=True)
+@INNER
 def first_change(net, stage, mode, step, u0, small_gap, small_force):  # type: ignore[no-untyped-def]
     """Return the contact that first changes its state within the step and the share of the step; -1 where none does."""
     found, where = -1, 2.0
@@ -61,7 +60,7 @@ def first_change(net, stage, mode, step, u0, small_gap, small_force):  # type: i
     return found, where
 
 
-@njit(cache=True)
+@INNER
 def change(net, stage, mode, approach, floors, c, theta, step, u0, small_gap):  # type: ignore[no-untyped-def]
     """Give a contact its next state; theta is the share of the step at which it changes."""
     a, b = net.left[c], net.right[c]
@@ -79,7 +78,7 @@ def change(net, stage, mode, approach, floors, c, theta, step, u0, small_gap):  
     return 0
 
 
-@njit(cache=True)
+@INNER
 def roughness(net, stage, top):  # type: ignore[no-untyped-def]
     """Return the largest leading Legendre coefficient of the velocities: the error of a step's polynomials."""
     worst = 0.0
@@ -91,7 +90,7 @@ def roughness(net, stage, top):  # type: ignore[no-untyped-def]
     return worst
 
 
-@njit(cache=True)
+@INNER
 def ends_of(stage, c):  # type: ignore[no-untyped-def]
     """Return the force of a contact right at the start and the end of the step, and its largest value in it."""
     first, last = at(stage.force[:, c], 0.0), at(stage.force[:, c], 1.0)

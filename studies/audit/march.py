@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from studies.audit.collocation import (
+    INNER,
     LAGRANGE,
     OPEN,
     POINTS,
@@ -60,7 +61,7 @@ class Out(NamedTuple):
     counts: Array  # steps, jumps, changes
 
 
-@njit(cache=True)
+@INNER
 def depart(net, out, heads, tails, node, t, m, stage, step, rule, always):  # type: ignore[no-untyped-def]
     """Send a front on from a node at time t, step m, through every piece whose wave is not smooth there."""
     for e in range(net.node.size):
@@ -88,7 +89,7 @@ def depart(net, out, heads, tails, node, t, m, stage, step, rule, always):  # ty
                 tails[e] += 1
 
 
-@njit(cache=True)
+@INNER
 def record(net, out, stage, t, step, u0, sample, duration):  # type: ignore[no-untyped-def]
     """Fill the samples that lie in a step; return the number of the next."""
     total = out.u.shape[0]
