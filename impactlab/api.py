@@ -289,7 +289,7 @@ def summarised(
             reference, outlook = outlooks.unasked(*physics, history)
         else:
             reference = reference_of(*physics, budget)
-            outlook = outlooks.of(reference)
+            outlook = outlooks.of(reference, physics.method)
     with spent_on("writing"):
         summary = summaries.summarise(case.label, case.scene(), history, reference, outlook)
         return with_fault(summary, case), reference

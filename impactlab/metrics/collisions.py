@@ -22,10 +22,12 @@ from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
+MAX_SHARE = 0.05  # of the impulse of a collision, given by others: a restitution changes by up to twice as much
 MAX_PAIRS = 6  # of bodies whose counts by several methods are texts of their own: a row of beads has many
 MAX_SAMPLES = 64  # of a gap in each opening
 MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
 PULL_SAMPLES = 4000  # of the force of a link, whose impulse is summed
+PUSH_SAMPLES = 1001  # of an end force in a collision
 MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
 
 
@@ -51,10 +53,10 @@ class Collision:
     striker: str  # the rigid body, else the one that moved at the start
     approach_speed: float | None  # m/s
     exit_speed: float | None  # m/s, positive when they part; while still closed that at the end of the run
-    restitution: float | None  # exit over approach speed; None without an approach, while still closed at the end of
-    # the run, or if others have a part in it
+    restitution: float | None  # exit over approach speed, of a meeting of these two bodies alone up to their parting
     energy_lost: float | None  # J, by the striker
     energy_given: float | None  # J, to the other body
+    no_restitution: str | None  # why there is none, in words; None where there is one
 
 
 def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
@@ -132,12 +134,20 @@ def _collision(
     approach = _difference(speeds, sign)
     leaves = _difference([_speed(scene, history, name, until, given_to[name]) for name in (other, striker)], sign)
     lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
-    fastest = scene.fastest
-    meets = not closed and approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
-    meets = meets and not _others_touch(scene, history, striker, pair, start, until)
-    # A third body that still drives the other one into the striker makes the approach: its speed is that of an instant.
-    driven = None not in speeds and abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
-    meets = meets and not (driven and _others_touch(scene, history, other, pair, before, start))
+    why = "they are still in contact at the end of the run" if closed else None
+    why = why or _others_part(scene, history, pair, (start, until), sum(span.impulse for span in spans))
+    if why is None and (approach is None or leaves is None):
+        why = f"the speed of '{striker if speeds[0] is None else other}' is not known at that time"
+    if why is None and approach is not None and leaves is not None:
+        rounding = MIN_APPROACH * max(scene.fastest, abs(leaves))
+        # A third body that still drives the other one into the striker makes the approach: its speed is of an instant.
+        driven = abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
+        if driven and (third := _third_touched(scene, history, other, pair, before, start)):
+            why = f"'{third}' drives '{other}' into '{striker}'"
+        elif approach <= rounding:
+            why = "their mean speeds do not approach each other"
+        elif leaves < -rounding:
+            why = "their mean speeds still approach each other after the last contact"
     return Collision(
         bodies="|".join(pair),
         sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),
@@ -152,21 +162,58 @@ def _collision(
         striker=striker,
         approach_speed=approach,
         exit_speed=leaves,
-        restitution=leaves / approach if meets and leaves is not None and approach is not None else None,
+        restitution=leaves / approach if why is None and leaves is not None and approach is not None else None,
         energy_lost=None if lost is None else -lost,
         energy_given=given,
+        no_restitution=why,
     )
 
 
-def _others_touch(
-    scene: Scene, history: AbstractHistory, name: str, pair: Sequence[str], start: float, end: float
-) -> bool:
-    """Return whether contacts with a third body touch a body, or links hold it, in a time."""
-    links = {link.name for link in history.links}
-    third = [each for _, each in scene.met_by(name) if {each.left.body, each.right.body} != set(pair)]
-    spans = history.spans_of(contact.name for contact in third)
-    touched = (span.start < end and span.until(math.inf) > start for span in spans)
-    return any(touched) or any((contact.group or contact.name) in links for contact in third)
+def _others_part(
+    scene: Scene, history: AbstractHistory, pair: tuple[str, str], times: tuple[float, float], impulse: float
+) -> str | None:
+    """Return in words which other body or force changes the speeds of two bodies in a time; None for none.
+
+    Parts of less than `MAX_SHARE` of the impulse of their collision [N s] do not count.
+    """
+    for name in pair:
+        body, least = scene.bodies[name], MAX_SHARE * abs(impulse)
+        if not body.moves:
+            continue
+        if third := _third_touched(scene, history, name, pair, *times, least):
+            return f"'{name}' also touches '{third}' meanwhile"
+        pushed = sum(abs(end.force) for _, end in body.ends) * (times[1] - times[0])
+        for _, load in body.loads:
+            instants = np.linspace(*times, PUSH_SAMPLES)
+            pushed += float(np.mean(np.abs(load.at(instants)))) * (times[1] - times[0])
+        if pushed > least:
+            return f"an end force acts on '{name}' meanwhile"
+    return None
+
+
+def _third_touched(
+    scene: Scene,
+    history: AbstractHistory,
+    name: str,
+    pair: Sequence[str],
+    start: float,
+    end: float,
+    least: float = 0.0,
+) -> str | None:
+    """Return the third body that gives a body most of what others do in a time; None if all is no more than the least.
+
+    Impulses are sums of sizes [N s]. Of contacts that reach beyond the time, their whole impulse counts.
+    """
+    links, given = {link.name for link in history.links}, dict[str, float]()
+    for _, contact in scene.met_by(name):
+        bodies = contact.left.body, contact.right.body
+        if {*bodies} != {*pair}:
+            spans = history.spans(contact.name)
+            met = sum(abs(span.impulse) for span in spans if span.start < end and span.until(math.inf) > start)
+            if (contact.group or contact.name) in links:
+                met = abs(_pull(history, contact.name, end) - _pull(history, contact.name, start))
+            given[bodies[bodies[0] == name]] = given.get(bodies[bodies[0] == name], 0.0) + met
+    return max(given, key=lambda third: given[third]) if sum(given.values()) > least else None
 
 
 def _difference(values: Sequence[float | None], factor: float) -> float | None:
@@ -267,6 +314,8 @@ def sentence(each: Mapping[str, Any]) -> str:
     parts = [f"{each['bodies']}: {count}, {each['start']:.6g} s {until}", f"impulse {each['impulse']:.6g} N s"]
     if each["restitution"] is not None:
         parts.append(f"apparent restitution {each['restitution']:.4g}")
+    elif not closed:
+        parts.append(f"no restitution: {each['no_restitution']}")
     if each["restitution"] is not None and each["energy_lost"] is not None:
         lost = each["energy_lost"]
         parts.append(f"{each['striker']} {'loses' if lost >= 0.0 else 'gains'} {abs(lost):.4g} J")

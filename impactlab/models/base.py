@@ -133,11 +133,18 @@ class AbstractDiscreteModel(ABC):
 class AbstractRodModel(ABC):
     """A description of a rod or a beam, as a case file chooses it: a frozen dataclass of options."""
 
-    exact: ClassVar[bool] = False  # True: its rods are solved from event to event where contacts are hard or springs
+    exact: ClassVar[bool] = False  # True: its rods are solved from event to event where contacts are hard or springs;
+    # not inherited by a model that builds its bodies itself or has another theory, unless it states it
     serves_rotation: ClassVar[bool] = False  # its bodies may turn (`Body.rotation`)
     theory: ClassVar[str] = ""  # of waves, if not the body's own: no reference is of it
     citations: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
+
+    def __init_subclass__(cls, **given: Any) -> None:
+        super().__init_subclass__(**given)
+        own = vars(cls)
+        if "exact" not in own and not {"build", "build_beam", "theory"}.isdisjoint(own):
+            cls.exact = False
 
     @property
     def has_mesh(self) -> bool:

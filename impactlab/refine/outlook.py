@@ -40,12 +40,15 @@ class Outlook(NamedTuple):
 
     status: Literal["exact", "converged", "not_computed", "none"]
     about_s: float | None = None  # s, predicted of its computation; None where there is none
+    theory: str = ""  # of waves that a model has in place of the body's: no reference is of it
 
     @property
     def text(self) -> str | None:
         """Why there are no errors, for people; None where there are."""
         if self.status == "not_computed":
             return f"not computed; --reference computes it, about {float(f'{self.about_s or 0.0:.1g}'):g} s"
+        if self.theory:
+            return f"not measured: a model has the theory of waves '{self.theory}', and no reference is of it"
         if self.status == "none":
             return f"not measured: no exact answer, and none that converges within {FULL_BUDGET_S:g} s"
         return None
@@ -70,8 +73,8 @@ def run_s(history: AbstractHistory) -> float:
 
 def reference_s(scene: Scene, method: Method) -> Outlook:
     """Return the predicted seconds of the reference that is asked for: exact, else converged."""
-    if any(theories(scene, method)):
-        return Outlook("none")
+    if (theory := next(filter(None, theories(scene, method)), "")) != "":
+        return Outlook("none", theory=theory)
     if exact.serves(scene, method) is None:
         predicted = begin(scene, method).predicted_s
         if predicted <= FULL_BUDGET_S or all(law.branches() is None for law in laws_of(scene, method)):
@@ -107,8 +110,9 @@ def unasked(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Ref
     return found, of(found)
 
 
-def of(reference: Reference | None) -> Outlook:
-    """Return the outlook of a reference that was requested."""
+def of(reference: Reference | None, method: Method | None = None) -> Outlook:
+    """Return the outlook of a reference that was requested for the physics of a method."""
     if reference is None:
-        return Outlook("none")
+        models = () if method is None else method.models.values()
+        return Outlook("none", theory=next((model.theory for model in models if model.theory), ""))
     return Outlook("converged" if reference.name == CONVERGED else "exact")

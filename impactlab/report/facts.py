@@ -250,6 +250,8 @@ def collision(each: Mapping[str, Any]) -> str:
     ]
     if each["restitution"] is not None:
         parts.append(f"apparent restitution {each['restitution']:.4g}")
+    elif ended:
+        parts.append(f"no restitution: {each['no_restitution']}")
     if each["restitution"] is not None and each["energy_lost"] is not None:
         verb = "loses" if each["energy_lost"] >= 0.0 else "gains"
         parts.append(f"{each['striker']} {verb} {si(abs(each['energy_lost']), 'J')}")

@@ -24,7 +24,7 @@ from impactlab.scene.precision import beyond, in_precision, quietly
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import PERIODS_IN_A_STEP
 from impactlab.scene.sizes import check_fields, check_records, with_room
-from impactlab.simulate import exact_run, probe_warnings, sawtooth
+from impactlab.simulate import exact_run, load_warnings, probe_warnings, sawtooth
 from impactlab.simulate.body_sizes import check_bodies
 from impactlab.simulate.pairing import check_ordinary, check_pairs, check_smooth, check_system, constraint_warnings
 from impactlab.simulate.stepping.closed_limit import check_closed
@@ -253,7 +253,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     if pushes or pressed:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses, pressed)
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
-    warnings += probe_warnings.warnings(scene, built)
+    warnings += [*probe_warnings.warnings(scene, built), *load_warnings.warnings(scene, dt)]
     warnings += sawtooth.warnings(scene, acting, integrator, built, dt)
     return Plan(scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings))
 

@@ -14,8 +14,10 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
+from impactlab.refine.outlook import of, unasked
 from impactlab.refine.reference import find
 from impactlab.refine.reference_record import physics_key
+from impactlab.report.summary import summarise
 from impactlab.scene import Segment
 from impactlab.scene.method import Simulation, StepRule, is_exact
 from impactlab.simulate.driver import run
@@ -90,3 +92,56 @@ def test_a_rod_of_another_theory_is_measured_against_st_venant():
     assert find(*plain).name == "st_venant"
     assert find(*lateral) is None
     assert physics_key(*plain) != physics_key(*lateral)
+
+
+@dataclasses.dataclass(frozen=True)
+class Branded(Continuous):
+    """The continuous rod under a name of its own."""
+
+    steps = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Softer(Continuous):
+    """Continuous rods whose bodies it builds itself."""
+
+    def build(self, rod, gravity, faces=()):
+        pieces = tuple(dataclasses.replace(each, young=0.25 * each.young) for each in rod.segments)
+        return FluidLine(dataclasses.replace(rod, segments=pieces), gravity)
+
+
+@dataclasses.dataclass(frozen=True)
+class Love(Continuous):
+    theory = "love"
+
+
+def test_a_subclass_of_continuous_that_changes_nothing_is_solved_and_measured_as_it_is():
+    struck = scene(Branded())
+    history = run(*struck)
+    assert history.dt is None
+    reference, told = unasked(*struck, history)
+    assert told.status == "exact"
+    found = summarise("branded", struck.scene, history, reference, told)
+    assert found["errors"]["mass_displacement"] == pytest.approx(0.0, abs=1e-12)
+    assert found["method"]["models"]["rod"]["kind"] == "branded"
+
+
+def test_a_subclass_of_continuous_that_builds_its_own_bodies_is_not_replaced_by_the_exact_solver():
+    """St Venant's solver ran in its place, with an error of zero against itself."""
+    struck = scene(Softer(), law=Penalty(1e8)).but(step=StepRule(dt=2e-7))
+    assert not is_exact(*struck)
+    history = run(*struck)
+    assert isinstance(history.assembly.layout.built["rod"].model, FluidLine)
+    assert history.contacts[0].peak_force < 0.9 * run(*scene(Continuous(), law=Penalty(1e8))).contacts[0].peak_force
+    with pytest.raises(PairingError, match="gives impulses"):
+        run(*scene(Softer()))
+
+
+def test_a_subclass_of_continuous_with_another_theory_has_no_errors_and_the_reason():
+    """The summary said that no reference converges."""
+    assert not is_exact(*scene(Love()))
+    struck = scene(Love(), law=Penalty(1e8)).but(step=StepRule(dt=2e-7))
+    history = run(*struck)
+    for reference, told in (unasked(*struck, history), (find(*struck), of(None, struck.method))):
+        assert reference is None
+        assert told.text == "not measured: a model has the theory of waves 'love', and no reference is of it"

@@ -25,7 +25,7 @@ from impactlab.exact.batch.writing import DENSITY, LENGTH, MASS, round_trip, vel
 from impactlab.exact.periods import CONTACT, IMPULSE, SPAN_COLUMNS, START, STOP, finish_span
 from impactlab.history.energy import LEAST_ENERGY
 from impactlab.history.noise_floor import EARLY, MIN_OPENING, MIN_SHARE
-from impactlab.metrics.collisions import MIN_APPROACH
+from impactlab.metrics.collisions import MAX_SHARE, MIN_APPROACH
 from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 
@@ -117,6 +117,16 @@ def end_force(m: MarchArrays, q: Pattern, b: int) -> float:
 
 
 @EXACT_PART
+def sizes_of_push(m: MarchArrays, q: Pattern, b: int) -> float:
+    """Return the sum of the sizes of the forces on the ends of a body [N]."""
+    total = 0.0
+    for n in range(len(q.nodes)):
+        if q.nodes[n].body == b:
+            total += abs(m.nodes[n].push)
+    return total
+
+
+@EXACT_PART
 def mean_velocity(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, count: int) -> float:
     """Return the momentum of a body over its mass at time t [m/s].
 
@@ -148,8 +158,8 @@ def speed(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, 
 def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, count: int) -> float:
     """Return the apparent restitution of the first collision of a pair of bodies; NaN for none.
 
-    Bodies that have not parted at the end of the run have none, nor has a striker that touches a third body meanwhile
-    or that a driven body meets, as in `impactlab.metrics.collisions`.
+    Bodies that have not parted at the end of the run have none, nor have bodies of which one touches a third one
+    meanwhile, is driven into the other, or is under an end force, as in `impactlab.metrics.collisions`.
     """
     left, right = q.pairs[pair].left, q.pairs[pair].right
     longest, fastest = 0.0, 0.0
@@ -158,7 +168,7 @@ def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, c
             longest = max(longest, 2.0 * round_trip(q, p, b))
     for b in range(len(q.bodies)):
         fastest = max(fastest, abs(velocity_of(q, p, b)))
-    start, until = -1.0, -np.inf
+    start, until, impulse = -1.0, -np.inf, 0.0
     for k in range(count):
         if q.contacts[int(spans[k, CONTACT])].pair != pair:
             continue
@@ -166,33 +176,37 @@ def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, c
             break
         if start < 0.0:
             start = spans[k, START]
-        until = max(until, spans[k, STOP])
+        until, impulse = max(until, spans[k, STOP]), impulse + spans[k, IMPULSE]
     if start < 0.0 or until == np.inf:
         return np.nan
     striker, other, sign = left, right, 1.0
     if rank(q, p, left) < rank(q, p, right):
         striker, other, sign = right, left, -1.0
-    if others_touch(q, pair, striker, start, until, spans, count):
-        return np.nan
+    for b in (striker, other):
+        pushed = others_impulse(q, pair, b, start, until, spans, count) > MAX_SHARE * impulse
+        if q.bodies[b].place >= 0 and (pushed or sizes_of_push(m, q, b) * (until - start) > MAX_SHARE * impulse):
+            return np.nan
     before = np.nextafter(start, -1.0)
     approach, driven = speed(m, q, p, striker, before, spans, count), speed(m, q, p, other, before, spans, count)
-    if abs(driven) > abs(approach) and others_touch(q, pair, other, before, start, spans, count):
+    if abs(driven) > abs(approach) and others_impulse(q, pair, other, before, start, spans, count) > 0.0:
         return np.nan
     approach = sign * (approach - driven)
     leaves = speed(m, q, p, other, until, spans, count)
     leaves = sign * (leaves - speed(m, q, p, striker, until, spans, count))
-    return leaves / approach if approach > MIN_APPROACH * max(fastest, abs(leaves)) else np.nan
+    rounding = MIN_APPROACH * max(fastest, abs(leaves))
+    return leaves / approach if approach > rounding and leaves >= -rounding else np.nan
 
 
 @EXACT_PART
-def others_touch(q: Pattern, pair: int, b: int, start: float, end: float, spans: Array, count: int) -> bool:
-    """Return whether contacts of other pairs touch a body in a time."""
+def others_impulse(q: Pattern, pair: int, b: int, start: float, end: float, spans: Array, count: int) -> float:
+    """Return the sum of the impulses that contacts of other pairs, closed in a time, give a body [N s]."""
+    total = 0.0
     for k in range(count):
         of = q.contacts[int(spans[k, CONTACT])]
         third = of.pair != pair and (of.left_body == b or of.right_body == b)
         if third and spans[k, START] < end and spans[k, STOP] > start:
-            return True
-    return False
+            total += abs(spans[k, IMPULSE])
+    return total
 
 
 @EXACT_PART
