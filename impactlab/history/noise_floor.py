@@ -9,10 +9,9 @@ span that closes again so soon goes on.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple, TypeVar
-
-import numpy as np
 
 from impactlab.history.arrivals import Models, first_arrivals
 from impactlab.history.base import ContactSpan, Event
@@ -62,7 +61,7 @@ def share_of(steps: float) -> float:
     A gap is rounded by eps times the displacements, which grow with the duration; a force follows from the displacement
     in one step. So the force by a rounded gap is eps times the number of steps, over the largest.
     """
-    return min(MAX_SHARE, max(MIN_SHARE, GAP_ROUNDINGS * float(np.finfo(float).eps) * steps))
+    return min(MAX_SHARE, max(MIN_SHARE, GAP_ROUNDINGS * sys.float_info.epsilon * steps))
 
 
 def above_noise(
@@ -87,8 +86,13 @@ def above_noise(
     """
     if not spans and not events:
         return (), ()
+    reach = reach_of(scene, models)
+    if len(spans) == 1 and spans[0].kicks is None and all(event.kind != "impulse" for event in events):
+        (span,) = spans  # the largest of all
+        if span.impulse != 0.0 and reach.arrivals[span.contact] == 0.0:
+            return tuple(sorted(events, key=lambda event: event.time)), (span,)
     events, spans = _without_brief_openings(events, spans)
-    floors = _floors(spans, share_of(steps), reach_of(scene, models))
+    floors = _floors(spans, share_of(steps), reach)
     if not _any_noise(events, spans, floors):
         return tuple(sorted(events, key=lambda event: event.time)), tuple(sorted(spans, key=lambda span: span.start))
     kept: list[ContactSpan] = []

@@ -22,6 +22,7 @@ SURE_RATIO = 4.0  # of its error to one that needs three runs: two are extrapola
 START_MARGIN = 1.5  # on predicted errors, as that of peak forces (`impactlab.refine.level_errors`)
 MAX_FREE_COST = 1.4  # times the fixed cost of a run, up to which a finer start is taken at no price
 MAX_ALONE_COST = 1.5  # times the predicted cost of the coarser of two runs, up to which one is taken in their place
+MAX_ALONE_S = 2.0 * cost.FIXED_S  # s of predicted solving of that one: no coarser run can be twice as fast
 
 
 @dataclasses.dataclass(frozen=True)
@@ -102,7 +103,7 @@ class Description:
         while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:
             free *= 2
         start = self.whole(max(needed, free))
-        return max(start, self._start_alone(error, MAX_ALONE_COST * seconds(start)))
+        return max(start, self._start_alone(error, min(MAX_ALONE_COST * seconds(start), MAX_ALONE_S)))
 
     def _start_alone(self, error: float, most: float) -> int:
         """Return the finer of two runs whose coarser one states an error by itself within ``most`` [s]; 0 if none."""

@@ -15,7 +15,7 @@ from impactlab.refine.convergence import (
     finest_error,
 )
 from impactlab.refine.cost import ALIKE_S
-from impactlab.refine.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
+from impactlab.refine.description import MAX_ALONE_S, MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.distances import counted, difference, distances
 from impactlab.refine.smooth_touch import error_alone, order_share
 from impactlab.scene.method import Method, Simulation, laws_of
@@ -24,7 +24,7 @@ from impactlab.simulate.checks import gain_of
 
 MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the tolerance, where choosing stays short
 MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
-MIN_SAVING = 1.4  # the same where choosing takes longer than that
+MIN_SAVING = 1.6  # the same where choosing takes longer than that
 MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
 ESTIMATE_S = 4e-4  # s, of an estimate of errors, and of a run beside its set-up and steps
 DESCRIBED_S = 3e-4  # s, of describing a scene
@@ -56,8 +56,8 @@ def allowed(method: Method) -> float:
     return 0.0 if method.tolerance is None else method.tolerance.error
 
 
-def spent_s(studies: list[Study], following: Study) -> float:
-    """Return the predicted seconds of all runs so far, and of the set-up of one that follows."""
+def spent_s(studies: list[Study], following: Study | None = None) -> float:
+    """Return the predicted seconds of all runs so far, and of the set-up of one that follows, if any."""
     found = 0.0
     for each in studies:
         runs = [level.fineness for level in each.levels]
@@ -82,6 +82,8 @@ def holds_alone(study: Study, asked: Simulation) -> bool:
     if len(study.levels) != 1 or math.isinf(description.alone):
         return False
     (level,) = study.levels
+    if description.seconds(level.fineness) > MAX_ALONE_S:
+        return False
     error = error_alone(level.history, description.error(level.fineness))
     if error > tolerance or not _resolves_contacts(level.history, asked):
         return False

@@ -11,6 +11,7 @@ from impactlab.refine.level_errors import MAX_CHOOSING, spent_s
 EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a prediction that is a little lower
 SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred
 MAX_SURE_S = 4.0 * FIXED_S  # s of predicted solving, up to which comparing others takes longer than they may save
+LEAST_TRIAL_S = 1.6e-3  # s of setting up the two runs with which another description begins, at least
 MIN_GAIN = 2.0  # predicted, over a run that keeps the tolerance, of another description that is tried all the same
 
 
@@ -26,8 +27,9 @@ def priority(study: Study) -> float:
 
 def is_sure(studies: list[Study], met: tuple[Study, Level] | None) -> bool:
     """Return whether no other description can solve much faster than a run that keeps the tolerance, or will do so."""
-    if met is not None:
-        return _solving_s(met) <= MAX_SURE_S
+    if met is not None:  # where `is_worth_trying` would allow none of them, none need be described
+        least_s = MIN_GAIN * (spent_s(studies) + LEAST_TRIAL_S) / MAX_CHOOSING
+        return _solving_s(met) <= max(MAX_SURE_S, least_s)
     return min((study.expected_s for study in studies if not study.closed), default=math.inf) <= MAX_SURE_S
 
 

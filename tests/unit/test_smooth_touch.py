@@ -1,0 +1,79 @@
+"""Errors of runs that touch once, under a smooth force: of one by its force, of two by three quarters of the order."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from impactlab import api
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.power_law import Hertz
+from impactlab.refine import smooth_touch
+from impactlab.refine.distances import counted, difference
+from impactlab.refine.raw_records import records_of
+from impactlab.refine.suitable import for_choice
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Wall
+from impactlab.scene.method import Simulation, StepRule, Tolerance
+from impactlab.testing.scenes import simulation
+
+SEGMENT = BeamSegment(length=0.3, area=1e-4, young=2.1e11, density=7850.0, inertia=1e-8 / 12.0)
+
+
+def struck(tolerance, law=Hertz(1e9), ends=("pinned", "pinned"), x=0.15, duration=1e-3, stop=False):  # noqa: B008
+    beam = Beam("beam", (SEGMENT,), End(ends[0]), End(ends[1]))
+    bodies = {"ball": Mass("ball", 0.05, 1.0), "beam": beam}
+    contacts = [Contact(Point("ball", 0.0, "ball"), Point("beam", x, "beam.at"), 0.0)]
+    if stop:
+        bodies["wall"] = Wall("wall")
+        contacts.append(Contact(Point("beam", 0.3, "beam.right"), Point("wall", 0.0, "wall"), 1e-4))
+    scene = simulation("beam", bodies, tuple(contacts), duration, None, StepRule(dt=1e-6), law=law)
+    return Simulation(*scene.but(tolerance=Tolerance(tolerance)))
+
+
+def levels_of(history):
+    return [each for each in history.choice.ladder if each.estimated_error is not None]
+
+
+SCENES = [
+    (Hertz(1e9), ("pinned", "pinned"), 0.15),
+    (Hertz(1e9), ("clamped", "clamped"), 0.12),
+    (Penalty(stiffness=1e5), ("clamped", "free"), 0.3),
+]
+
+
+@pytest.mark.parametrize(("law", "ends", "x"), SCENES, ids=["pinned", "clamped", "spring"])
+def test_one_run_states_its_error_where_a_second_one_costs_more_than_finer_steps(law, ends, x):
+    asked = struck(0.1, law, ends, x)
+    history, finer = api.solve(*asked), api.solve(*struck(1e-4, law, ends, x))
+    assert len(levels_of(history)) == 1
+    assert history.choice.estimate.startswith("one resolution")
+    assert history.choice.met
+    assert difference(history, finer, *counted(asked)) < history.choice.expected_error
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize(("law", "ends", "x"), SCENES, ids=["pinned", "clamped", "spring"])
+def test_two_runs_state_the_error_by_three_quarters_of_the_order(law, ends, x, tolerance):
+    asked = struck(tolerance, law, ends, x)
+    history, finer = api.solve(*asked), api.solve(*struck(0.03 * tolerance, law, ends, x))
+    if len(levels_of(history)) == 2:
+        assert "extrapolated by 0.75 of the order" in history.choice.estimate
+    assert difference(history, finer, *counted(asked)) < history.choice.expected_error
+
+
+def test_probes_and_further_contacts_take_two_runs():
+    asked = struck(0.1)
+    assert math.isfinite(for_choice(asked)[0][0].alone)
+    probed = asked.but(probes=(Probe("beam", 0.1, "displacement"),))
+    for other in (Simulation(*probed), struck(0.1, stop=True, ends=("clamped", "free"), x=0.2)):
+        assert math.isinf(smooth_touch.stated_alone(other))
+        assert len(levels_of(api.solve(*other))) > 1
+
+
+def test_roughness_is_that_of_the_second_differences_of_the_force():
+    history = api.solve(*struck(1e-3))
+    force = np.concatenate(([0.0, 0.0], records_of(history).force(0, False).samples().force))
+    expected = np.linalg.norm(np.diff(force, 2)) / np.linalg.norm(force)
+    assert records_of(history).force(0, False).roughness() == pytest.approx(expected, rel=1e-12)
