@@ -81,6 +81,7 @@ def rest_of(run: Simulation, pile: Pile, sets: dict[str, float], start: float) -
             remedy="Check the capacities and quakes of its soil.",
         )
     forces = soil(u)[0]
+    against = pile.direction * side * forces  # a force of a contact presses the body on its left towards -x
     trial = stiffness * (side * u[at] - gap - before)
     moved = np.where(
         (lower < 0.0) | (trial > 0.0), (trial - forces) / stiffness, 0.0
@@ -91,7 +92,7 @@ def rest_of(run: Simulation, pile: Pile, sets: dict[str, float], start: float) -
         displacement=u,
         force=-springs * np.diff(u),
         sets=dict(zip(names, (before + moved).tolist(), strict=True)),
-        soil=dict(zip(names, forces.tolist(), strict=True)),
+        soil=dict(zip(names, against.tolist(), strict=True)),
     )
 
 
