@@ -40,6 +40,26 @@ def test_numbers_with_units(text, unit, value):
 
 
 @pytest.mark.parametrize(
+    ("text", "unit", "why"),
+    [
+        ("10 Hz", "rad/s", "may count turns or radians"),
+        ("2 kHz", "rad/s", "may count turns or radians"),
+        ("60 rpm", "Hz", "is an angular rate"),
+        ("3 rad/s", "Hz", "is an angular rate"),
+        ("3 deg/ms", "Hz", "is an angular rate"),
+    ],
+)
+def test_cycles_and_radians_are_not_taken_for_each_other(text, unit, why):
+    with pytest.raises(ValueError, match=why):
+        to_si(text, unit)
+
+
+@pytest.mark.parametrize(("text", "unit", "value"), [("30 rpm", "rad/s", 3.1415926535898), ("2 MHz", "Hz", 2e6)])
+def test_rates_and_frequencies_have_units_of_their_own(text, unit, value):
+    assert to_si(text, unit) == value
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "0,3 m", "9**9**9", "9**9**9 m", "9 m**9**9", "9 m^99999", "(3 m)", "3 m + 2 m", "3*4 m", "m", "", "3", "3 m;",
