@@ -55,7 +55,7 @@ EDITS = [
     ("{file: nan.csv, t: time, f: force}", "f 2 of nan.csv is not a finite number", "leave that sample out"),
     ("{file: back.csv, t: time, f: force}", "time 3 of back.csv, 0.0005 s, is before the one before", "rising times"),
     ("{file: units.csv, t: time, f: force}", "column 'force [mm]' of units.csv", "a number in N"),
-    ("{file: two.csv, t: time, f: force}", "two.csv has 2 columns 'force': force [kN], force [N]", "different names"),
+    ("{file: two.csv, t: time, f: force}", "two.csv has 2 columns 'force': force [N], force [kN]", "different names"),
     ("{file: one.csv, t: time, f: force}", "one.csv has 1 sample;", "at least 2"),
 ]
 FILES = {
