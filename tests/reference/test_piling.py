@@ -15,6 +15,10 @@ import pytest
 import impactlab as il
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.piling import Blow, Head, bearing_graph, blow, case_method, drive, match
+from impactlab.piling.blow import sets_of
+from impactlab.piling.drive import _next as after
+from impactlab.piling.pile import pile_of
+from impactlab.piling.static_rest import rest_of
 
 Z, LENGTH, SPEED = 1.6e6, 20.0, 4000.0  # N s/m, m, m/s
 TOE = {"kind": "smith", "capacity": "900 kN", "quake": "3 mm", "damping": 0.5, "tension": False}
@@ -155,6 +159,41 @@ def test_residual_forces_of_the_soil_have_one_sign_in_whatever_order_a_contact_n
     *pieces, toe = left.soil.values()
     assert toe == left.toe_force == pytest.approx(56.0e3, rel=0.05)
     assert sum(pieces) == pytest.approx(-toe, rel=1e-6)
+
+
+@pytest.mark.parametrize("lengths", [(10.0, 10.0), (4.0, 16.0)])
+def test_a_blow_on_a_pile_of_two_sections_begins_with_the_forces_of_the_one_before(
+    lengths: tuple[float, float],
+) -> None:
+    """One force between shaft and toe; the strain, four times as large in the thin piece, jumps at the joint."""
+    pile = {"kind": "rod", "segments": [
+        {"length": length, "area": area, "material": {"young": 40e9, "density": 2500.0}}
+        for length, area in zip(lengths, (0.16, 0.04), strict=True)
+    ]}  # fmt: skip
+    soil = {"kind": "smith", "capacity": "400 kN", "quake": "2 mm", "damping": 0.2}
+    case = il.Case(
+        bodies={"ram": il.Mass(4000.0, velocity=3.0), "pile": pile, "ground": il.Wall(), "base": il.Wall()},
+        contacts=[
+            il.Contact("ram", "pile.left", {"kind": "bilinear", "stiffness": 8e8, "restitution": 0.7}),
+            il.Contact("pile.at(4)", "ground", soil),
+            il.Contact("pile.right", "base", TOE),
+        ],
+        solve={
+            "duration": 0.2,
+            "model": {"kind": "finite_element", "elements": 80, "mass": "lumped"},
+            "integrator": {"kind": "central_difference"},
+            "step": {"courant": 0.5},
+        },
+    )
+    run, history = case.simulation(), il.run(case)
+    found = pile_of(run)
+    rest = rest_of(run, found, sets_of(history), 0.0)
+    assert rest.x == pytest.approx(sorted({0.0, 4.0, lengths[0], 20.0}))
+    assert rest.force[1:] == pytest.approx(rest.soil["pile.right|base"])
+    assert rest.force[-1] > 5e4
+    following, _ = after(run, found, rest, float(rest.displacement[0]))
+    force = il.run(following, frames=2).field("pile", 0.0, "force", np.array([2.0, 6.0, 9.5, 10.5, 19.0])).values
+    assert force == pytest.approx([0.0, *4 * [rest.force[-1]]], abs=1e-6 * rest.force[-1])
 
 
 def test_a_pile_without_toe_link_has_a_set_where_it_repeats() -> None:
