@@ -39,8 +39,11 @@ def read_channels(assembly: Assembly, integrator: AbstractIntegrator) -> tuple[d
     for group, total in sums_of_groups(scene, channels):
         channels.setdefault(group, total)
     for probe in layout.recorded:
-        moving, column = probe.quantity == "velocity", layout.probe_column(probe)
-        on = velocity_times(assembly, probe.body, probe.x, at) if moving else at.times
+        column, on = layout.probe_column(probe), at.times
+        if probe.quantity == "velocity":
+            on = velocity_times(assembly, probe.body, probe.x, at)
+        elif probe.quantity == "moment":  # of a drive: that in the middle of a step
+            on = middles_of_steps(assembly, at)
         # A face that a contact presses in beyond its coordinates is known from the contact.
         channels.setdefault(probe.channel, Channel(on, record[:, column], False))
     sample = assembly.memory.sample[: assembly.clock.n_samples]
@@ -75,6 +78,11 @@ def velocity_times(assembly: Assembly, body: str, x: float, at: Instants) -> Arr
     model = assembly.layout.built[body].model
     if not (isinstance(model, DelayChain) and model.gives_means(x)):
         return at.velocities
+    return middles_of_steps(assembly, at)
+
+
+def middles_of_steps(assembly: Assembly, at: Instants) -> Array:
+    """Return the middles of the steps that end at the records [s]; the start of the run for its first record."""
     lengths = np.diff(at.times, prepend=at.times[:1])
     return np.asarray(at.times - 0.5 * np.minimum(lengths, assembly.dt))
 
