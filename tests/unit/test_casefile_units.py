@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+import impactlab as il
 from impactlab.casefile import units
 from impactlab.casefile.units import to_si
 
@@ -95,3 +96,26 @@ def test_pint_is_imported_only_for_a_text_with_a_unit():
         "assert 'pint' not in sys.modules; load_case('cases/free_rod.yaml'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize(
+    ("law", "key", "unit"),
+    [
+        ({"flow": {"yield_stress": 5e7, "hardening": 1e9}}, "flow.yield_stress", "Pa"),
+        ({"flow": {"strain": [0, 0.1], "stress": [1e8, 2e8]}}, "flow.stress", "Pa"),
+        ({"flow": {"kind": "johnson_cook", "A": 9e7, "C": 0.02}}, "flow.reference_rate", "1/s"),
+        ({"flow": {"yield_stress": 5e7}, "rate": {"kind": "cowper_symonds", "D": 6500, "q": 4}}, "rate.D", "1/s"),
+        ({"flow": {"yield_stress": 5e7}}, "flow.unknown", ""),
+        ({"flow": {"yield_stress": 5e7}}, "rate.D", ""),
+        ({"flow": {"yield_stress": 5e7}}, "young", "Pa"),
+    ],
+)
+def test_numbers_of_the_records_in_a_law_have_units(law, key, unit):
+    """Bounds of a fit such as 40 MPa were refused there, and tables had no unit."""
+    specimen = {"kind": "specimen", "length": 5e-3, "area": 1e-4, "young": 7e10, **law}
+    case = il.Case(
+        bodies={"hammer": il.Mass(1.0, velocity=2.0), "wall": il.Wall()},
+        contacts=[il.Contact("hammer", "wall", specimen)],
+        solve={"duration": 1e-4, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
+    )
+    assert case.unit_of(f"contacts.0.law.{key}") == unit
