@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from impactlab.casefile.parts import record_of, records_of
 from impactlab.casefile.schema import CaseBlock
+from impactlab.casefile.units import with_power
 from impactlab.errors import PluginError
 from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, MODELS, Registry
 from impactlab.scene.bodies import End
@@ -55,16 +56,19 @@ def _unit_in_part(case: CaseBlock, path: str, registry: Registry) -> str:
         if not isinstance(block, dict) or "kind" not in block:
             return ""
         try:
-            fields = dataclasses.fields(registry.load(group, block["kind"]))
+            part = registry.load(group, block["kind"])
         except PluginError:
             return ""
+        fields = dataclasses.fields(part)
         for key in keys[size:-1]:
             field, block = next((each for each in fields if each.name == key), None), block.get(key)
             record = record_of(block, records_of(field)) if field is not None and isinstance(block, dict) else None
             if record is None:
                 return ""
             fields = dataclasses.fields(record)
-        return next((field.metadata["unit"] for field in fields if field.name == keys[-1]), "")
+        unit = next((field.metadata["unit"] for field in fields if field.name == keys[-1]), "")
+        n = block.get("exponent", getattr(part, "exponent", None))
+        return with_power(unit, n) if unit.endswith("^n") and isinstance(n, (int, float)) else unit
     return ""
 
 

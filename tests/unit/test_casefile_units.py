@@ -119,3 +119,15 @@ def test_numbers_of_the_records_in_a_law_have_units(law, key, unit):
         solve={"duration": 1e-4, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
     )
     assert case.unit_of(f"contacts.0.law.{key}") == unit
+
+
+@pytest.mark.parametrize(("law", "unit"), [({}, "N/m^1.5"), ({"exponent": 1.25}, "N/m^1.25")])
+def test_a_stiffness_with_an_exponent_has_the_unit_of_its_number(law, unit):
+    """Bounds of a fit such as 30 kN/mm^1.5 were refused."""
+    case = il.Case(
+        bodies={"hammer": il.Mass(1.0, velocity=2.0), "wall": il.Wall()},
+        contacts=[il.Contact("hammer", "wall", {"kind": "hertz", "stiffness": 1e9, **law})],
+        solve={"duration": 1e-4, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
+    )
+    assert case.unit_of("contacts.0.law.stiffness") == unit
+    assert to_si(f"1 k{unit}", unit) == 1000.0
