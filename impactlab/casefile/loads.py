@@ -191,16 +191,17 @@ def _columns(
 
 def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[int, float]:
     """Return the number of a column, and the factor from the unit in its heading to SI."""
-    named: dict[str, tuple[int, str]] = {}
-    for number, heading in enumerate(headings):
-        match = _HEADING.match(heading)
-        factor_of = match["unit"] if match else ""
-        for key in (heading, match["name"] if match else heading):
-            named.setdefault(key, (number, factor_of))
-    if column not in named:
-        hint = closest(column, named)
+    parts = [(match["name"], match["unit"]) if (match := _HEADING.match(each)) else (each, "") for each in headings]
+    found = [number for number, each in enumerate(headings) if each == column]
+    found = found or [number for number, (short, _) in enumerate(parts) if short == column]
+    if not found:
+        hint = closest(column, dict.fromkeys([*headings, *(short for short, _ in parts)]))
         raise refuse(f"{name} has no column {shown(column)}.{hint} Columns: {listed(headings)}")
-    number, given = named[column]
+    if len(found) > 1:
+        alike = listed([headings[number] for number in found])
+        raise refuse(f"{name} has {len(found)} columns {shown(column)}: {alike}; give them different names")
+    number = found[0]
+    given = parts[number][1]
     try:
         return number, to_si(f"1 {given}", unit) if given else 1.0
     except ValueError as error:

@@ -98,6 +98,13 @@ def records_of(field: dataclasses.Field[Any]) -> tuple[type[Any], ...]:
     return found
 
 
+def record_of(block: dict[str, Any], records: tuple[type[Any], ...]) -> type[Any] | None:
+    """Return the class of the record in a block: that of its kind, or the one without a kind that has its keys."""
+    found = [record for record in records if record.kind == block.get("kind", "")]
+    own = [len({field.name for field in dataclasses.fields(record)} & set(block)) for record in found]
+    return found[own.index(max(own))] if found else None
+
+
 def _read_record(value: Any, path: str, records: tuple[type[Any], ...]) -> Any:
     """Return the record that a field holds: the one of its kind, or the one without a kind that has its keys."""
     if isinstance(value, records):
@@ -109,22 +116,20 @@ def _read_record(value: Any, path: str, records: tuple[type[Any], ...]) -> Any:
     if not isinstance(value, dict):
         raise CaseError(f"{shown(value)} is not allowed here. Allowed: {allowed}", remedy="Give a block.", path=path)
     kind, given = value.get("kind", ""), {key: each for key, each in value.items() if key != "kind"}
-    found = [record for record in records if record.kind == kind]
-    if not kind and len(found) > 1:
-        found = [max(found, key=lambda each: len({field.name for field in dataclasses.fields(each)} & set(given)))]
-    if not found:
+    chosen = record_of(value, records)
+    if chosen is None:
         raise CaseError(
             f"there is no kind {shown(kind)}. Allowed: {allowed}",
             remedy=f"Kinds: {listed(kinds)}.",
             path=f"{path}.kind",
         )
-    model = part_model(found[0])
+    model = part_model(chosen)
     try:
         checked = model.model_validate(given)
     except ValidationError as error:
         raise case_error(error, given, path, allowed=model.model_fields) from error
     try:
-        return found[0](**{name: getattr(checked, name) for name in model.model_fields})
+        return chosen(**{name: getattr(checked, name) for name in model.model_fields})
     except CaseError as error:
         error.path = f"{path}.{error.path}" if error.path else path
         raise

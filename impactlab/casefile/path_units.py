@@ -8,7 +8,9 @@ from typing import Any, cast
 
 from pydantic import BaseModel
 
+from impactlab.casefile.parts import record_of, records_of
 from impactlab.casefile.schema import CaseBlock
+from impactlab.casefile.units import with_power
 from impactlab.errors import PluginError
 from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, MODELS, Registry
 from impactlab.scene.bodies import End
@@ -31,23 +33,50 @@ def unit_of(case: CaseBlock, path: str, registry: Registry) -> str:
         if isinstance(place, BaseModel):
             holder, field_name = place, step
             place = getattr(place, step, None)
-        elif isinstance(place, (list, tuple)):
-            place = place[int(step)] if step.isdecimal() and int(step) < len(place) else None
         else:
-            place = place.get(step) if isinstance(place, dict) else None
+            place = _inside(place, step)
     if isinstance(place, BaseModel) and key in type(place).model_fields:
         found = re.search(r"\[([^\]]+)\]", type(place).model_fields[key].description or "")
         return found[1] if found else ""
     if isinstance(place, End):
         return _unit_of_end(holder, field_name, key)
-    group = next((group for pattern, group in PARTS if pattern.fullmatch(block)), None)
-    if group is None or not isinstance(place, dict):
-        return ""
-    try:
-        fields = dataclasses.fields(registry.load(group, place["kind"]))
-    except PluginError:
-        return ""
-    return next((field.metadata["unit"] for field in fields if field.name == key), "")
+    return _unit_in_part(case, path, registry)
+
+
+def _unit_in_part(case: CaseBlock, path: str, registry: Registry) -> str:
+    """Return the unit of an option of a part, or of a record that an option holds, as the flow stress of a specimen."""
+    keys = path.split(".")
+    for size in range(len(keys) - 1, 0, -1):
+        group = next((group for pattern, group in PARTS if pattern.fullmatch(".".join(keys[:size]))), None)
+        if group is None:
+            continue
+        block: Any = case
+        for key in keys[:size]:
+            block = getattr(block, key, None) if isinstance(block, BaseModel) else _inside(block, key)
+        if not isinstance(block, dict) or "kind" not in block:
+            return ""
+        try:
+            part = registry.load(group, block["kind"])
+        except PluginError:
+            return ""
+        fields = dataclasses.fields(part)
+        for key in keys[size:-1]:
+            field, block = next((each for each in fields if each.name == key), None), block.get(key)
+            record = record_of(block, records_of(field)) if field is not None and isinstance(block, dict) else None
+            if record is None:
+                return ""
+            fields = dataclasses.fields(record)
+        unit = next((field.metadata["unit"] for field in fields if field.name == keys[-1]), "")
+        n = block.get("exponent", getattr(part, "exponent", None))
+        return with_power(unit, n) if unit.endswith("^n") and isinstance(n, (int, float)) else unit
+    return ""
+
+
+def _inside(block: Any, key: str) -> Any:
+    """Return an entry of a list or a mapping; None where there is none."""
+    if isinstance(block, (list, tuple)):
+        return block[int(key)] if key.isdecimal() and int(key) < len(block) else None
+    return block.get(key) if isinstance(block, dict) else None
 
 
 def _unit_of_end(ends: BaseModel, side: str, key: str) -> str:

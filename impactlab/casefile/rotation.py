@@ -2,32 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
 from impactlab.casefile.blocks import Block, Place
-from impactlab.casefile.faults import refuse
 from impactlab.casefile.values import Allowed, Reader
-from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Rotation
 
 _RATE = Allowed("rad/s", number=True, nothing=True)
 
 
-def _read_rate(value: Any) -> Any:
-    if isinstance(value, str) and value.rstrip().endswith("Hz"):
-        raise refuse(
-            f"{shown(value)} may count turns or radians. Allowed: a number in rad/s, or a string such as '600 rpm'"
-        )
-    return _RATE.read(value)
-
-
 class RotationBlock(Block):
     """A steady rotation about a fixed axis; all quantities of the body count from its steady state."""
 
-    rate: Annotated[float | None, Reader(_read_rate, _RATE.json_schema())] = Field(
+    rate: Annotated[float | None, Reader(_RATE.read, _RATE.json_schema())] = Field(
         default=None, description="angular velocity [rad/s]; a mass without it takes that of the body that it meets"
     )
     axis_at: Place | None = Field(

@@ -88,7 +88,7 @@ def to_si(text: str, unit: str) -> float:
 
 def _example(unit: str) -> str:
     examples = {"m": "30 cm", "Pa": "210 GPa", "s": "58 us", "m2": "9 cm^2", "kg": "2 g", "m/s": "1 mm/s"}
-    examples |= {"kg/m3": "7.9 g/cm^3", "N/m": "1 kN/mm", "N/m^1.5": "1 kN/mm^1.5"}
+    examples |= {"kg/m3": "7.9 g/cm^3", "N/m": "1 kN/mm", "N/m^1.5": "1 kN/mm^1.5", "rad/s": "600 rpm"}
     return repr(examples.get(unit, f"1 {unit}"))
 
 
@@ -104,7 +104,13 @@ def _factor(given: str, wanted: str) -> float | str:
     from pint.errors import DimensionalityError, PintError
 
     try:
-        return float(units.Quantity(1.0, given).to(wanted).magnitude)
+        quantity = units.Quantity(1.0, given)
+        factor = float(quantity.to(wanted).magnitude)
+        if "rad" in wanted and any(name.endswith("hertz") for name, _ in quantity.unit_items()):
+            return "may count turns or radians"
+        if wanted == "Hz" and "radian" in dict(quantity.to_root_units().unit_items()):
+            return "is an angular rate, and a frequency counts cycles"
+        return factor
     except DimensionalityError:
         return "has a unit of another dimension"
     except (PintError, AttributeError, ValueError, TypeError, ArithmeticError):

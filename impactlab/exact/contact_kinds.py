@@ -20,6 +20,7 @@ from impactlab.scene.recent import Recent
 from impactlab.types import Branches
 
 OVERLAP_TOL = 1.0e-9  # of the initial displacements: digits to which a preload and the gap that it closes are given
+SAMPLES = 65  # of the displacement of a body at t = 0, for its size
 
 
 class Bond(NamedTuple):
@@ -155,8 +156,8 @@ def first_gap(scene: Scene, number: int) -> tuple[float, float]:
     for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
         body = scene.bodies[point.body].waves
         if body is not None and body.displacement is not None:
-            moved = float(body.displacement(np.array([point.x]))[0])
-            gap, size = gap + sign * moved, max(size, abs(moved))
+            moved = body.displacement(np.append(np.linspace(0.0, body.length, SAMPLES), point.x))
+            gap, size = gap + sign * float(moved[-1]), max(size, float(np.abs(moved).max()))
     return gap, OVERLAP_TOL * size
 
 

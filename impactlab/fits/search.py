@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 
 from impactlab.fits.correlation import correlations
 from impactlab.fits.filters import smooth
+from impactlab.fits.identifiable import MIN_COLUMN
 from impactlab.fits.intervals import HUBER, Options
 from impactlab.fits.loss import from_median
 from impactlab.fits.problem import Problem
@@ -24,6 +25,7 @@ MAX_FULL = 3  # parameters that are tried in all combinations, more one by one
 BESIDE = (2.0, 8.0)  # standard deviations: starts beside a solution
 MAX_BESIDE = 0.1  # of a scaled unknown: the same
 ROUNDS = 3  # of such starts
+PLACES = 6  # between its bounds, at which a parameter without effect at a solution is tried
 NEAR = 1.0e-5  # of the cost, in these: what is better by more is another solution
 MAX_FAR = 4.685  # standard deviations of a residual: samples beyond are left out under huber (95 % efficient)
 RESCALED = 2  # times that the size of the noise of each signal, or its correlation, is found again
@@ -58,6 +60,7 @@ def search(problem: Problem, chosen: Options) -> Any:
     if problem.has_shifts:
         starts += triggers(problem, kept[0].x, TRIGGERS)
     found = polished(problem, _best(solved(problem, each, tolerance=COARSE) for each in starts).x)
+    found = woken(problem, found)
     for _ in range(RESCALED if len(problem.signals) > 1 and chosen.noise != "std" else 0):
         problem.weigh(found.x)
         found = polished(problem, found.x)
@@ -123,6 +126,24 @@ def polished(problem: Problem, start: Array, loss: Any = "linear", scale: float 
             break
         found = solved(problem, best.x, loss, scale)
     return found
+
+
+def woken(problem: Problem, found: Any) -> Any:
+    """Return the best of a solution and those from places at which a parameter without effect there has one.
+
+    A yield force above the largest force, or a play that is never used up, has no derivative that leads away.
+    """
+    low, high = problem.bounds()
+    best = found
+    for number in range(len(problem.parameters)):
+        asleep = np.linalg.norm(found.jac[:, number]) <= MIN_COLUMN * np.linalg.norm(found.jac, axis=0).max()
+        if not asleep or not np.isfinite(high[number] - low[number]):
+            continue
+        places = np.repeat(np.asarray(found.x)[None], PLACES, axis=0)
+        places[:, number] = np.linspace(low[number], high[number], PLACES + 2)[1:-1]
+        awake = [place for place in places if not np.array_equal(problem.residuals(place), found.fun)]
+        best = _best([best, *(solved(problem, place, tolerance=COARSE) for place in awake)])
+    return polished(problem, best.x) if best.cost < found.cost * (1.0 - NEAR) else found
 
 
 def aside(problem: Problem) -> list[Array]:

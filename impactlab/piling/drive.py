@@ -33,7 +33,7 @@ class Driven(NamedTuple):
     head: float  # m, permanent motion of the head
     toe: float  # m, permanent motion of the toe
     toe_force: float | None  # N, left at the toe; None of a pile without toe link
-    x: Array  # (n,) m, places from the left end: ends of the pile and its soil links
+    x: Array  # (n,) m, places from the left end: ends of the pile, joints of its segments and its soil links
     force: Array  # (n - 1,) N in the pile between them, compression positive
     soil: dict[str, float]  # N, static resistances by name of the contact
 

@@ -26,7 +26,7 @@ from impactlab.fits.signals import Signal
 from impactlab.fits.trials import Trials, Values
 from impactlab.history.base import AbstractHistory
 from impactlab.piling.case_method import first_peak
-from impactlab.piling.measured import Driven, checked, driven_by, soil_path
+from impactlab.piling.measured import Driven, checked, driven_by, soil_path, written_out
 from impactlab.piling.signs import check_length, check_work, warn_of_offsets, warn_of_proportion, warn_of_times
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
@@ -47,7 +47,7 @@ class Match:
 
     capacity: Fitted  # N, static, of all soil links together, with its 95 % interval
     parameters: tuple[Fitted, ...]  # the free numbers, as they were named, with their 95 % intervals
-    case: Case  # as given, with the fitted numbers
+    case: Case  # as given, blocks of repeat and chain written out, with the fitted numbers
     driven: Case  # the pile under the measured force, with the fitted numbers
     time: Array = field(repr=False)  # s, (n,) from the first sample
     measured: Array = field(repr=False)  # m/s, (n,) velocity into the soil
@@ -138,6 +138,8 @@ def match(
     if noise not in ("white", "ar1"):
         raise CaseError(f"noise {noise!r}", remedy="Allowed: white, ar1.")
     t, measured_force, measured = checked(time, force, velocity)
+    free = free if isinstance(free, Mapping) else [free] if isinstance(free, str) else list(free)
+    case = written_out(case, free)
     driven = driven_by(case, t, measured_force)
     numbers = list(_numbers(case, driven.blocks, free))
     check_work(t, measured_force, measured)

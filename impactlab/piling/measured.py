@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.casefile import Case
+from impactlab.casefile.loads import folder_of, with_tables
+from impactlab.casefile.repeat import expand
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory
@@ -54,6 +56,27 @@ def checked(time: ArrayLike, force: ArrayLike, velocity: ArrayLike) -> tuple[Arr
         late = found["time"][falls[0] + 1]
         raise CaseError(f"time {falls[0] + 2}, {late:g} s, is not later", remedy="Give rising times.")
     return found["time"] - found["time"][0], found["force"], found["velocity"]
+
+
+def written_out(case: Case, free: Iterable[str]) -> Case:
+    """Return a case whose contacts each have a block of their own, the same where it repeats none.
+
+    Raises
+    ------
+    CaseError
+        If one of the free numbers is named by the number of a block, which is another one there.
+    """
+    if not case.origins:
+        return case
+    numbered = next((name for name in free if name.startswith("contacts.")), None)
+    if numbered is not None:
+        raise CaseError(
+            f"{numbered!r} names a block by its number, in a case that makes blocks by repeat or chain",
+            remedy="Give the contact a name, such as name: s{i} beside repeat, and write s1.capacity.",
+            path=numbered,
+        )
+    with folder_of(case.file):
+        return Case.from_dict(expand(with_tables(case.document.data)).data, case.name)
 
 
 def driven_by(case: Case, time: Array, force: Array) -> Driven:

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.piling.pile import Pile
+from impactlab.scene.bodies.segmented import PLACE_ROUNDING
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
@@ -20,7 +21,7 @@ LEAST_SLOPE = 1e-9  # of the stiffest soil: keeps the matrix regular where all s
 
 
 class Rest(NamedTuple):
-    """A pile at static rest, its nodes the ends and the places of its soil links."""
+    """A pile at static rest, its nodes the ends, the joints of its segments and the places of its soil links."""
 
     x: Array  # (n,) m from the left end
     displacement: Array  # (n,) m, positive along +x
@@ -47,7 +48,7 @@ def rest_of(run: Simulation, pile: Pile, sets: dict[str, float], start: float) -
         If something other than soil holds or loads the pile.
     """
     check_at_rest(run, pile)
-    x = np.unique([0.0, pile.body.length, *(pile.place(contact) for contact in pile.soil)])
+    x = _nodes(pile)
     at = np.array([int(np.searchsorted(x, pile.place(contact))) for contact in pile.soil])
     laws = [law for contact in pile.soil if isinstance(law := run.method.laws[contact.name], Smith)]
     stiffness = np.array([law.capacity / law.quake for law in laws])
@@ -81,6 +82,7 @@ def rest_of(run: Simulation, pile: Pile, sets: dict[str, float], start: float) -
             remedy="Check the capacities and quakes of its soil.",
         )
     forces = soil(u)[0]
+    against = pile.direction * side * forces  # a force of a contact presses the body on its left towards -x
     trial = stiffness * (side * u[at] - gap - before)
     moved = np.where(
         (lower < 0.0) | (trial > 0.0), (trial - forces) / stiffness, 0.0
@@ -91,8 +93,16 @@ def rest_of(run: Simulation, pile: Pile, sets: dict[str, float], start: float) -
         displacement=u,
         force=-springs * np.diff(u),
         sets=dict(zip(names, (before + moved).tolist(), strict=True)),
-        soil=dict(zip(names, forces.tolist(), strict=True)),
+        soil=dict(zip(names, against.tolist(), strict=True)),
     )
+
+
+def _nodes(pile: Pile) -> Array:
+    """Return the places of soil links, of the ends and of the joints of segments, where the strain jumps, (n,)."""
+    places = np.unique([0.0, pile.body.length, *(pile.place(contact) for contact in pile.soil)])
+    joints = np.cumsum([segment.length for segment in pile.body.segments[:-1]])
+    apart = [np.abs(places - joint).min() > PLACE_ROUNDING * pile.body.length for joint in joints]
+    return np.union1d(places, joints[apart]) if any(apart) else places
 
 
 def check_at_rest(run: Simulation, pile: Pile) -> None:

@@ -249,3 +249,23 @@ def test_a_link_clamped_without_an_angle_goes_on_straight():
     assert angles(joint="clamped") == pytest.approx([np.pi / 2.0, np.pi / 2.0])
     assert angles(joint="clamped", angle=0.0) == pytest.approx([np.pi / 2.0, 0.0])
     assert angles(joint="hinge") == pytest.approx([np.pi / 2.0, 0.0])
+
+
+def test_the_moment_of_a_drive_is_of_second_order() -> None:
+    """A rigid bar that is brought to its rate: the moment is its inertia times the given angular acceleration."""
+    rate, within, inertia = 6.0, 0.2, 0.5 * 0.4**2 / 3.0
+    t = np.linspace(0.01, 0.19, 37)
+    exact = inertia * rate / within * (1.0 - np.cos(2.0 * np.pi * t / within))
+    errors = []
+    for dt in (1e-3, 5e-4):
+        case = il.Case.from_dict({
+            "bodies": {"bar": {"kind": "link", "length": 0.4, "mass": 0.5}, "wall": {"kind": "wall"}},
+            "mechanisms": {"arm": {"links": [{"body": "bar", "drive": {"rate": rate, "within": within}}]}},
+            "contacts": [
+                {"between": ["bar.right", "wall"], "along": "x", "gap": 5.0, "law": {"kind": "hertz", "stiffness": 1.0}}
+            ],
+            "solve": {"duration": 0.2, "integrator": {"kind": "midpoint"}, "step": {"dt": dt}, "records": 1000},
+        })  # fmt: skip
+        errors.append(float(np.abs(il.run(case).evaluate(t, "drive:bar") - exact).max()))
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+    assert errors[1] < 1e-4 * exact.max()

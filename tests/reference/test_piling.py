@@ -15,6 +15,10 @@ import pytest
 import impactlab as il
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.piling import Blow, Head, bearing_graph, blow, case_method, drive, match
+from impactlab.piling.blow import sets_of
+from impactlab.piling.drive import _next as after
+from impactlab.piling.pile import pile_of
+from impactlab.piling.static_rest import rest_of
 
 Z, LENGTH, SPEED = 1.6e6, 20.0, 4000.0  # N s/m, m, m/s
 TOE = {"kind": "smith", "capacity": "900 kN", "quake": "3 mm", "damping": 0.5, "tension": False}
@@ -142,6 +146,56 @@ def test_residual_forces_over_several_blows() -> None:
         assert each.force[-1] == pytest.approx(each.toe_force)
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("ground_first", [False, True])
+def test_residual_forces_of_the_soil_have_one_sign_in_whatever_order_a_contact_names_its_bodies(
+    mirrored: bool, ground_first: bool
+) -> None:
+    """The toe pushes the pile up, against driving, and the shaft holds it down."""
+    shaft = dict(driven(mirrored=mirrored).document.data["contacts"][2])
+    shaft["between"] = sorted(shaft["between"], key=lambda name: (name == "ground") != ground_first)
+    case = driven(mirrored=mirrored).with_("contacts.2", shaft).with_("solve.model.elements", 80)
+    left = drive(case, 1).blows[0]
+    *pieces, toe = left.soil.values()
+    assert toe == left.toe_force == pytest.approx(56.0e3, rel=0.05)
+    assert sum(pieces) == pytest.approx(-toe, rel=1e-6)
+
+
+@pytest.mark.parametrize("lengths", [(10.0, 10.0), (4.0, 16.0)])
+def test_a_blow_on_a_pile_of_two_sections_begins_with_the_forces_of_the_one_before(
+    lengths: tuple[float, float],
+) -> None:
+    """One force between shaft and toe; the strain, four times as large in the thin piece, jumps at the joint."""
+    pile = {"kind": "rod", "segments": [
+        {"length": length, "area": area, "material": {"young": 40e9, "density": 2500.0}}
+        for length, area in zip(lengths, (0.16, 0.04), strict=True)
+    ]}  # fmt: skip
+    soil = {"kind": "smith", "capacity": "400 kN", "quake": "2 mm", "damping": 0.2}
+    case = il.Case(
+        bodies={"ram": il.Mass(4000.0, velocity=3.0), "pile": pile, "ground": il.Wall(), "base": il.Wall()},
+        contacts=[
+            il.Contact("ram", "pile.left", {"kind": "bilinear", "stiffness": 8e8, "restitution": 0.7}),
+            il.Contact("pile.at(4)", "ground", soil),
+            il.Contact("pile.right", "base", TOE),
+        ],
+        solve={
+            "duration": 0.2,
+            "model": {"kind": "finite_element", "elements": 80, "mass": "lumped"},
+            "integrator": {"kind": "central_difference"},
+            "step": {"courant": 0.5},
+        },
+    )
+    run, history = case.simulation(), il.run(case)
+    found = pile_of(run)
+    rest = rest_of(run, found, sets_of(history), 0.0)
+    assert rest.x == pytest.approx(sorted({0.0, 4.0, lengths[0], 20.0}))
+    assert rest.force[1:] == pytest.approx(rest.soil["pile.right|base"])
+    assert rest.force[-1] > 5e4
+    following, _ = after(run, found, rest, float(rest.displacement[0]))
+    force = il.run(following, frames=2).field("pile", 0.0, "force", np.array([2.0, 6.0, 9.5, 10.5, 19.0])).values
+    assert force == pytest.approx([0.0, *4 * [rest.force[-1]]], abs=1e-6 * rest.force[-1])
+
+
 def test_a_pile_without_toe_link_has_a_set_where_it_repeats() -> None:
     pile = driven(toe=None, shaft=1.5e6)
     assert blow(pile).set is None
@@ -267,6 +321,27 @@ def test_matching_on_its_own_blow_gives_the_soil_back(on_160: il.Case, at_head: 
     assert found.mismatch < 1e-10
     law = found.case.simulation().method.laws["pile.right|base"]
     assert law.capacity == pytest.approx(9e5, rel=1e-9), "the given case has the fitted numbers"
+
+
+def test_matching_soil_in_repeated_blocks() -> None:
+    """The shaft by `repeat`: each link has a name, and a number of a block is refused."""
+    piece = {"repeat": 3, "between": ["pile.at({4 + 4*i})", "ground"], "name": "s{i}"}
+    piece["law"] = {"kind": "smith", "capacity": 2e5, "quake": "2.5 mm", "damping": 0.2}
+    base = driven(courant=0.5).with_settings({"solve.model.elements": 40, "solve.duration": 0.03})
+    given = base.document.data
+    ram, helmet, _, toe = given["contacts"]
+    case = il.Case.from_dict({**given, "contacts": [ram, piece, toe, helmet]})
+    head = blow(case).head
+    softer = case.with_settings(
+        {"contacts.2.law.capacity": 7e5, "contacts.1.law.capacity": {"each": [1.5e5, 2e5, 2e5]}}
+    )
+    with pytest.raises(il.CaseError, match="makes blocks by repeat"):
+        match(softer, head.time, head.force, head.velocity, ["contacts.2.law.capacity"])
+    found = match(softer, head.time, head.force, head.velocity, (name for name in ("s1.capacity", "toe.capacity")))
+    assert [each.value for each in found.parameters] == pytest.approx([2e5, 9e5], rel=1e-6)
+    assert found.capacity.value == pytest.approx(1.5e6, rel=1e-6)
+    laws = found.case.simulation().method.laws
+    assert [laws[f"pile.at({x})|ground"].capacity for x in (8, 12, 16)] == pytest.approx(3 * [2e5], rel=1e-6)
 
 
 @pytest.mark.slow

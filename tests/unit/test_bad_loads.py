@@ -55,6 +55,7 @@ EDITS = [
     ("{file: nan.csv, t: time, f: force}", "f 2 of nan.csv is not a finite number", "leave that sample out"),
     ("{file: back.csv, t: time, f: force}", "time 3 of back.csv, 0.0005 s, is before the one before", "rising times"),
     ("{file: units.csv, t: time, f: force}", "column 'force [mm]' of units.csv", "a number in N"),
+    ("{file: two.csv, t: time, f: force}", "two.csv has 2 columns 'force': force [N], force [kN]", "different names"),
     ("{file: one.csv, t: time, f: force}", "one.csv has 1 sample;", "at least 2"),
 ]
 FILES = {
@@ -65,6 +66,7 @@ FILES = {
     "nan.csv": "time,force\n0,0\n1e-3,nan\n",
     "back.csv": "time,force\n0,0\n1e-3,1\n5e-4,0\n",
     "units.csv": "time,force [mm]\n0,0\n1e-3,1\n",
+    "two.csv": "time,force [kN],force [N]\n0,0,0\n1e-3,1,2\n",
     "one.csv": "time,force\n0,0\n",
 }
 
@@ -101,6 +103,15 @@ def test_a_file_beside_the_case_in_its_own_units(folder: Path) -> None:
     load = read.scene().bodies["rod"].loads[0][1]
     assert load.at(np.array([0.0, 0.25e-3, 1e-3])) == pytest.approx([0.0, 1000.0, 1000.0])
     assert read.resolved()["bodies"]["rod"]["ends"]["left"]["force"]["f"] == pytest.approx([0.0, 2000.0, 1000.0])
+
+
+@pytest.mark.parametrize(("column", "second"), [("force", 5.0), ("force [kN]", 2000.0)])
+def test_the_full_heading_of_a_column_comes_before_its_name_alone(folder: Path, column: str, second: float) -> None:
+    (folder / "both.csv").write_text("time,force [kN],force\n0,0,0\n1e-3,2,5\n")
+    load = (
+        il.load_case(written(folder, f"{{file: both.csv, t: time, f: '{column}'}}")).scene().bodies["rod"].loads[0][1]
+    )
+    assert load.at(np.array([1e-3])) == pytest.approx([second])
 
 
 def test_a_link_out_of_the_folder_is_refused(folder: Path) -> None:

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+import impactlab as il
 from impactlab.casefile import units
 from impactlab.casefile.units import to_si
 
@@ -36,6 +37,26 @@ from impactlab.casefile.units import to_si
     ],
 )
 def test_numbers_with_units(text, unit, value):
+    assert to_si(text, unit) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "why"),
+    [
+        ("10 Hz", "rad/s", "may count turns or radians"),
+        ("2 kHz", "rad/s", "may count turns or radians"),
+        ("60 rpm", "Hz", "is an angular rate"),
+        ("3 rad/s", "Hz", "is an angular rate"),
+        ("3 deg/ms", "Hz", "is an angular rate"),
+    ],
+)
+def test_cycles_and_radians_are_not_taken_for_each_other(text, unit, why):
+    with pytest.raises(ValueError, match=why):
+        to_si(text, unit)
+
+
+@pytest.mark.parametrize(("text", "unit", "value"), [("30 rpm", "rad/s", 3.1415926535898), ("2 MHz", "Hz", 2e6)])
+def test_rates_and_frequencies_have_units_of_their_own(text, unit, value):
     assert to_si(text, unit) == value
 
 
@@ -75,3 +96,38 @@ def test_pint_is_imported_only_for_a_text_with_a_unit():
         "assert 'pint' not in sys.modules; load_case('cases/free_rod.yaml'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize(
+    ("law", "key", "unit"),
+    [
+        ({"flow": {"yield_stress": 5e7, "hardening": 1e9}}, "flow.yield_stress", "Pa"),
+        ({"flow": {"strain": [0, 0.1], "stress": [1e8, 2e8]}}, "flow.stress", "Pa"),
+        ({"flow": {"kind": "johnson_cook", "A": 9e7, "C": 0.02}}, "flow.reference_rate", "1/s"),
+        ({"flow": {"yield_stress": 5e7}, "rate": {"kind": "cowper_symonds", "D": 6500, "q": 4}}, "rate.D", "1/s"),
+        ({"flow": {"yield_stress": 5e7}}, "flow.unknown", ""),
+        ({"flow": {"yield_stress": 5e7}}, "rate.D", ""),
+        ({"flow": {"yield_stress": 5e7}}, "young", "Pa"),
+    ],
+)
+def test_numbers_of_the_records_in_a_law_have_units(law, key, unit):
+    """Bounds of a fit such as 40 MPa were refused there, and tables had no unit."""
+    specimen = {"kind": "specimen", "length": 5e-3, "area": 1e-4, "young": 7e10, **law}
+    case = il.Case(
+        bodies={"hammer": il.Mass(1.0, velocity=2.0), "wall": il.Wall()},
+        contacts=[il.Contact("hammer", "wall", specimen)],
+        solve={"duration": 1e-4, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
+    )
+    assert case.unit_of(f"contacts.0.law.{key}") == unit
+
+
+@pytest.mark.parametrize(("law", "unit"), [({}, "N/m^1.5"), ({"exponent": 1.25}, "N/m^1.25")])
+def test_a_stiffness_with_an_exponent_has_the_unit_of_its_number(law, unit):
+    """Bounds of a fit such as 30 kN/mm^1.5 were refused."""
+    case = il.Case(
+        bodies={"hammer": il.Mass(1.0, velocity=2.0), "wall": il.Wall()},
+        contacts=[il.Contact("hammer", "wall", {"kind": "hertz", "stiffness": 1e9, **law})],
+        solve={"duration": 1e-4, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
+    )
+    assert case.unit_of("contacts.0.law.stiffness") == unit
+    assert to_si(f"1 k{unit}", unit) == 1000.0

@@ -278,3 +278,22 @@ def test_a_number_without_an_effect_leaves_the_others_determined() -> None:
     assert (row.lower, row.upper) == pytest.approx((value - half, value + half), abs=0.02 * half)
     assert math.isinf(found[length].upper)
     assert "not determined by the signals: length; its interval is infinite" in str(found)
+
+
+def test_a_parameter_without_effect_at_the_start_is_tried_elsewhere() -> None:
+    """The joint at the start never yields: no derivative leads to the yield force of the measured one."""
+
+    def joint(yield_force: float) -> il.Case:
+        law = {"kind": "elastic_plastic", "stiffness": 1e8, "yield_force": yield_force, "hardening": 2e7}
+        return il.Case(
+            bodies={"hammer": il.Mass(1.0, velocity=2.0), "wall": il.Wall()},
+            contacts=[il.Contact("hammer", "wall", law)],
+            solve={"duration": 1e-3, "integrator": {"kind": "newmark"}, "step": {"dt": 2e-6}},
+        )
+
+    times = np.linspace(5e-6, 9.5e-4, 120)
+    noise = 1e-3 * np.random.default_rng(0).standard_normal(120)
+    signal = il.Signal("velocity:hammer", times, il.run(joint(1e4)).evaluate(times, "velocity:hammer") + noise)
+    found = il.fit(joint(2.5e4), signal, {"contacts.0.law.yield_force": (2e3, 4e4), STIFFNESS: (5e7, 2e8)})
+    assert found["contacts.0.law.yield_force"].value == pytest.approx(1e4, rel=1e-3)
+    assert found[STIFFNESS].value == pytest.approx(1e8, rel=1e-3)

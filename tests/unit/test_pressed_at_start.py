@@ -151,3 +151,23 @@ def test_a_joint_acts_from_the_start_on_a_rod_that_is_displaced(integrator, stre
         errors.append(abs(moved / (exact[0] - stretch) - 1.0))
     assert errors[0] < (1.0 / 40) ** 2
     assert errors[1] < errors[0] / 3.5
+
+
+@pytest.mark.parametrize("model", [{"kind": "continuous"}, {"kind": "finite_element", "elements": 40}])
+@pytest.mark.parametrize("kind", ["addition_deletion", "penalty"])
+def test_a_face_at_a_zero_of_its_displacement_touches(kind, model):
+    """The zero of sin(pi) is 1e-16: no overlap, and the run is that of faces which are apart by as little."""
+
+    def force(gap):
+        rod = il.Rod(length=0.12, area=1e-4, material="steel", displacement="1e-6*sin(pi*x/L)")
+        law = {"kind": kind, **({"stiffness": 1e8} if kind == "penalty" else {})}
+        case = il.Case(
+            bodies={"rod": rod, "wall": il.Wall()},
+            contacts=[il.Contact("rod.right", "wall", law, gap=gap)],
+            solve={"duration": 2e-5, "model": model},
+        )
+        return il.run(case).evaluate(np.linspace(0.0, 2e-5, 50), "force:rod.right|wall")
+
+    touching, apart = force(0.0), force(1e-19)
+    assert apart.max() > 10.0
+    assert touching == pytest.approx(apart, abs=1e-6 * apart.max())

@@ -160,6 +160,8 @@ class Layout:
             source = Source("record", (self.probe_column(probe),))
             if probe.quantity == "velocity":
                 source = source._replace(instants=self.instants_of_velocity(probe.body, probe.x), rate=True)
+            elif probe.quantity == "moment":  # of a drive: that in the middle of a step
+                source = source._replace(instants="step_means")
             # A face that a contact presses in beyond its coordinates is known from the contact.
             found.setdefault(probe.channel, source)
         places = {name: SAMPLED + 3 * number for number, name in enumerate(self.built)}
