@@ -19,8 +19,9 @@ MAX_LENGTH = 64  # characters
 _TERM = r"[A-Za-zµμ]{1,16}(?:(?:\^|\*\*)?-?[1-9](?:\.[0-9]{1,3})?)?"
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _PATTERN = re.compile(
-    rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)\s*({_TERM}(?:\s*[*/·]\s*{_TERM}|\s+{_TERM}){{0,5}})"
-)
+    r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"
+    rf"(?:\s*({_TERM}(?:\s*[*/·]\s*{_TERM}|\s+{_TERM}){{0,5}})|\s+1\s*/\s*({_TERM}))"
+)  # 20 kN/mm, or 500 1/s
 _RAISED = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")  # as in cm²
 _LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _POWER = re.compile(r"([A-Za-zµμ])(?:\^|\*\*)?(-?[1-9])")
@@ -76,7 +77,8 @@ def to_si(text: str, unit: str) -> float:
     if match is None:
         comma = "; write the decimal point as '.'" if "," in text else ""
         raise ValueError(f"{shown(text)} is not a number with a unit{comma}; {allowed}")
-    factor = _factor(_pint_text(match.group(2)), _pint_text(unit))
+    given = _pint_text(match.group(2)) if match.group(2) else f"1/{_pint_text(match.group(3))}"
+    factor = _factor(given, _pint_text(unit))
     if isinstance(factor, str):
         raise ValueError(f"{shown(text)} {factor}; {allowed}")
     # Decimal, so that "9 cm^2" is the very number 9e-4.

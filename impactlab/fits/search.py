@@ -141,8 +141,10 @@ def woken(problem: Problem, found: Any) -> Any:
             continue
         places = np.repeat(np.asarray(found.x)[None], PLACES, axis=0)
         places[:, number] = np.linspace(low[number], high[number], PLACES + 2)[1:-1]
-        awake = [place for place in places if not np.array_equal(problem.residuals(place), found.fun)]
-        best = _best([best, *(solved(problem, place, tolerance=COARSE) for place in awake)])
+        left = [problem.residuals(place) for place in places]
+        awake = [n for n, each in enumerate(left) if not np.array_equal(each, found.fun)]
+        awake.sort(key=lambda n: float(left[n] @ left[n]))
+        best = _best([best, *(solved(problem, places[n], tolerance=COARSE) for n in awake[:KEPT])])
     return polished(problem, best.x) if best.cost < found.cost * (1.0 - NEAR) else found
 
 

@@ -34,6 +34,9 @@ from impactlab.casefile.units import to_si
         ("-9.81 m/s2", "m/s2", -9.81),
         ("1 inch", "m", 0.0254),
         (" 1e-3 km ", "m", 1.0),
+        ("500 1/s", "1/s", 500.0),
+        ("2 1/ms", "1/s", 2000.0),
+        ("2 s^-1", "1/s", 2.0),
     ],
 )
 def test_numbers_with_units(text, unit, value):
@@ -65,7 +68,7 @@ def test_rates_and_frequencies_have_units_of_their_own(text, unit, value):
     [
         "0,3 m", "9**9**9", "9**9**9 m", "9 m**9**9", "9 m^99999", "(3 m)", "3 m + 2 m", "3*4 m", "m", "", "3", "3 m;",
         "__import__('os')", "3 __m", "nan m", "inf m", "1e9999 m", "0x3 m", "3 " + "m" * 100, "3 m\n4 m", "٣ m",
-        "10² m", "3 m^²", "3 m⁹⁹⁹", "3 m⁻", "² m",
+        "10² m", "3 1/m 1/m", "31/m", "3 2/m", "3 m^²", "3 m⁹⁹⁹", "3 m⁻", "² m",
     ],
 )  # fmt: skip
 def test_all_else_is_refused_and_no_large_power_is_computed(text, monkeypatch):
