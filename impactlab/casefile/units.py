@@ -108,6 +108,10 @@ def _factor(given: str, wanted: str) -> float | str:
     try:
         quantity = units.Quantity(1.0, given)
         factor = float(quantity.to(wanted).magnitude)
+        if any(
+            name.endswith("ton") and not name.endswith(("newton", "metric_ton")) for name, _ in quantity.unit_items()
+        ):
+            return "may be a metric, short or long ton: write t for 1000 kg"
         if "rad" in wanted and any(name.endswith("hertz") for name, _ in quantity.unit_items()):
             return "may count turns or radians"
         if wanted == "Hz" and "radian" in dict(quantity.to_root_units().unit_items()):
