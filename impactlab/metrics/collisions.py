@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,16 +69,17 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
     for pair, names in between.items():
         spans = sorted(history.spans_of(names), key=lambda span: span.start)
         longest = memory(scene, pair)
+        others = cache(partial(_others, scene, history, pair))  # once: a pair may collide thousands of times
         group: list[ContactSpan] = []
         until = -math.inf
         for span in spans:
             if group and span.start - until > longest:
-                found.append(_collision(scene, history, given, pair, group))
+                found.append(_collision(scene, history, given, others, pair, group))
                 group = []
             group.append(span)
             until = max(until, span.until(math.inf))
         if group:
-            found.append(_collision(scene, history, given, pair, group))
+            found.append(_collision(scene, history, given, others, pair, group))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
@@ -117,6 +119,7 @@ def _collision(
     scene: Scene,
     history: AbstractHistory,
     given_to: Mapping[str, Given],
+    others: Callable[[str], Others],
     pair: tuple[str, str],
     spans: list[ContactSpan],
 ) -> Collision:
@@ -134,10 +137,10 @@ def _collision(
     lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     fastest = scene.fastest
     meets = not closed and approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
-    meets = meets and not _others_touch(scene, history, striker, pair, start, until)
+    meets = meets and not others(striker).touch(start, until)
     # A third body that still drives the other one into the striker makes the approach: its speed is that of an instant.
     driven = None not in speeds and abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
-    meets = meets and not (driven and _others_touch(scene, history, other, pair, before, start))
+    meets = meets and not (driven and others(other).touch(before, start))
     return Collision(
         bodies="|".join(pair),
         sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),
@@ -158,15 +161,29 @@ def _collision(
     )
 
 
-def _others_touch(
-    scene: Scene, history: AbstractHistory, name: str, pair: Sequence[str], start: float, end: float
-) -> bool:
-    """Return whether contacts with a third body touch a body, or links hold it, in a time."""
+class Others(NamedTuple):
+    """Contacts of a body with all but one other body, arrays over their periods in order of their starts."""
+
+    starts: Array  # s
+    ends: Array  # s, latest end so far; inf while one is closed at the end of the run
+    linked: bool  # whether one of them is a link, which holds the body all the time
+
+    def touch(self, start: float, end: float) -> bool:
+        """Return whether one of them is closed in a time."""
+        begun = int(np.searchsorted(self.starts, end))
+        return self.linked or bool(begun and self.ends[begun - 1] > start)
+
+
+def _others(scene: Scene, history: AbstractHistory, pair: Sequence[str], name: str) -> Others:
+    """Return the contacts of a body of a pair with third bodies."""
     links = {link.name for link in history.links}
     third = [each for _, each in scene.met_by(name) if {each.left.body, each.right.body} != set(pair)]
-    spans = history.spans_of(contact.name for contact in third)
-    touched = (span.start < end and span.until(math.inf) > start for span in spans)
-    return any(touched) or any((contact.group or contact.name) in links for contact in third)
+    spans = sorted(history.spans_of(contact.name for contact in third), key=lambda span: span.start)
+    return Others(
+        np.array([span.start for span in spans]),
+        np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0]),
+        any((contact.group or contact.name) in links for contact in third),
+    )
 
 
 def _difference(values: Sequence[float | None], factor: float) -> float | None:

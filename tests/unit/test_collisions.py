@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+import random
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
-from impactlab.metrics.collisions import agreements, collisions, sentence
+from impactlab.metrics.collisions import Others, agreements, collisions, sentence
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine import contact_times
@@ -25,6 +27,18 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.sweeps import quantities
 from impactlab.testing.scenes import in_a_row
 from tests.cases.support import case_of
+
+
+def test_periods_that_only_meet_a_time_at_its_ends_do_not_lie_in_it() -> None:
+    """Of periods sorted by their starts, the latest end so far says what all of them say one by one."""
+    draw = random.Random(3)
+    for _ in range(300):
+        starts = sorted(draw.randint(0, 12) for _ in range(draw.randint(0, 6)))
+        ends = [math.inf if draw.random() < 0.1 else start + draw.randint(0, 4) for start in starts]
+        others = Others(np.array(starts, float), np.maximum.accumulate([*map(float, ends)] or [0.0]), linked=False)
+        start = draw.randint(-2, 26) / 2
+        end = start + draw.choice([0, 0.5, 1, 3])
+        assert others.touch(start, end) == any(a < end and b > start for a, b in zip(starts, ends, strict=True))
 
 
 def test_a_body_between_two_others_has_no_restitution_while_both_press() -> None:
