@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,6 +65,7 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
     found = []
     channels = frozenset(history.channels())  # once: a chain has thousands
     given = {name: _given(scene, history, name, channels) for name in scene.bodies}
+    periods = cache(partial(_periods, history))  # once: a pair may collide thousands of times
     between: dict[tuple[str, str], list[str]] = {}
     for contact in scene.contacts:
         between.setdefault((contact.left.body, contact.right.body), []).append(contact.name)
@@ -74,12 +76,12 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
         until = -math.inf
         for span in spans:
             if group and span.start - until > longest:
-                found.append(_collision(scene, history, given, pair, group))
+                found.append(_collision(scene, history, given, periods, pair, group))
                 group = []
             group.append(span)
             until = max(until, span.until(math.inf))
         if group:
-            found.append(_collision(scene, history, given, pair, group))
+            found.append(_collision(scene, history, given, periods, pair, group))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
@@ -119,6 +121,7 @@ def _collision(
     scene: Scene,
     history: AbstractHistory,
     given_to: Mapping[str, Given],
+    periods: Callable[[str], Periods],
     pair: tuple[str, str],
     spans: list[ContactSpan],
 ) -> Collision:
@@ -135,14 +138,14 @@ def _collision(
     leaves = _difference([_speed(scene, history, name, until, given_to[name]) for name in (other, striker)], sign)
     lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     why = "they are still in contact at the end of the run" if closed else None
-    why = why or _others_part(scene, history, pair, (start, until), sum(span.impulse for span in spans))
+    why = why or _others_part(scene, history, periods, pair, (start, until), sum(span.impulse for span in spans))
     if why is None and (approach is None or leaves is None):
         why = f"the speed of '{striker if speeds[0] is None else other}' is not known at that time"
     if why is None and approach is not None and leaves is not None:
         rounding = MIN_APPROACH * max(scene.fastest, abs(leaves))
         # A third body that still drives the other one into the striker makes the approach: its speed is of an instant.
         driven = abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
-        if driven and (third := _third_touched(scene, history, other, pair, before, start)):
+        if driven and (third := _third_touched(scene, history, periods, other, pair, before, start)):
             why = f"'{third}' drives '{other}' into '{striker}'"
         elif approach <= rounding:
             why = "their mean speeds do not approach each other"
@@ -170,7 +173,12 @@ def _collision(
 
 
 def _others_part(
-    scene: Scene, history: AbstractHistory, pair: tuple[str, str], times: tuple[float, float], impulse: float
+    scene: Scene,
+    history: AbstractHistory,
+    periods: Callable[[str], Periods],
+    pair: tuple[str, str],
+    times: tuple[float, float],
+    impulse: float,
 ) -> str | None:
     """Return in words which other body or force changes the speeds of two bodies in a time; None for none.
 
@@ -180,7 +188,7 @@ def _others_part(
         body, least = scene.bodies[name], MAX_SHARE * abs(impulse)
         if not body.moves:
             continue
-        if third := _third_touched(scene, history, name, pair, *times, least):
+        if third := _third_touched(scene, history, periods, name, pair, *times, least):
             return f"'{name}' also touches '{third}' meanwhile"
         pushed = sum(abs(end.force) for _, end in body.ends) * (times[1] - times[0])
         for _, load in body.loads:
@@ -191,9 +199,32 @@ def _others_part(
     return None
 
 
+class Periods(NamedTuple):
+    """Periods of one contact in order, shape (n,); they do not overlap."""
+
+    starts: Array  # s
+    ends: Array  # s; inf of one that is closed at the end of the run
+    given: Array  # (n + 1,) N s, sums of the sizes of the impulses before each
+
+    def given_in(self, start: float, end: float) -> float:
+        """Return the sum of the sizes of the impulses of the periods that reach into a time [N s]."""
+        first, last = np.searchsorted(self.ends, start, "right"), np.searchsorted(self.starts, end)
+        return float(self.given[last] - self.given[first]) if last > first else 0.0
+
+
+def _periods(history: AbstractHistory, contact: str) -> Periods:
+    spans = sorted(history.spans(contact), key=lambda span: span.start)
+    return Periods(
+        np.array([span.start for span in spans]),
+        np.array([span.until(math.inf) for span in spans]),
+        np.cumsum([0.0, *(abs(span.impulse) for span in spans)]),
+    )
+
+
 def _third_touched(
     scene: Scene,
     history: AbstractHistory,
+    periods: Callable[[str], Periods],
     name: str,
     pair: Sequence[str],
     start: float,
@@ -208,8 +239,7 @@ def _third_touched(
     for _, contact in scene.met_by(name):
         bodies = contact.left.body, contact.right.body
         if {*bodies} != {*pair}:
-            spans = history.spans(contact.name)
-            met = sum(abs(span.impulse) for span in spans if span.start < end and span.until(math.inf) > start)
+            met = periods(contact.name).given_in(start, end)
             if (contact.group or contact.name) in links:
                 met = abs(_pull(history, contact.name, end) - _pull(history, contact.name, start))
             given[bodies[bodies[0] == name]] = given.get(bodies[bodies[0] == name], 0.0) + met

@@ -13,7 +13,8 @@ from studies.audit.tables import STAGES, Array, gauss
 OPEN, PRESSED, SLACK = 0, 1, 2
 POINTS, WEIGHTS, LAGRANGE, COLLOCATION, TOP = gauss()
 # Of what the march alone calls: without a way in from Python, which takes a sixth of the compiling.
-INNER: Any = njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+CALLED: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER = njit(cache=True, **CALLED)
 
 
 class Net(NamedTuple):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
+import random
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +18,7 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
-from impactlab.metrics.collisions import agreements, collisions, sentence
+from impactlab.metrics.collisions import Periods, agreements, collisions, sentence
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine import contact_times
@@ -26,6 +28,22 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.sweeps import quantities
 from impactlab.testing.scenes import in_a_row
 from tests.cases.support import case_of
+
+
+def test_impulses_of_periods_that_reach_into_a_time() -> None:
+    """Periods that only meet it at an end do not reach into it."""
+    draw = random.Random(3)
+    for _ in range(300):
+        edges = sorted(draw.sample(range(14), 2 * draw.randint(0, 5)))
+        starts, ends = edges[::2], [*map(float, edges[1::2])]
+        if ends and draw.random() < 0.3:
+            ends[-1] = math.inf
+        impulses = [draw.randint(1, 9) for _ in starts]
+        periods = Periods(np.array(starts, float), np.array(ends), np.cumsum([0.0, *impulses]))
+        start = draw.randint(-2, 26) / 2
+        end = start + draw.choice([0.5, 1, 3])
+        reached = (each for each, a, b in zip(impulses, starts, ends, strict=True) if a < end and b > start)
+        assert periods.given_in(start, end) == sum(reached)
 
 
 def test_a_body_between_two_others_has_no_restitution_while_both_press() -> None:
