@@ -11,24 +11,21 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan
+from impactlab.metrics.third_bodies import Others, pull
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
-MAX_SHARE = 0.05  # of the impulse of a collision, given by others: a restitution changes by up to twice as much
 MAX_PAIRS = 6  # of bodies whose counts by several methods are texts of their own: a row of beads has many
 MAX_SAMPLES = 64  # of a gap in each opening
 MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
-PULL_SAMPLES = 4000  # of the force of a link, whose impulse is summed
-PUSH_SAMPLES = 1001  # of an end force in a collision
 MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
 
 
@@ -65,7 +62,7 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
     found = []
     channels = frozenset(history.channels())  # once: a chain has thousands
     given = {name: _given(scene, history, name, channels) for name in scene.bodies}
-    periods = cache(partial(_periods, history))  # once: a pair may collide thousands of times
+    others = Others(scene, history)  # once: a pair may collide thousands of times
     between: dict[tuple[str, str], list[str]] = {}
     for contact in scene.contacts:
         between.setdefault((contact.left.body, contact.right.body), []).append(contact.name)
@@ -76,12 +73,12 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
         until = -math.inf
         for span in spans:
             if group and span.start - until > longest:
-                found.append(_collision(scene, history, given, periods, pair, group))
+                found.append(_collision(scene, history, given, others, pair, group))
                 group = []
             group.append(span)
             until = max(until, span.until(math.inf))
         if group:
-            found.append(_collision(scene, history, given, periods, pair, group))
+            found.append(_collision(scene, history, given, others, pair, group))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
@@ -121,7 +118,7 @@ def _collision(
     scene: Scene,
     history: AbstractHistory,
     given_to: Mapping[str, Given],
-    periods: Callable[[str], Periods],
+    others: Others,
     pair: tuple[str, str],
     spans: list[ContactSpan],
 ) -> Collision:
@@ -138,14 +135,14 @@ def _collision(
     leaves = _difference([_speed(scene, history, name, until, given_to[name]) for name in (other, striker)], sign)
     lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     why = "they are still in contact at the end of the run" if closed else None
-    why = why or _others_part(scene, history, periods, pair, (start, until), sum(span.impulse for span in spans))
+    why = why or others.part_in(pair, (start, until), sum(span.impulse for span in spans))
     if why is None and (approach is None or leaves is None):
         why = f"the speed of '{striker if speeds[0] is None else other}' is not known at that time"
     if why is None and approach is not None and leaves is not None:
         rounding = MIN_APPROACH * max(scene.fastest, abs(leaves))
         # A third body that still drives the other one into the striker makes the approach: its speed is of an instant.
         driven = abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
-        if driven and (third := _third_touched(scene, history, periods, other, pair, before, start)):
+        if driven and (third := others.touched(other, pair, before, start)):
             why = f"'{third}' drives '{other}' into '{striker}'"
         elif approach <= rounding:
             why = "their mean speeds do not approach each other"
@@ -170,80 +167,6 @@ def _collision(
         energy_given=given,
         no_restitution=why,
     )
-
-
-def _others_part(
-    scene: Scene,
-    history: AbstractHistory,
-    periods: Callable[[str], Periods],
-    pair: tuple[str, str],
-    times: tuple[float, float],
-    impulse: float,
-) -> str | None:
-    """Return in words which other body or force changes the speeds of two bodies in a time; None for none.
-
-    Parts of less than `MAX_SHARE` of the impulse of their collision [N s] do not count.
-    """
-    for name in pair:
-        body, least = scene.bodies[name], MAX_SHARE * abs(impulse)
-        if not body.moves:
-            continue
-        if third := _third_touched(scene, history, periods, name, pair, *times, least):
-            return f"'{name}' also touches '{third}' meanwhile"
-        pushed = sum(abs(end.force) for _, end in body.ends) * (times[1] - times[0])
-        for _, load in body.loads:
-            instants = np.linspace(*times, PUSH_SAMPLES)
-            pushed += float(np.mean(np.abs(load.at(instants)))) * (times[1] - times[0])
-        if pushed > least:
-            return f"an end force acts on '{name}' meanwhile"
-    return None
-
-
-class Periods(NamedTuple):
-    """Periods of one contact in order, shape (n,); they do not overlap."""
-
-    starts: Array  # s
-    ends: Array  # s; inf of one that is closed at the end of the run
-    given: Array  # (n + 1,) N s, sums of the sizes of the impulses before each
-
-    def given_in(self, start: float, end: float) -> float:
-        """Return the sum of the sizes of the impulses of the periods that reach into a time [N s]."""
-        first, last = np.searchsorted(self.ends, start, "right"), np.searchsorted(self.starts, end)
-        return float(self.given[last] - self.given[first]) if last > first else 0.0
-
-
-def _periods(history: AbstractHistory, contact: str) -> Periods:
-    spans = sorted(history.spans(contact), key=lambda span: span.start)
-    return Periods(
-        np.array([span.start for span in spans]),
-        np.array([span.until(math.inf) for span in spans]),
-        np.cumsum([0.0, *(abs(span.impulse) for span in spans)]),
-    )
-
-
-def _third_touched(
-    scene: Scene,
-    history: AbstractHistory,
-    periods: Callable[[str], Periods],
-    name: str,
-    pair: Sequence[str],
-    start: float,
-    end: float,
-    least: float = 0.0,
-) -> str | None:
-    """Return the third body that gives a body most of what others do in a time; None if all is no more than the least.
-
-    Impulses are sums of sizes [N s]. Of contacts that reach beyond the time, their whole impulse counts.
-    """
-    links, given = {link.name for link in history.links}, dict[str, float]()
-    for _, contact in scene.met_by(name):
-        bodies = contact.left.body, contact.right.body
-        if {*bodies} != {*pair}:
-            met = periods(contact.name).given_in(start, end)
-            if (contact.group or contact.name) in links:
-                met = abs(_pull(history, contact.name, end) - _pull(history, contact.name, start))
-            given[bodies[bodies[0] == name]] = given.get(bodies[bodies[0] == name], 0.0) + met
-    return max(given, key=lambda third: given[third]) if sum(given.values()) > least else None
 
 
 def _difference(values: Sequence[float | None], factor: float) -> float | None:
@@ -281,7 +204,7 @@ def mean_velocity(
     if not by_record and not (given.links and time >= history.duration and "momentum" in given.recorded):
         impulse = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
         impulse += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
-        impulse += sum(sign * _pull(history, link, time) for link, sign in given.links)
+        impulse += sum(sign * pull(history, link, time) for link, sign in given.links)
         return body.velocity + (float(given.impulses[begun]) + impulse) / mass
     # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
     if "velocity" in given.recorded and body.elastic is None and time < history.duration:
@@ -294,12 +217,6 @@ def mean_velocity(
 def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: Given) -> float | None:
     """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests except for its vibration."""
     return 0.0 if scene.bodies[name].is_held else mean_velocity(scene, history, name, time, given)
-
-
-def _pull(history: AbstractHistory, link: str, time: float) -> float:
-    """Return the impulse of the force of a link up to a time [N s]."""
-    middles = max(0.0, time) * (np.arange(PULL_SAMPLES) + 0.5) / PULL_SAMPLES
-    return float(np.mean(history.evaluate(middles, f"force:{link}"))) * max(0.0, time)
 
 
 def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) -> float | None:

@@ -18,7 +18,8 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
-from impactlab.metrics.collisions import Periods, agreements, collisions, sentence
+from impactlab.metrics.collisions import agreements, collisions, sentence
+from impactlab.metrics.third_bodies import Periods
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine import contact_times

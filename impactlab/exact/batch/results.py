@@ -25,7 +25,8 @@ from impactlab.exact.batch.writing import DENSITY, LENGTH, MASS, round_trip, vel
 from impactlab.exact.periods import CONTACT, IMPULSE, SPAN_COLUMNS, START, STOP, finish_span
 from impactlab.history.energy import LEAST_ENERGY
 from impactlab.history.noise_floor import EARLY, MIN_OPENING, MIN_SHARE
-from impactlab.metrics.collisions import MAX_SHARE, MIN_APPROACH
+from impactlab.metrics.collisions import MIN_APPROACH
+from impactlab.metrics.third_bodies import MAX_SHARE
 from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 

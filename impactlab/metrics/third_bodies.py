@@ -1,0 +1,92 @@
+"""Parts that other bodies, links and end forces have in the motion of two bodies while these collide."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory
+from impactlab.scene.problem import Scene
+from impactlab.types import Array
+
+MAX_SHARE = 0.05  # of the impulse of a collision, given by others: a restitution changes by up to twice as much
+PULL_SAMPLES = 4000  # of the force of a link, whose impulse is summed
+PUSH_SAMPLES = 1001  # of an end force in a collision
+
+
+class Periods(NamedTuple):
+    """Periods of one contact in order, shape (n,); they do not overlap."""
+
+    starts: Array  # s
+    ends: Array  # s; inf of one that is closed at the end of the run
+    given: Array  # (n + 1,) N s, sums of the sizes of the impulses before each
+
+    def given_in(self, start: float, end: float) -> float:
+        """Return the sum of the sizes of the impulses of the periods that reach into a time [N s]."""
+        first, last = np.searchsorted(self.ends, start, "right"), np.searchsorted(self.starts, end)
+        return float(self.given[last] - self.given[first]) if last > first else 0.0
+
+
+class Others:
+    """All that acts on bodies of a run beside the contacts of a pair."""
+
+    def __init__(self, scene: Scene, history: AbstractHistory) -> None:
+        self._scene, self._history = scene, history
+        self._links = {link.name for link in history.links}
+        self._known: dict[str, Periods] = {}  # by contact
+
+    def part_in(self, pair: tuple[str, str], times: tuple[float, float], impulse: float) -> str | None:
+        """Return in words which other body or force changes the speeds of two bodies in a time; None for none.
+
+        Parts of less than `MAX_SHARE` of the impulse of their collision [N s] do not count.
+        """
+        for name in pair:
+            body, least = self._scene.bodies[name], MAX_SHARE * abs(impulse)
+            if not body.moves:
+                continue
+            if third := self.touched(name, pair, *times, least):
+                return f"'{name}' also touches '{third}' meanwhile"
+            pushed = sum(abs(end.force) for _, end in body.ends) * (times[1] - times[0])
+            for _, load in body.loads:
+                instants = np.linspace(*times, PUSH_SAMPLES)
+                pushed += float(np.mean(np.abs(load.at(instants)))) * (times[1] - times[0])
+            if pushed > least:
+                return f"an end force acts on '{name}' meanwhile"
+        return None
+
+    def touched(self, name: str, pair: Sequence[str], start: float, end: float, least: float = 0.0) -> str | None:
+        """Return the third body that gives a body most of what others do in a time; None if all is at most the least.
+
+        Impulses are sums of sizes [N s]. Of contacts that reach beyond the time, their whole impulse counts.
+        """
+        given: dict[str, float] = {}
+        for _, contact in self._scene.met_by(name):
+            bodies = contact.left.body, contact.right.body
+            if {*bodies} == {*pair}:
+                continue
+            if (contact.group or contact.name) in self._links:
+                met = abs(pull(self._history, contact.name, end) - pull(self._history, contact.name, start))
+            else:
+                met = self._periods(contact.name).given_in(start, end)
+            third = bodies[bodies[0] == name]
+            given[third] = given.get(third, 0.0) + met
+        return max(given, key=lambda third: given[third]) if sum(given.values()) > least else None
+
+    def _periods(self, contact: str) -> Periods:
+        if contact not in self._known:
+            spans = sorted(self._history.spans(contact), key=lambda span: span.start)
+            self._known[contact] = Periods(
+                np.array([span.start for span in spans]),
+                np.array([span.until(math.inf) for span in spans]),
+                np.cumsum([0.0, *(abs(span.impulse) for span in spans)]),
+            )
+        return self._known[contact]
+
+
+def pull(history: AbstractHistory, link: str, time: float) -> float:
+    """Return the impulse of the force of a link up to a time [N s]."""
+    middles = max(0.0, time) * (np.arange(PULL_SAMPLES) + 0.5) / PULL_SAMPLES
+    return float(np.mean(history.evaluate(middles, f"force:{link}"))) * max(0.0, time)
