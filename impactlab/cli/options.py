@@ -103,16 +103,14 @@ def load(
 def _loaded(
     file: Path, sets: list[str] | None, method: str | None, variant: str | None, metrics: list[str] | None
 ) -> Case:
-    if sets:
-        settings = [edit.read_setting(setting) for setting in sets]
+    if sets or method or variant:  # values of the file that they replace are not checked
+        settings = [edit.read_setting(setting) for setting in sets or ()]
         loaded, tolerance = settings_of.load_with_settings(
             found(file), settings, variant=variant or "base", method=method or "base"
         )
         _tell_of_tolerance(tolerance, settings)
     else:
         loaded = casefile.load_case(found(file))
-        loaded = loaded if variant is None else loaded.variant(variant)
-        loaded = loaded if method is None else loaded.method(method)
     if metrics:
         loaded = loaded.with_settings([("metrics", [*loaded.checked.metrics, *metrics])], by="--metric")
     return loaded

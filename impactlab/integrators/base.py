@@ -119,11 +119,17 @@ class AbstractIntegrator(AbstractScheme):
     any_dt: ClassVar[bool] = False  # a step may be cut at an event
     load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle, 1 end
     velocity_point: ClassVar[float] = 1.0  # where in the step the velocities at its end belong: 1/2 for leapfrog
+    momentum_point: ClassVar[float | None] = None  # the same of the momentum that is measured; None: velocity_point
     jump_in_force: ClassVar[bool] = False  # F dt holds a closing jump; if not, hard position constraints gain energy
     projects_first: ClassVar[bool] = False  # a projection moves the predictor, not the end of the step
     kicks_then_drifts: ClassVar[bool] = False  # a free mass steps by v += dt F/m, F at the start, then u += dt v
     needs_diagonal_mass: ClassVar[bool] = False
     needs_modes: ClassVar[bool] = False  # mass and stiffness must be diagonal
+
+    @property
+    def momentum_early(self) -> float:
+        """By how much of a step the momentum after it, and so the impulses of its forces, belong before its end."""
+        return 1.0 - (self.velocity_point if self.momentum_point is None else self.momentum_point)
 
     def limit(self, system: Operators) -> float:
         """Return the largest stable step [s]; inf, as here, where every step is stable."""

@@ -34,11 +34,11 @@ def reported_impulse_error(traced: Trace) -> float:
     """Return the largest difference of reported impulses from those given, over the latter.
 
     Give a scene whose duration is a whole number of steps: contacts still closed are reported up to the end. Sums of
-    forces reach the instant of the last velocities, in a leapfrog half a step before the end; what the last force gives
-    from there on is added.
+    forces reach the instant of the last momentum, in a leapfrog half a step before the end, in generalised-alpha half a
+    step after it; what the last force gives from there to the end is added.
     """
     worst = 0.0
-    late = (1.0 - traced.integrator.velocity_point) * traced.dt
+    late = traced.integrator.momentum_early * traced.dt
     for number, (name, given) in enumerate(given_impulses(traced).items()):
         spans = [span for span in traced.history.contacts if span.contact == name]
         joined = traced.history.method.laws[name].two_sided

@@ -278,6 +278,19 @@ def test_faults_of_values_that_are_replaced_are_no_faults(replaced: str, options
     assert hammer == {"kind": "mass", "mass": 2.0, "velocity": 2.0 if "fast" in options else 1.0}
 
 
+@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize("options", [("--method", "soft"), ("--method", "soft", "--variant", "fast")])
+def test_faults_of_values_that_a_method_replaces_are_no_faults(
+    tmp_path: Path, command: str, options: tuple[str, ...]
+) -> None:
+    """Without ``--set`` the case as written was checked, and refused."""
+    file = tmp_path / "replaced.yaml"
+    file.write_text(REPLACED.replace("mass: -2.133", "mass: 2.133"), encoding="utf-8")
+    assert CliRunner().invoke(app, [command, str(file)]).exit_code == 2
+    answered = CliRunner().invoke(app, [command, str(file), "--json", *options])
+    assert answered.exit_code == 0, answered.output
+
+
 def test_faults_beside_replaced_values_are_refused_with_their_lines(replaced: str) -> None:
     answered = CliRunner().invoke(app, ["check", replaced, *MASS])
     assert answered.exit_code == 2

@@ -79,7 +79,8 @@ class RecordedHistory(AbstractRecordedHistory):
         if clock.step < self.assembly.steps:
             self.duration = min(self.duration, clock.time)
         self.dropped = clock.lost_in_maps, clock.n_maps
-        self.load_impulses = readout.load_impulses(self.assembly, self.assembly.clock.time - self.duration)
+        early = self._integrator.momentum_early * self.assembly.dt
+        self.load_impulses = readout.load_impulses(self.assembly, clock.time - self.duration, early)
 
     @cached_property
     def _channels(self) -> RecordedChannels:
@@ -248,12 +249,11 @@ class RecordedHistory(AbstractRecordedHistory):
 
     @property
     def _beyond(self) -> float:
-        """Time beyond the run for which forces have been summed [s]: up to the instant of the scheme's velocities.
+        """Time beyond the run for which forces have been summed [s]: up to the instant of the scheme's momentum.
 
-        In leapfrog that is half a step before the end of the last step.
+        In leapfrog that is half a step before the end of the last step, in generalised-alpha half a step after it.
         """
-        early = (1.0 - self._integrator.velocity_point) * self.assembly.dt
-        return self.assembly.clock.time - early - self.duration
+        return self.assembly.clock.time - self._integrator.momentum_early * self.assembly.dt - self.duration
 
     def _waves_of(self, body: str) -> DelayWaves | ChainWaves:
         if body not in self._delayed:

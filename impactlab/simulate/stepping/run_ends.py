@@ -216,10 +216,10 @@ def settled(
     for rate in rates:
         channel = recorded[rate.channel]
         times, values = channel.times, channel.values
-        if rate.sampled and rate.lag > 0.0:
+        if rate.sampled and rate.lag != 0.0:
             times = np.maximum(times - rate.lag, 0.0)
         if rate.at_start is not None:
-            times, values = np.maximum(times, 0.0), np.concatenate(([rate.at_start], values[1:]))
+            times, values = np.concatenate(([0.0], times[1:])), np.concatenate(([rate.at_start], values[1:]))
         if around is not None and rate.channel in missing:
             rows, kept = (around.sample if rate.sampled else around.record)[:, rate.column], times < duration - slack
             last = around.at(duration, rows, rate.lag)
@@ -278,12 +278,15 @@ def _rates(assembly: Assembly, integrator: AbstractIntegrator) -> Iterator[Rate]
             yield Rate(probe.channel, lag, layout.probe_column(probe), False, start)
     for number, (name, built) in enumerate(layout.built.items()):
         own = isinstance(built.model, AbstractSelfStepping)
-        lag, first, energy, momentum = 0.0 if own or not early else 0.5 * assembly.dt, SAMPLED + 3 * number, None, None
-        if known(name):
-            energy, momentum = _energy(built.system), float(built.model.momentum_row() @ built.system.velocity)
-        yield Rate(f"energy:{name}", lag, first, True, energy)
+        first, lags = SAMPLED + 3 * number, (0.0, 0.0)
+        if not own:
+            lags = (1.0 - integrator.velocity_point) * assembly.dt, integrator.momentum_early * assembly.dt
+        beside = lags[1] != 0.0 and built.system.phases is None
+        energy = _energy(built.system) if known(name) else None
+        momentum = float(built.model.momentum_row() @ built.system.velocity) if beside else None
+        yield Rate(f"energy:{name}", lags[0], first, True, energy)
         if not built.body.changes:
-            yield Rate(f"momentum:{name}", lag, first + 2, True, momentum)
+            yield Rate(f"momentum:{name}", lags[1], first + 2, True, momentum)
 
 
 def _energy(system: Operators) -> float:
