@@ -62,14 +62,17 @@ class BeamModes:
         The scene and its tolerance.
     seen : AbstractHistory, optional
         A run with too few modes, whose displacements say how many it takes.
+    magnified : float
+        By which the touches of that run magnify an error (`impactlab.refine.level_errors.magnified_by_touches`).
     """
 
-    def __init__(self, asked: Simulation, seen: AbstractHistory | None = None) -> None:
+    def __init__(self, asked: Simulation, seen: AbstractHistory | None = None, magnified: float = 1.0) -> None:
         self.asked, self.seen, self.beams = asked, seen, beams_of(asked.scene)
         self.shortest, self.places = shortest_time(asked), list(left_out.left_out(asked))
         self.missing = left_out.beside_contacts(self.places)
         if seen is not None:
             self.missing += left_out.beside_displacements(self.places, asked.scene, seen)
+        self.asked_for = [share.magnified(magnified) for share in self.missing]
         self.transit = min((0.5 * rod.round_trip for rod in rods_of(asked.scene)), default=math.inf)
         self.lossy = any(is_lossy(beam) for beam in self.beams)
         self.closed = all(has_closed_form(beam) for beam in self.beams)
@@ -81,7 +84,7 @@ class BeamModes:
         known = not any(math.isnan(times.tangent) for times in times_of(*asked).values())
         # All runs have the same modes, whose error is stated: they are found once, and a run that differs in its step
         # alone is set up in a tenth of the time. Where this would take too many modes, they grow with the steps.
-        least = MISSING_MARGIN * left_out.total(self.missing, self.most)
+        least = MISSING_MARGIN * left_out.total(self.asked_for, self.most)
         self.fixed = known and least <= MAX_UNSEEN_SHARE * self.tolerance
         self.coarsest = COARSEST_KNOWN if known else COARSEST_MODES
         self.always = self._wanted(COARSEST) if self.fixed else None
@@ -98,11 +101,12 @@ class BeamModes:
         fine = (max(self.enough, COARSEST) if self.fixed else n) / COARSEST
         few = self.coarsest * math.pow(fine, 2.0 / 3.0) if self.closed else FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
         if self.fixed:
-            return math.ceil(max([few, *(share.modes_for(_stated(share) * self.tolerance) for share in self.missing)]))
+            stated = (share.modes_for(_stated(share) * self.tolerance) for share in self.asked_for)
+            return math.ceil(max([few, *stated]))
         # As the steps that the tolerance is predicted to need grow finer or coarser, so do the modes.
         needed = [
             share.modes_for(MISSING_SHARE * self.tolerance) * math.pow(n / self.enough, 1.0 / min(share.power, 1.5))
-            for share in self.missing
+            for share in self.asked_for
         ]
         return math.ceil(max([few, *needed]))
 
@@ -159,9 +163,12 @@ class BeamModes:
             low, high = (middle, high) if self.wanted(middle) <= self.most else (low, middle)
         return low
 
+    def _with_more(self, seen: AbstractHistory, magnified: float) -> Description:
+        """Return the family with the modes that a run with too few asks for."""
+        return BeamModes(self.asked, seen, magnified).description()
+
     def description(self) -> Description:
         """Return the family."""
-        again = self.fixed and self.seen is None
         return Description(
             "modes under Newmark's method" if self.lossy else "modes under exact steps",
             UNIT,
@@ -175,7 +182,7 @@ class BeamModes:
             unseen=self.unseen,
             alike=self.fixed,
             alone=stated_alone(self.asked) / counted_share(self.asked) if self.fixed else math.inf,
-            otherwise=(lambda history: BeamModes(self.asked, history).description()) if again else None,
+            otherwise=self._with_more if self.fixed and self.seen is None else None,
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,
         )

@@ -82,6 +82,7 @@ class Study:
     wanted: int = 0  # fineness that the tolerance is predicted to need, where the next level is coarser
     falling: dict[int, float] = field(default_factory=dict)  # estimated errors by fineness, each when it was the finest
     reach: Reach | None = None  # None as long as nothing is known
+    magnified: float = 1.0  # by which touches magnify an error
     failures: int = 0  # levels that ended as failed
     order_share: float = MIN_ORDER_SHARE  # of the declared order, that the estimate from two levels assumed
     first: Level | None = None  # whose set-up serves those that differ in their step alone

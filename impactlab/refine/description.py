@@ -48,7 +48,8 @@ class Description:
     check_error: Callable[[int], float] = lambda _n: 0.0  # of `check`, at most
     # Error that runs of neighbouring fineness have in common, at most; by a run, where there is one.
     unseen: Callable[[int, AbstractHistory | None], float] = lambda _n, _history: 0.0
-    otherwise: Callable[[AbstractHistory], Description] | None = None  # in its place where a run shows that to be large
+    # In its place where a run, and how much its touches magnify an error, show that to be large.
+    otherwise: Callable[[AbstractHistory, float], Description] | None = None
     detail: Callable[[int], str] | None = None  # what else a fineness sets, for people
     finding: Callable[[int], float] = lambda _n: 0.0  # s, predicted, of modes of a mesh, which are found first
     alike: bool = False  # whether runs differ in their step alone, so that one set-up serves all

@@ -27,6 +27,10 @@ class Share(NamedTuple):
         """Return the error with so many modes."""
         return float(self.factor / modes**self.power)
 
+    def magnified(self, factor: float) -> Share:
+        """Return an error so many times as large."""
+        return Share(factor * self.factor, self.power)
+
     def modes_for(self, error: float) -> float:
         """Return the number of modes that leave an error."""
         return math.pow(self.factor / error, 1.0 / self.power)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.fronts import LEAST
@@ -46,6 +47,7 @@ PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly tha
 UNEVEN_SAFETY = 3.0  # of descriptions whose errors fall unevenly, as fronts fall elsewhere in an element in each run
 UNEVEN_MARGIN = 1.5  # on the distance of their runs from the finest: two runs that are wrong alike lie close together
 NOT_CONVERGING = "does not converge to the tolerance"
+MAX_UNMAGNIFIED = 10.0  # times its predicted error, up to which that of a run is not magnified by touches
 MAX_UNSEEN = 0.6  # of a tolerance, beside which the errors that runs show have no room
 UNSEEN = "the error that its runs have in common is too large"
 DONE = "done"  # of a study that needs no further level
@@ -101,9 +103,12 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     study.order_share = order_share(description, [level.history for level in levels], asked)
     errors, by_order = _extrapolated(levels, asked, description, study.order_share)
     least = _distance_to_check(study) if min(errors)[0] <= tolerance else 0.0
+    study.magnified = magnified_by_touches(description, finest, errors[-1][0])
+    unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
         level.worst = worst if error >= least else ""
-        level.error, level.reason = max(error, least) + description.unseen(level.fineness, finest.history), ""
+        unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
+        level.error, level.reason = max(error, least) + unseen_here, ""
         if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
             level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)
         elif not _resolves_contacts(level.history, asked):
@@ -112,7 +117,6 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
         elif level.error > tolerance:
             level.reason = f"expected error {level.error:.2g} beyond the tolerance"
     # By the declared order: one that has not shown yet may still do so, and a run too fine costs more.
-    unseen = description.unseen(finest.fineness, finest.history)
     left = max(tolerance - unseen, MIN_LEFT * tolerance)
     needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / left) ** (1.0 / description.order)
     if not math.isfinite(needed) or finest.error > errors[-1][0] + unseen:
@@ -136,6 +140,18 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
         study.next = promised = max(study.next, math.ceil(MIN_GROWTH * finest.fineness))
     study.next = min(description.whole(study.next), description.max_fineness)
     study.closed = _why_closed(study, met, promised, unseen > MAX_UNSEEN * tolerance)
+
+
+def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
+    """Return by how much touches magnify an error: that by the steps of a run, over the predicted one.
+
+    After several touches a beam has moved otherwise by much more than it did after the first. Modes that all runs leave
+    out start a difference as steps do, and two runs with the same modes do not show it.
+    """
+    touches = Counter(span.contact for span in finest.history.contacts)
+    if not description.alike or not math.isfinite(error) or max(touches.values(), default=0) < 2:
+        return 1.0
+    return max(1.0, error / (MAX_UNMAGNIFIED * description.error(finest.fineness)))
 
 
 def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> str:

@@ -92,7 +92,7 @@ def _best_run(
         if not _succeeds(study, asked, failed, progress):
             continue
         if study.closed == UNSEEN and study.description.otherwise is not None:
-            other = study.description.otherwise(study.levels[-1].history)
+            other = study.description.otherwise(study.levels[-1].history, study.magnified)
             studies += [begun(other, tolerance)] if other.alike else []
         best = best_of(study, best, tolerance)  # a finer run may have lowered the errors of coarser ones
     return best
