@@ -35,14 +35,15 @@ def test_the_flexibility_left_out_bounds_the_error_of_a_displacement(x, modes):
     """A soft contact feels nothing of it, and the displacement of the beam does."""
     asked = pressed(x, 4e6)
     few, many = (driver.run(*asked.but(models={"beam": Modal(modes=count)})) for count in (modes, 12 * modes))
-    shares = left_out.beside_displacements(asked, few)
+    places = list(left_out.left_out(asked))
+    shares = left_out.beside_displacements(places, asked.scene, few)
     stated = left_out.total(shares, modes)
     t = midpoints(few.duration, 400)
     values = [run.evaluate(t, f"displacement:beam@{x}") for run in (few, many)]
     error = np.linalg.norm(values[0] - values[1]) / np.linalg.norm(values[1])
     assert error <= 1.5 * stated
     assert stated <= 6.0 * error
-    assert left_out.total(left_out.beside_contacts(asked), modes) < error  # less than what happens
+    assert left_out.total(left_out.beside_contacts(places), modes) < error  # less than what happens
     assert sum(share.power == 1.0 for share in shares) == 1
     only_sheared = max(shares, key=lambda share: share.at(modes))
     assert only_sheared.modes_for(only_sheared.at(modes)) == pytest.approx(modes)
@@ -51,4 +52,4 @@ def test_the_flexibility_left_out_bounds_the_error_of_a_displacement(x, modes):
 def test_a_body_that_no_force_meets_leaves_nothing_out():
     asked = pressed(0.25, 4e6)
     away = asked.but(bodies={**asked.scene.bodies, "ball": Mass("ball", 0.1, -0.1)}, models={"beam": Modal(modes=20)})
-    assert left_out.beside_displacements(away, driver.run(*away)) == []
+    assert left_out.beside_displacements(list(left_out.left_out(away)), away.scene, driver.run(*away)) == []

@@ -79,8 +79,6 @@ class RecordedHistory(AbstractRecordedHistory):
         if clock.step < self.assembly.steps:
             self.duration = min(self.duration, clock.time)
         self.dropped = clock.lost_in_maps, clock.n_maps
-        early = self._integrator.momentum_early * self.assembly.dt
-        self.load_impulses = readout.load_impulses(self.assembly, clock.time - self.duration, early)
 
     @cached_property
     def _channels(self) -> RecordedChannels:
@@ -107,8 +105,13 @@ class RecordedHistory(AbstractRecordedHistory):
         """Velocities, momenta and energies at both ends of the run, where the records lie beside them."""
         return run_ends.settled(self.assembly, self._integrator, self._raw, self.duration, self.recorded)
 
+    @cached_property
+    def load_impulses(self) -> Mapping[str, float]:  # type: ignore[override]
+        """Impulses of loads over time in the run [N s], by body."""
+        return self._settled.load_impulses
+
     def energy_ends(self) -> EnergyEnds:
-        found, (_, early, end, start) = super().energy_ends(), self._settled
+        found, (_, early, end, start, _) = super().energy_ends(), self._settled
         if end is not None:
             final, work = end[1] + end[SAMPLED::3].sum(), end[SAMPLED + 1 :: 3].sum() - start[SAMPLED + 1 :: 3].sum()
             booked = {name: float(lost) for name, lost in zip(BOOKED, end[2:SAMPLED], strict=True)}
@@ -155,7 +158,7 @@ class RecordedHistory(AbstractRecordedHistory):
         return readout.memories(self.assembly)
 
     def __getstate__(self) -> dict[str, Any]:
-        _ = self._joined_impulses, self._memories, self._ends, self._settled
+        _ = self._joined_impulses, self._memories, self._ends, self.load_impulses
         return super().__getstate__() | {"recorded": dict(self.recorded)}
 
     def snapshots(self) -> Array:

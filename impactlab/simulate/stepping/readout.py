@@ -11,7 +11,6 @@ from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, T
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.types import MEMORY, Array
 
-MIDDLE = 0.5  # of a step
 left_of, right_of = attrgetter("left"), attrgetter("right")
 
 
@@ -63,16 +62,13 @@ def impulses(assembly: Assembly) -> list[float]:
     return found
 
 
-def load_impulses(assembly: Assembly, beyond: float = 0.0, early: float = 0.0) -> dict[str, float]:
-    """Return the impulses of loads so far [N s], by body, without the last ``beyond`` [s].
-
-    Those that do not act in the middle of a step have been summed up to ``early`` [s] before its end.
-    """
+def load_impulses(assembly: Assembly) -> dict[str, float]:
+    """Return the impulses of loads as the steps so far have taken them [N s], by body."""
     found: dict[str, float] = {}
     names = [*assembly.layout.built]
     for load in assembly.loads:
         name = names[load.body]
-        found[name] = found.get(name, 0.0) + load.impulse - (beyond - (load.point != MIDDLE) * early) * load.force
+        found[name] = found.get(name, 0.0) + load.impulse
     return found
 
 

@@ -29,6 +29,7 @@ from impactlab.simulate.stepping.loop import DONE, advance_dated
 from impactlab.simulate.stepping.recorded_channels import lag_of
 from impactlab.types import Array
 
+MIDDLE = 0.5  # of a step
 ON_STEP = 1e-9  # of a step: a run that ends this close to the end of a step ends there
 OUT_OF_REACH = 1e3  # of the lengths of a scene, by which faces that are apart stay apart after the end of the run
 ROOM = 8  # records and samples of the steps after the end: the loop wants some to spare
@@ -43,6 +44,7 @@ class Around(NamedTuple):
     dt: float  # s
     record: Array  # (2, n_columns)
     sample: Array  # (2, n_sampled)
+    impulses: Array  # (2, n_loads) N s, of loads over time so far
 
     def at(self, time: float, rows: Array, early: float) -> Array:
         """Return values at a time [s] from rows that belong to instants ``early`` [s] before the end of their steps."""
@@ -114,10 +116,11 @@ def around_end(assembly: Assembly, touches: Touches) -> Around | None:
         return None
     clock, memory = assembly.clock, assembly.memory
     record, sample = other.memory.record[:steps], other.memory.sample[:steps]
+    impulses = np.array([[load.impulse - before * load.force for load in other.loads] for before in (dt, 0.0)])
     if late:
-        return Around(clock.time + dt, dt, record, sample)
+        return Around(clock.time + dt, dt, record, sample, impulses)
     last = memory.record[clock.n_records - 1], memory.sample[clock.n_samples - 1]
-    return Around(clock.time, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)))
+    return Around(clock.time, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)), impulses)
 
 
 def _copied(assembly: Assembly) -> Assembly:
@@ -189,6 +192,7 @@ class Settled(NamedTuple):
     early: Early | None  # None where the first sample is that of t = 0
     end: Array | None  # sample at the end of the run; None where it lies between two samples of the run
     start: Array  # first sample
+    load_impulses: dict[str, float]  # N s, of loads over time in the run, by body
 
 
 def settled(
@@ -210,7 +214,8 @@ def settled(
     """
     touches, rates = last_touches(assembly, integrator, raw, duration), list(_rates(assembly, integrator))
     slack = ON_STEP * assembly.dt
-    missing = {rate.channel for rate in rates if touches.kicked or duration > assembly.clock.time - rate.lag + slack}
+    beyond = assembly.clock.time + slack  # of values at the ends of steps
+    missing = {rate.channel for rate in rates if touches.kicked or rate.lag != 0.0 or duration > beyond}
     around = around_end(assembly, touches) if missing else None
     found: dict[str, Channel] = {}
     for rate in rates:
@@ -229,7 +234,29 @@ def settled(
     early = integrator.velocity_point < 1.0
     lag = 0.5 * assembly.dt if early else 0.0
     end = None if around is None else around.at(duration, around.sample, lag)
-    return Settled(found, _before_start(assembly) if early else None, end, assembly.memory.sample[0].copy())
+    start, given = assembly.memory.sample[0].copy(), _load_impulses(assembly, integrator, duration, around)
+    return Settled(found, _before_start(assembly) if early else None, end, start, given)
+
+
+def _load_impulses(
+    assembly: Assembly, integrator: AbstractIntegrator, duration: float, around: Around | None
+) -> dict[str, float]:
+    """Return the impulses of loads over time between both ends of a run [N s], by body.
+
+    As the momentum that they give, those that do not act in the middle of a step are summed from instants beside the
+    start to instants beside the ends of steps.
+    """
+    found: dict[str, float] = {}
+    names, clock, whole = [*assembly.layout.built], assembly.clock, integrator.momentum_early * assembly.dt
+    for number, load in enumerate(assembly.loads):
+        name, early = names[load.body], whole if load.point != MIDDLE else 0.0
+        if around is not None and early != 0.0:
+            given = float(around.at(duration, around.impulses[:, number], early))
+        else:
+            given = load.impulse + (duration - clock.time + early) * load.force
+        at_start = float(assembly.memory.load_forces[load.table_start]) if early != 0.0 else 0.0
+        found[name] = found.get(name, 0.0) + given - early * at_start
+    return found
 
 
 def _before_start(assembly: Assembly) -> Early:
