@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from impactlab.contact.base import AbstractContactLaw
@@ -73,6 +73,8 @@ class Plan:
     integrator: AbstractIntegrator | None
     warnings: tuple[Warned, ...]
     march: adaptive.March | None = None  # of an adaptive run
+    # Contact forces at t = 0 [N] by number of the contact, of schemes whose forces act at an instant.
+    pressed: Mapping[int, float] = field(default_factory=dict)
 
 
 def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> float:
@@ -255,7 +257,8 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
     warnings += [*probe_warnings.warnings(scene, built), *load_warnings.warnings(scene, dt)]
     warnings += sawtooth.warnings(scene, acting, integrator, built, dt)
-    return Plan(scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings))
+    known = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
+    return Plan(*known, pressed=pressed)
 
 
 def _started(

@@ -217,7 +217,18 @@ class RecordedHistory(AbstractRecordedHistory):
         """Impulses of the links by name [N s]."""
         solved = zip(self.assembly.layout.solved, self.assembly.contacts, strict=True)
         joined = ((self.scene.contacts[number].name, record) for number, record in solved if record.joined)
-        return {name: record.total - self._beyond * record.force for name, record in joined}
+        numbers = {self.scene.contacts[number].name: number for number in self.assembly.layout.solved}
+        return {
+            name: record.total - self._beyond * record.force - self._before_start(numbers[name])
+            for name, record in joined
+        }
+
+    def _before_start(self, number: int) -> float:
+        """Return the impulse that the steps count of a contact before t = 0 [N s], as of faces pressed together.
+
+        In leapfrog that is half a step of the force at t = 0; generalised-alpha lacks as much.
+        """
+        return self._integrator.momentum_early * self.assembly.dt * self.assembly.layout.plan.pressed.get(number, 0.0)
 
     def _peak_at_end(self, number: int, start: float, last: float, peak: float) -> float:
         """Return the peak [N] of a contact from ``start`` [s] that goes on at the end of the run.
@@ -316,6 +327,7 @@ class RecordedHistory(AbstractRecordedHistory):
         events: list[Event] = []
         spans: list[ContactSpan] = []
         started: dict[int, float] = {}
+        early = {number: self._before_start(number) for number in assembly.layout.plan.pressed}
         kicks: dict[int, list[tuple[float, float]]] = {}
         for time, number, kind, impulse, span_impulse, peak in self._raw:
             name = contacts[number].name
@@ -329,7 +341,8 @@ class RecordedHistory(AbstractRecordedHistory):
                 started[number] = time
             else:
                 events.append(Event(time, name, "open"))
-                spans.append(ContactSpan(name, started.pop(number, 0.0), time, span_impulse, peak))
+                since_start = span_impulse - early.pop(number, 0.0)
+                spans.append(ContactSpan(name, started.pop(number, 0.0), time, since_start, peak))
         for number, time in started.items():
             name, (impulse, force, peak) = contacts[number].name, readout.span_of(assembly, number)
             if not assembly.acting.laws[name].hard:  # a force that may jump is known as means over steps alone
@@ -337,7 +350,8 @@ class RecordedHistory(AbstractRecordedHistory):
             place = assembly.layout.places[number]
             if self._integrator.velocity_point < 1.0 and place < len(assembly.contacts):
                 force *= not run_ends.struck(assembly, place)  # a jump is given at once, not over a step
-            spans.append(ContactSpan(name, time, None, impulse - self._beyond * force, peak))
+            since_start = impulse - self._beyond * force - early.pop(number, 0.0)
+            spans.append(ContactSpan(name, time, None, since_start, peak))
         for number, given in kicks.items():
             name = contacts[number].name
             if not assembly.acting.laws[name].answers_force:
