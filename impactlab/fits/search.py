@@ -60,7 +60,7 @@ def search(problem: Problem, chosen: Options) -> Any:
     if problem.has_shifts:
         starts += triggers(problem, kept[0].x, TRIGGERS)
     found = polished(problem, _best(solved(problem, each, tolerance=COARSE) for each in starts).x)
-    found = woken(problem, found)
+    found = moved_to_effect(problem, found)
     for _ in range(RESCALED if len(problem.signals) > 1 and chosen.noise != "std" else 0):
         problem.weigh(found.x)
         found = polished(problem, found.x)
@@ -128,7 +128,7 @@ def polished(problem: Problem, start: Array, loss: Any = "linear", scale: float 
     return found
 
 
-def woken(problem: Problem, found: Any) -> Any:
+def moved_to_effect(problem: Problem, found: Any) -> Any:
     """Return the best of a solution and those from places at which a parameter without effect there has one.
 
     A yield force above the largest force, or a play that is never used up, has no derivative that leads away.
@@ -136,15 +136,15 @@ def woken(problem: Problem, found: Any) -> Any:
     low, high = problem.bounds()
     best = found
     for number in range(len(problem.parameters)):
-        asleep = np.linalg.norm(found.jac[:, number]) <= MIN_COLUMN * np.linalg.norm(found.jac, axis=0).max()
-        if not asleep or not np.isfinite(high[number] - low[number]):
+        without_effect = np.linalg.norm(found.jac[:, number]) <= MIN_COLUMN * np.linalg.norm(found.jac, axis=0).max()
+        if not without_effect or not np.isfinite(high[number] - low[number]):
             continue
         places = np.repeat(np.asarray(found.x)[None], PLACES, axis=0)
         places[:, number] = np.linspace(low[number], high[number], PLACES + 2)[1:-1]
         left = [problem.residuals(place) for place in places]
-        awake = [n for n, each in enumerate(left) if not np.array_equal(each, found.fun)]
-        awake.sort(key=lambda n: float(left[n] @ left[n]))
-        best = _best([best, *(solved(problem, places[n], tolerance=COARSE) for n in awake[:KEPT])])
+        with_effect = [n for n, each in enumerate(left) if not np.array_equal(each, found.fun)]
+        with_effect.sort(key=lambda n: float(left[n] @ left[n]))
+        best = _best([best, *(solved(problem, places[n], tolerance=COARSE) for n in with_effect[:KEPT])])
     return polished(problem, best.x) if best.cost < found.cost * (1.0 - NEAR) else found
 
 

@@ -143,10 +143,10 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
 
 
 def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
-    """Return by how much touches magnify an error: that by the steps of a run, over the predicted one.
+    """Return the factor by which touches magnify an error: that by the steps of a run, over the predicted one.
 
-    After several touches a beam has moved otherwise by much more than it did after the first. Modes that all runs leave
-    out start a difference as steps do, and two runs with the same modes do not show it.
+    A difference between two runs of a beam grows with each touch, whether steps or modes left out began it. Two runs
+    with the same modes show only that by the steps.
     """
     touches = Counter(span.contact for span in finest.history.contacts)
     if not description.alike or not math.isfinite(error) or max(touches.values(), default=0) < 2:

@@ -177,7 +177,7 @@ class Rate(NamedTuple):
 
 
 class Early(NamedTuple):
-    """What the samples of leapfrog count from half a step before t = 0 [J]."""
+    """Energy at t = 0, and shares of half a step before it in the samples of leapfrog [J]."""
 
     initial: float  # energy of bodies and contacts at t = 0
     work: float  # of loads before t = 0
@@ -186,7 +186,7 @@ class Early(NamedTuple):
 
 
 class Settled(NamedTuple):
-    """Channels with their values at both ends of the run, and what the summary takes from the samples there."""
+    """Channels with their values at both ends of the run, samples there, and impulses of loads between them."""
 
     channels: dict[str, Channel]  # those that differ from the records
     early: Early | None  # None where the first sample is that of t = 0
@@ -260,7 +260,7 @@ def _load_impulses(
 
 
 def _before_start(assembly: Assembly) -> Early:
-    """Return what the samples count from half a step before t = 0."""
+    """Return the energy at t = 0 and the shares of half a step before it in the samples."""
     first, half = assembly.memory.sample[0], 0.5 * assembly.dt
     initial, work, ends, damping = float(first[1]), 0.0, 0.0, 0.0
     for number, built in enumerate(assembly.layout.built.values()):
