@@ -1,7 +1,7 @@
 """Numbers with a unit, as texts: ``210 GPa``, ``0.3 m``, ``58 us``.
 
 One strict pattern stands before pint, which would read "0,3 m" as 0 m and hang on "9**9**9"; pint itself only ever
-sees a unit made of known letters, and is imported only when a case holds such a text.
+sees a unit made of known letters, and is imported only for one that is not among the usual ones.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from decimal import Decimal
 from functools import cache
 from typing import Any
 
+from impactlab.casefile.usual_units import usual_factor
 from impactlab.casefile.words import shown
 
 MAX_LENGTH = 64  # characters
@@ -102,6 +103,8 @@ def _pint_text(unit: str) -> str:
 @cache
 def _factor(given: str, wanted: str) -> float | str:
     """Return the factor from one unit to the other, or a text that gives the reason why it cannot be found."""
+    if (usual := usual_factor(given, wanted)) is not None:
+        return usual
     units = _units()
     from pint.errors import DimensionalityError, PintError
 

@@ -7,10 +7,13 @@ import subprocess
 import sys
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import impactlab as il
-from impactlab.casefile import units
+from impactlab.casefile import units, usual_units
 from impactlab.casefile.units import to_si
+from impactlab.casefile.usual_units import usual_factor
 
 
 @pytest.mark.parametrize(
@@ -94,12 +97,54 @@ def test_reasons():
         to_si("1e308 km", "m")
 
 
-def test_pint_is_imported_only_for_a_text_with_a_unit():
+def test_pint_is_imported_only_for_a_unit_that_is_not_usual():
     code = (
-        "import sys; from impactlab import load_case; load_case('cases/axial_impact.yaml'); "
-        "assert 'pint' not in sys.modules; load_case('cases/free_rod.yaml'); assert 'pint' in sys.modules"
+        "import sys; from impactlab import load_case; from impactlab.casefile.units import to_si; "
+        "load_case('cases/free_rod.yaml'); assert 'pint' not in sys.modules; "
+        "to_si('1 inch', 'm'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+BASE = ("kg", "m", "s", "rad", "Hz")  # of the powers of a usual unit
+
+
+def by_pint(given: str, wanted: str) -> float:
+    """Return the factor that pint gives between two units."""
+    return float(units._units().Quantity(1.0, given).to(wanted).magnitude)
+
+
+@pytest.mark.parametrize("name", usual_units._UNITS)
+def test_usual_units_are_those_of_pint(name):
+    powers = zip(BASE, usual_units._UNITS[name].powers, strict=True)
+    wanted = "*".join(f"{base}**{power}" for base, power in powers if power)
+    assert usual_factor(name, wanted) == pytest.approx(by_pint(name, wanted), rel=1e-15)
+
+
+TERMS = st.lists(
+    st.tuples(st.sampled_from([*usual_units._UNITS]), st.sampled_from((1, 2, 3, -1, 1.5, 2.5)), st.sampled_from("*/")),
+    min_size=1,
+    max_size=4,
+)
+
+
+@given(TERMS)
+def test_products_of_usual_units_are_those_of_pint(terms):
+    """Each term against the same one without prefix, so that both texts have one dimension."""
+    plain = {"g": "kg", "t": "kg", "min": "s", "deg": "rad"}
+    texts = {"given": "", "wanted": ""}
+    for name, power, sign in terms:
+        of = next(each for each in sorted(usual_units._NAMED, key=len, reverse=True) if name.endswith(each))
+        for text, unit in (("given", name), ("wanted", plain.get(of, of))):
+            texts[text] += (sign if texts[text] else "") + unit + (f"**{power:g}" if power != 1 else "")
+    assert usual_factor(**texts) == pytest.approx(by_pint(**texts), rel=4e-15)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"), [("m", "s"), ("1/s", "rad/s"), ("Hz", "1/s"), ("rpm", "Hz"), ("ton", "kg"), ("", "m")]
+)
+def test_what_the_table_does_not_settle_is_left_to_pint(one, other):
+    assert usual_factor(one, other) is None
 
 
 @pytest.mark.parametrize(
