@@ -22,7 +22,7 @@ from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS, all_finite
 from impactlab.scene.problem import Contact
-from impactlab.simulate import beam_warnings, mechanism_warnings, probe_warnings
+from impactlab.simulate import approximate_modes, beam_warnings, mechanism_warnings, probe_warnings
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.mesh_rounding import NOTHING, rounded
 from impactlab.simulate.pairing import energy_bound
@@ -66,6 +66,7 @@ def add_warnings(history: AbstractHistory) -> None:
             found.append(Warned("chatter", text))
     found += noted_by_laws(history)
     found += [*mechanism_warnings.warnings(history), *probe_warnings.after(history)]
+    found += approximate_modes.warnings(history)
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
     found += without_touch(history, meeting)
     gain = gain_of(history)
