@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, final
@@ -162,17 +163,21 @@ class RecordedHistory(AbstractRecordedHistory):
         return super().__getstate__() | {"recorded": dict(self.recorded)}
 
     def snapshots(self) -> Array:
-        taken = self.assembly.clock.n_snapshots
+        taken = bisect_left(self.assembly.shown[0], self.assembly.clock.n_snapshots)
         if self._times.size != taken:
-            self._times = np.array([snapshot.time for snapshot in self.assembly.snapshots[:taken]])
+            self._times = np.array(self.scene.field_times[:taken])
         return self._times
 
     def motion(self, number: int, body: str, velocities: bool) -> Array:
-        snapshot, states = self.assembly.snapshots[number], self.assembly.memory.snapshot_state[number]
+        of_displacements, place = (
+            numbers[number] for numbers in (self.assembly.shown[0], self.assembly.shown[velocities])
+        )
+        place = place if place < self.assembly.clock.n_snapshots else of_displacements  # of a run that ended early
+        snapshot, states = self.assembly.snapshots[place], self.assembly.memory.snapshot_state[place]
         length = snapshot.after - snapshot.before
         # Leapfrog velocities belong to the middle of their step.
         late = (1.0 - self._integrator.velocity_point) * length if velocities else 0.0
-        share = (snapshot.time - snapshot.before + late) / length if length > 0.0 else 1.0
+        share = (self.scene.field_times[number] - snapshot.before + late) / length if length > 0.0 else 1.0
         one, other = (self.assembly.layout.state_of(body, state, velocities) for state in states)
         phased = [name for name, each in self.built.items() if each.system.phases is not None]
         if body not in phased:
