@@ -36,6 +36,8 @@ from impactlab.types import Array, Level
 
 RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
 LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
+# The same of a run of so many steps, of which its second half lost that share or more: a loss that goes on with the run.
+SLOW_LOSS_WARN, LONG_RUN, STEADY = 0.02, 100_000, 0.25
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
 STIFFER_LINK = "Give a stiffer or shorter link, or several that are clamped to each other."
@@ -81,6 +83,8 @@ def add_warnings(history: AbstractHistory) -> None:
             "reply does not count it as `dissipated`"
         )
         found.append(Warned("energy_loss", text))
+    elif beyond(history, loss, SLOW_LOSS_WARN):
+        found += slow_loss(history, loss)
     found += [*dropped_in_maps(history), *overstrained(history)]
     if scene.round_trip > 0.0:
         for contact in meeting:
@@ -88,6 +92,19 @@ def add_warnings(history: AbstractHistory) -> None:
             if (text_or_none := graze(history, contact.name, scene.round_trip, history.dt or 0.0)) is not None:
                 found.append(Warned("near_grazing", text_or_none))
     history.warnings.extend(found)
+
+
+def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]:
+    """Give a warning of a ``loss``, a share of the reference energy, that goes on through a run of many steps."""
+    steps, balance = history.duration / (history.dt or history.duration), history.energy.balance
+    late = float(balance[balance.size // 2] - balance[-1])
+    if steps >= LONG_RUN and late > STEADY * loss * reference_energy(history):
+        text = (
+            f"{100 * loss:.2g} % of the reference energy was lost over {steps:.2g} steps without a formula, by the "
+            "numerical damping of the scheme; more will be in a longer run. Give a smaller step, or integrator midpoint "
+            "or newmark"
+        )
+        yield Warned("energy_loss", text)
 
 
 def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
