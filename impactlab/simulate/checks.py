@@ -36,7 +36,7 @@ from impactlab.types import Array, Level
 
 RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
 LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
-# The same of a run of so many steps, of which its second half lost that share or more: a loss that goes on with the run.
+# The same of a run of so many steps, of which its second half lost that share or more: it goes on with the run.
 SLOW_LOSS_WARN, LONG_RUN, STEADY = 0.02, 100_000, 0.25
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
@@ -101,7 +101,7 @@ def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]
     if steps >= LONG_RUN and late > STEADY * loss * reference_energy(history):
         text = (
             f"{100 * loss:.2g} % of the reference energy was lost over {steps:.2g} steps without a formula, by the "
-            "numerical damping of the scheme; more will be in a longer run. Give a smaller step, or integrator midpoint "
+            "numerical damping of the scheme, and a longer run loses more. Give a smaller step, or integrator midpoint "
             "or newmark"
         )
         yield Warned("energy_loss", text)
