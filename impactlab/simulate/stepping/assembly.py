@@ -157,7 +157,7 @@ class Assembly:
         for snapshot, time in zip(self.snapshots, times, strict=True):
             snapshot.time = time
         (self.clock,), clock = records(ClockRecord, 1)
-        self.clock.timed, self.clock.steps = self.dt, self.steps
+        self.clock.timed, self.clock.steps, self.clock.ends = self.dt, self.steps, scene.duration
         self.clock.changes = int(any(stepper.columns is not None for stepper in layout.steppers.values()))
         self.clock.bead_columns = layout.first_probe - layout.first_bead_force
         located = self.method.events == "located"
