@@ -26,7 +26,7 @@ def test_a_front_that_the_noise_hides_is_warned_of(noise: float, offset: str | f
     )
     history = il.run(case)
     width = 1.05 * history.duration / SAMPLES
-    times: Array = (np.arange(SAMPLES) + 0.5) * width
+    times = np.asarray((np.arange(SAMPLES) + 0.5) * width, dtype=float)
     clean: Array = Means(history, CHANNEL).over(il.Signal(CHANNEL, times, 0.0 * times).edges, 2.0 * width)
     values: Array = clean + noise * FRONT * np.random.default_rng(5).standard_normal(SAMPLES)
     found = il.fit(
