@@ -42,10 +42,11 @@ class ReducedMesh(Coordinates):
         Of the coordinates, mass-normalised, rigid motion first.
     frequencies : (n,)
         rad/s; exactly zero for rigid motions.
+    uncoupled : bool
     """
 
     def __init__(self, mesh: AbstractMesh, shapes: Array, uncoupled: bool) -> None:
-        self.mesh = mesh
+        self.mesh, self.uncoupled = mesh, uncoupled
         rigid = mesh.rigid.shape[1]
         if not uncoupled:
             shapes = self._uncoupled(shapes)
@@ -64,6 +65,20 @@ class ReducedMesh(Coordinates):
             mass, stiffness = (unit.T @ products(matrix, unit) for matrix in (mesh.mass, mesh.stiffness))
             _, turned = eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
             return with_rigid_motions(mesh, upright(unit @ turned))
+
+    def iterated(self) -> tuple[Array, Array]:
+        """Return shapes (n_mesh_dof, n) after a step of inverse iteration on the mesh, and frequencies (n,) [rad/s].
+
+        Eigenvectors of the mesh stay as they are, and so do rigid motions. Quotients y K y / y M y of the new shapes
+        lie between the frequencies here and those of the mesh.
+        """
+        shapes, frequencies = self.shapes.copy(), self.frequencies.copy()
+        for number in np.flatnonzero(frequencies):
+            pressed = multiply(self.mesh.mass, shapes[:, number]) * frequencies[number] ** 2
+            shape = self.mesh.static(pressed)
+            frequencies[number] = np.sqrt(shape @ pressed / (shape @ multiply(self.mesh.mass, shape)))
+            shapes[:, number] = shape
+        return shapes, frequencies
 
     def row(self, x: float, quantity: Quantity) -> Array:
         return np.asarray(self.mesh.row(x, quantity) @ self.shapes)

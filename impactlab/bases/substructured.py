@@ -36,6 +36,7 @@ class Substructured(AbstractBasis):
 
     citations = ("WuHaug1990", "CraigBampton1968")
     static_exact = True
+    finer = "more `others`, and as many more modes for each piece"
     examples = ({}, {"pieces": 3, "others": 0})
 
     pieces: int = option(4, at_least=2, at_most=1000, description="pieces the rod is cut into, of equal elements")

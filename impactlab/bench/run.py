@@ -14,6 +14,7 @@ from impactlab.bench import table, worker
 from impactlab.bench.cells import Cell, Job, cells
 from impactlab.bench.environment import described, environment
 from impactlab.bench.grid import Family
+from impactlab.bench.places import places_of, row_of
 from impactlab.bench.references import lose
 from impactlab.bench.rows import VERSION, ended
 from impactlab.bench.store import Store, opened
@@ -45,18 +46,21 @@ class Bench(NamedTuple):
     records: Records
     times: Records
     new: int  # rows that this bench ran; the others were known
+    places: table.Places  # of the faults of rows without a result
 
     @property
     def document(self) -> dict[str, Any]:
         """The document of ``bench --json``."""
-        return table.document(self.suite, self.cells, self.records, self.times)
+        return table.document(self.suite, self.cells, self.records, self.times, self.places)
 
     @property
     def first_reason(self) -> str:
         """Why the first row without a result has none; empty if all have one."""
-        summaries = (self.records[cell.key]["summary"] for cell in self.cells)
-        texts = (str((summary.get("error") or {}).get("text") or "") for summary in summaries)
-        return next((text for text in texts if text), "")
+        for cell in self.cells:
+            error = self.records[cell.key]["summary"].get("error") or {}
+            if error.get("text"):
+                return ": ".join(filter(None, (str(self.places.get(row_of(cell), "")), error["path"], error["text"])))
+        return ""
 
     @property
     def counts(self) -> Counter[str]:
@@ -117,7 +121,7 @@ def bench(
         store.write_json("references.json", table.references(found, records), sort_keys=True)
         store.write_json("environment.json", described())
         store.write("table.csv", table.as_csv(table.rows(found, records, times)))
-    return Bench(suite, found, records, times, len(missing))
+    return Bench(suite, found, records, times, len(missing), places_of(files, found, records))
 
 
 def _kept(store: Store, key: str, options: Options) -> dict[str, Any] | None:

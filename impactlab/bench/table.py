@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from impactlab.bench.cells import Cell
+from impactlab.bench.places import Place, row_of
 from impactlab.bench.schema import BASE, columns
 from impactlab.report.summary import has_numbers
 
@@ -15,6 +16,7 @@ COST = ("steps", "unknowns", "rhs_evaluations", "factorisations")
 
 
 Records = Mapping[str, Mapping[str, Any]]  # by key of the row
+Places = Mapping[tuple[str, str, str, int], Place]  # by case, variant, method and level
 
 
 def _recorded(cells: Iterable[Cell], records: Records) -> list[Cell]:
@@ -47,12 +49,19 @@ def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
     return str(frame.to_csv(index=False, lineterminator="\n"))
 
 
-def document(suite: str, cells: Iterable[Cell], records: Records, times: Records) -> dict[str, Any]:
-    """Return the document of ``bench --json``: each row with the summary that ``run --json`` prints."""
+def document(
+    suite: str, cells: Iterable[Cell], records: Records, times: Records, places: Places | None = None
+) -> dict[str, Any]:
+    """Return the document of ``bench --json``: each row with the summary that ``run --json`` prints.
+
+    ``places`` are those of the faults of rows without a result.
+    """
     listed = []
     for cell in _recorded(cells, records):
         label = cell.case if cell.variant == BASE else f"{cell.case}/{cell.variant}"
         summary = {**records[cell.key]["summary"], "case": label}
+        if summary.get("error") and places and (place := places.get(row_of(cell))):
+            summary["error"] = summary["error"] | place._asdict()
         listed.append({**cell._asdict(), "times": times.get(cell.key), "summary": summary})
     return {"schema_version": 1, "suite": suite, "rows": listed}
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from impactlab import api
 from impactlab.casefile import Case
@@ -19,6 +18,7 @@ from impactlab.measurement.inputs import warn
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact
+from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.types import Array
 
 POINTS = 20_000  # instants of the force-penetration loop of a run without steps
@@ -122,17 +122,33 @@ def loop_of(history: AbstractHistory, rock: Contact, law: AbstractContactLaw) ->
     """Return force, penetration and work at the rock at the instants of a run.
 
     Force and work of a bilinear law follow from the penetration, which every scheme gives at the end of a step; of any
-    other law the force is that of the run, and the work its integral.
+    other law the force is that of the run, and the work its integral over the penetration.
     """
     steps = POINTS if history.dt is None else round(history.duration / history.dt)
     time = np.linspace(0.0, history.duration, steps + 1)
     if history.dt is None:  # the deepest point may be a kink between two instants
-        time = np.unique([*time, *(change.time for change in history.changes if change.contact == rock.name)])
+        changes = [change.time for change in history.changes if change.contact == rock.name]
+        time = np.unique(np.concatenate((time, changes, history.jumps(f"force:{rock.name}"))))
     penetration = -history.evaluate(time, f"gap:{rock.name}")
     if isinstance(law, Bilinear):
         return Loop(time, penetration, *law.along(penetration))
     force = history.evaluate(time, f"force:{rock.name}")
-    return Loop(time, penetration, force, cumulative_trapezoid(force, penetration, initial=0.0))
+    return Loop(time, penetration, force, _work(history, rock, time))
+
+
+def _work(history: AbstractHistory, rock: Contact, time: Array) -> Array:
+    """Return the work [J] of the force on the rock up to some times, also of one that jumps.
+
+    The force of a step acts over an interval that a run records; the mean over any other is that in its middle.
+    """
+    force, gap = f"force:{rock.name}", f"gap:{rock.name}"
+    kept = history.recorded[force] if isinstance(history, AbstractRecordedHistory) else None
+    if kept is not None and kept.stepped:
+        ends, means = np.minimum(kept.times, history.duration), kept.values[1:]
+    else:
+        ends, means = time, history.evaluate(0.5 * (time[1:] + time[:-1]), force)
+    done = np.cumsum(-means * np.diff(history.evaluate(ends, gap)))
+    return np.interp(time, ends, np.concatenate(([0.0], done)))
 
 
 def _warn_if_too_short(loop: Loop, drill: Drill, left: float) -> None:

@@ -9,9 +9,12 @@ changes in a step by -(m - f) (b dt^2 [a] M [a] + f m [y] K [y]), where [x] is t
 changes of v and u by their means; M (a - w) = (m - f) K y turns the rest into differences.) With damping,
 M (a - w) = (m - f) (K y + C z), where z follows from v as y does from u, and the dashpots take
 [u] C ((v + v_new)/2 + f (m - f) [z]). It may fall below zero in a step that is long beside the decay of a mode, whose
-velocity the scheme then overshoots. With the contact in
-the accelerations the momentum that a force has still to give is M (dt (1 - am - gamma) a + dt af w): together with M v
-it changes in a step by dt M w, for a w that holds the force.
+velocity the scheme then overshoots. In a damped body a contact force F beside the accelerations shifts them at once, by
+-M^-1 C M^-1 F dt: that adds to the term with a M a, and the bodies or their dampers gain it in the next steps. It
+matters where modes decay within a step.
+
+With the contact in the accelerations the momentum that a force has still to give is M (dt (1 - am - gamma) a +
+dt af w): together with M v it changes in a step by dt M w, for a w that holds the force.
 """
 
 from __future__ import annotations

@@ -111,6 +111,11 @@ class ModalBody(AbstractDiscreteModel):
     def momentum_row(self) -> Array:
         return self._uniform
 
+    @property
+    def approximate(self) -> ReducedMesh | None:
+        """The mesh in shapes that need not be its eigenvectors; None where the modes are eigenvectors."""
+        return self._basis if isinstance(self._basis, ReducedMesh) and not self._basis.uncoupled else None
+
     @cached_property
     def _uniform(self) -> Array:
         row = self._basis.project_uniform()

@@ -22,7 +22,7 @@ from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS, all_finite
 from impactlab.scene.problem import Contact
-from impactlab.simulate import beam_warnings, mechanism_warnings, probe_warnings
+from impactlab.simulate import approximate_modes, beam_warnings, mechanism_warnings, probe_warnings
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.mesh_rounding import NOTHING, rounded
 from impactlab.simulate.pairing import energy_bound
@@ -36,6 +36,8 @@ from impactlab.types import Array, Level
 
 RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
 LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
+# The same of a run of so many steps, of which its second half lost that share or more: it goes on with the run.
+SLOW_LOSS_WARN, LONG_RUN, STEADY = 0.02, 100_000, 0.25
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
 STIFFER_LINK = "Give a stiffer or shorter link, or several that are clamped to each other."
@@ -66,6 +68,7 @@ def add_warnings(history: AbstractHistory) -> None:
             found.append(Warned("chatter", text))
     found += noted_by_laws(history)
     found += [*mechanism_warnings.warnings(history), *probe_warnings.after(history)]
+    found += approximate_modes.warnings(history)
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
     found += without_touch(history, meeting)
     gain = gain_of(history)
@@ -80,6 +83,8 @@ def add_warnings(history: AbstractHistory) -> None:
             "reply does not count it as `dissipated`"
         )
         found.append(Warned("energy_loss", text))
+    elif beyond(history, loss, SLOW_LOSS_WARN):
+        found += slow_loss(history, loss)
     found += [*dropped_in_maps(history), *overstrained(history)]
     if scene.round_trip > 0.0:
         for contact in meeting:
@@ -87,6 +92,19 @@ def add_warnings(history: AbstractHistory) -> None:
             if (text_or_none := graze(history, contact.name, scene.round_trip, history.dt or 0.0)) is not None:
                 found.append(Warned("near_grazing", text_or_none))
     history.warnings.extend(found)
+
+
+def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]:
+    """Give a warning of a ``loss``, a share of the reference energy, that goes on through a run of many steps."""
+    steps, balance = history.duration / (history.dt or history.duration), history.energy.balance
+    late = float(balance[balance.size // 2] - balance[-1])
+    if steps >= LONG_RUN and late > STEADY * loss * reference_energy(history):
+        text = (
+            f"{100 * loss:.2g} % of the reference energy was lost over {steps:.2g} steps without a formula, by the "
+            "numerical damping of the scheme, and a longer run loses more. Give a smaller step, or integrator midpoint "
+            "or newmark"
+        )
+        yield Warned("energy_loss", text)
 
 
 def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:

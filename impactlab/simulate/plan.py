@@ -244,8 +244,9 @@ def _prepared(scene: Scene, method: Method) -> Plan:
         steppers = prepare_steppers(scene, built, integrator, dt, impulses=impulses)
     unknowns = {name: body.system.load.size for name, body in built.items()}
     state = sum(stepper.state.size for stepper in steppers.values())
-    check_fields(scene, state, unknowns)
-    scene = with_room(scene, state)
+    shown = state if integrator.velocity_point == 1.0 else 2 * state  # velocities have snapshots of their own
+    check_fields(scene, shown, unknowns)
+    scene = with_room(scene, shown)
     acting, starts = _started(scene, method, built, steppers, integrator, dt)
     warnings += [*check_messengers(scene, built, starts), *check_step_of_face(scene, method, built, steppers, starts)]
     pushes = pushes_of(scene, built, starts)

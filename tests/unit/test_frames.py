@@ -134,7 +134,8 @@ def test_wrong_snapshots_are_named(snapshots: Any, text: str) -> None:
 
 
 def test_of_too_many_frames_as_many_are_kept_as_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("IMPACTLAB_MEMORY", "1.2e6")  # a tenth for frames of 82 numbers, twice each
+    # A tenth for frames of 82 numbers, twice each for displacements and twice for velocities of leapfrog.
+    monkeypatch.setenv("IMPACTLAB_MEMORY", "2.4e6")
     case = struck(DESCRIBED["leapfrog"]).with_("solve.records", 100)
     times = il.run(case, frames=240).field_times("rod")
     assert times is not None

@@ -32,6 +32,12 @@ class Hard:
     two_sided: ClassVar[bool] = False
 
 
+class Link(Hard):
+    """Stands for a law of a link, which pulls as well."""
+
+    two_sided: ClassVar[bool] = True
+
+
 class Kicks(Hard):
     """Stands for a law that answers by impulses."""
 
@@ -186,6 +192,13 @@ def test_a_norm_whose_reference_is_zero_is_none() -> None:
         metrics.event_times,
     ):
         assert metric(history(), nothing, scene().scene) is None
+
+
+def test_the_impulse_of_a_link_that_pushes_and_pulls_is_compared_with_both() -> None:
+    # The force is 1 N for 2 s of 6 s; its impulse would be 0.001 N s with a pull after it, and an error of 0.004 N s
+    # beside that sum 400 %.
+    one, other = (history(contacts=(ContactSpan(PAIR, 0.0, None, given, 1.0),), law=Link()) for given in (0.005, 0.001))
+    assert metrics.impulse(one, other, scene().scene) == pytest.approx(0.004 / 2.0, rel=1e-3)
 
 
 def test_the_impulse_is_the_total_of_a_pair() -> None:

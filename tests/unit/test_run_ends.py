@@ -177,10 +177,10 @@ def test_values_at_the_end_change_nothing_in_the_run_and_survive_a_copy():
 
 
 def test_runs_that_need_no_velocity_at_the_end_take_no_further_step(monkeypatch):
-    from impactlab.simulate.stepping import run_ends
+    from impactlab.simulate.stepping import beyond_end
 
     taken = []
-    monkeypatch.setattr(run_ends, "advance_dated", lambda *given: taken.append(given))
+    monkeypatch.setattr(beyond_end, "advance_dated", lambda *given: taken.append(given))
     history = falling(1e-3)
     history.evaluate(np.linspace(0.0, 0.1, 11), "gap:mass|wall")
     assert not taken
@@ -214,3 +214,59 @@ def test_the_impulse_of_faces_that_are_pressed_together_at_the_start_counts_from
     found, reference = (il.run(case.with_("solve.integrator", {"kind": kind})) for kind in (scheme, "newmark"))
     assert momentum_error(found, found, found.scene) < 1e-12
     assert found.contacts[0].impulse == pytest.approx(reference.contacts[0].impulse, rel=2e-3)
+
+
+def struck(law, integrator, end, gap, events="dated"):
+    """Return a mass on a clamped bar, with steps of 1 us."""
+    explicit, modes = integrator == "central_difference", integrator == "exact_modal"
+    mesh = {"kind": "finite_element", "elements": 10} | ({"mass": "lumped"} if explicit else {})
+    return il.run(
+        il.Case(
+            bodies={
+                "hammer": il.Mass(0.5, velocity=1.0),
+                "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
+            },
+            contacts=[il.Contact("hammer", "rod.left", law, gap=gap)],
+            solve={
+                "duration": end,
+                "model": {"kind": "modal", "modes": 8} if modes else mesh,
+                "integrator": {"kind": integrator},
+                "step": {"dt": 1e-6},
+                "events": events,
+            },
+        )
+    )
+
+
+@pytest.mark.parametrize("integrator", ["exact_modal", "midpoint"])
+@pytest.mark.parametrize("law", [{"kind": "impulse_momentum", "restitution": 0.8}, {"kind": "addition_deletion"}])
+def test_a_run_with_located_events_ends_with_the_velocity_after_its_last_touch(integrator, law):
+    # It was on a line across the touch at 3.4 us, to the end of a step that reached beyond the run.
+    found = [struck(law, integrator, end, 3.4e-6, "located") for end in (3.42e-6, 3.9e-6)]
+    for history in found:
+        assert final(history)["velocity:hammer"] < 0.95
+        given = sum(span.impulse for span in history.contacts)
+        assert final(history)["velocity:hammer"] == pytest.approx(1.0 - given / 0.5, abs=1e-12)
+        assert history.energy.largest_gain < 1e-6
+    early, late = (final(history)["velocity:hammer"] for history in found)
+    assert late == pytest.approx(early, abs=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("law", "integrator", "end", "gap"),
+    [
+        ({"kind": "addition_deletion"}, "newmark", 7.3e-6, 0.5e-6),
+        ({"kind": "addition_deletion"}, "newmark", 4.5e-6, 3.4e-6),
+        ({"kind": "impulse_momentum", "restitution": 0.8}, "newmark", 20.5e-6, 0.5e-6),
+        ({"kind": "impulse_momentum", "restitution": 0.8}, "moreau_jean", 22.5e-6, 0.5e-6),
+        ({"kind": "addition_deletion"}, "central_difference", 18e-6, 3.4e-6),
+        ({"kind": "velocity_complementarity", "restitution": 0.5}, "central_difference", 14e-6, 0.5e-6),
+        ({"kind": "velocity_complementarity"}, "newmark", 4.5e-6, 3.4e-6),
+        ({"kind": "penalty", "stiffness": 2e9}, "central_difference", 46e-6, 0.0),
+        ({"kind": "penalty", "stiffness": 2e9}, "generalised_alpha", 6.3e-6, 0.0),
+    ],
+)
+def test_impulses_up_to_the_end_are_those_of_the_momentum_there(law, integrator, end, gap):
+    history = struck(law, integrator, end, gap)
+    given = history.impulse_of("hammer|rod.left")
+    assert history.at_end("momentum:hammer") == pytest.approx(0.5 - given, abs=1e-9)

@@ -212,6 +212,7 @@ class ClockRecord(ctypes.Structure):
     time: float
     step: int
     steps: int  # of the whole run
+    ends: float  # s, the end of the last step, where steps may be cut
     n_records: int
     n_samples: int
     n_events: int

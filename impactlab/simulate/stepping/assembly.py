@@ -152,11 +152,12 @@ class Assembly:
     def _results(self, size: int) -> dict[str, Any]:
         """Return the clock and the arrays that a run writes; ``size`` is that of the state."""
         scene, layout, per_run = self.scene, self.layout, self.steps // self.stride
-        self.snapshots, snapshots = records(SnapshotRecord, len(scene.field_times))
-        for snapshot, time in zip(self.snapshots, scene.field_times, strict=True):
+        times = self._shown_at()
+        self.snapshots, snapshots = records(SnapshotRecord, len(times))
+        for snapshot, time in zip(self.snapshots, times, strict=True):
             snapshot.time = time
         (self.clock,), clock = records(ClockRecord, 1)
-        self.clock.timed, self.clock.steps = self.dt, self.steps
+        self.clock.timed, self.clock.steps, self.clock.ends = self.dt, self.steps, scene.duration
         self.clock.changes = int(any(stepper.columns is not None for stepper in layout.steppers.values()))
         self.clock.bead_columns = layout.first_probe - layout.first_bead_force
         located = self.method.events == "located"
@@ -170,6 +171,24 @@ class Assembly:
             "sample": np.zeros((samples, SAMPLED + 3 * len(layout.built))),
             "snapshot_state": np.zeros((len(snapshots), 2, size)),
         }  # fmt: skip
+
+    def _shown_at(self) -> tuple[float, ...]:
+        """Return the times of snapshots, rising [s], and note which serve each field: of displacements, of velocities.
+
+        Leapfrog keeps the velocities of the middle of each step. Those on both sides of an instant are at the ends of
+        the step that holds the instant half a step later, if the run has it.
+        """
+        times, early = self.scene.field_times, (1.0 - self.integrator.velocity_point) * self.dt
+        numbers = tuple(range(len(times)))
+        self.shown = numbers, numbers
+        if early == 0.0 or not times:
+            return times
+        later = [time + early for time in times if time + early <= self.steps * self.dt]
+        order = np.argsort([*times, *later], kind="stable")
+        places = np.argsort(order).tolist()
+        own, velocities = places[: len(times)], places[len(times) :]
+        self.shown = tuple(own), (*velocities, *own[len(velocities) :])
+        return tuple(np.array([*times, *later])[order].tolist())
 
     def _pairs(self, coordinates: BothPhases) -> dict[str, Any]:
         """Return which contacts act on each other, and the room to solve them together."""

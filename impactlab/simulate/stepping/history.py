@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, final
@@ -111,7 +112,7 @@ class RecordedHistory(AbstractRecordedHistory):
         return self._settled.load_impulses
 
     def energy_ends(self) -> EnergyEnds:
-        found, (_, early, end, start, _) = super().energy_ends(), self._settled
+        found, (_, early, end, start, *_) = super().energy_ends(), self._settled
         if end is not None:
             final, work = end[1] + end[SAMPLED::3].sum(), end[SAMPLED + 1 :: 3].sum() - start[SAMPLED + 1 :: 3].sum()
             booked = {name: float(lost) for name, lost in zip(BOOKED, end[2:SAMPLED], strict=True)}
@@ -162,17 +163,21 @@ class RecordedHistory(AbstractRecordedHistory):
         return super().__getstate__() | {"recorded": dict(self.recorded)}
 
     def snapshots(self) -> Array:
-        taken = self.assembly.clock.n_snapshots
+        taken = bisect_left(self.assembly.shown[0], self.assembly.clock.n_snapshots)
         if self._times.size != taken:
-            self._times = np.array([snapshot.time for snapshot in self.assembly.snapshots[:taken]])
+            self._times = np.array(self.scene.field_times[:taken])
         return self._times
 
     def motion(self, number: int, body: str, velocities: bool) -> Array:
-        snapshot, states = self.assembly.snapshots[number], self.assembly.memory.snapshot_state[number]
+        of_displacements, place = (
+            numbers[number] for numbers in (self.assembly.shown[0], self.assembly.shown[velocities])
+        )
+        place = place if place < self.assembly.clock.n_snapshots else of_displacements  # of a run that ended early
+        snapshot, states = self.assembly.snapshots[place], self.assembly.memory.snapshot_state[place]
         length = snapshot.after - snapshot.before
         # Leapfrog velocities belong to the middle of their step.
         late = (1.0 - self._integrator.velocity_point) * length if velocities else 0.0
-        share = (snapshot.time - snapshot.before + late) / length if length > 0.0 else 1.0
+        share = (self.scene.field_times[number] - snapshot.before + late) / length if length > 0.0 else 1.0
         one, other = (self.assembly.layout.state_of(body, state, velocities) for state in states)
         phased = [name for name, each in self.built.items() if each.system.phases is not None]
         if body not in phased:
@@ -215,13 +220,23 @@ class RecordedHistory(AbstractRecordedHistory):
     @cached_property
     def _joined_impulses(self) -> dict[str, float]:
         """Impulses of the links by name [N s]."""
-        solved = zip(self.assembly.layout.solved, self.assembly.contacts, strict=True)
-        joined = ((self.scene.contacts[number].name, record) for number, record in solved if record.joined)
-        numbers = {self.scene.contacts[number].name: number for number in self.assembly.layout.solved}
+        solved = enumerate(zip(self.assembly.layout.solved, self.assembly.contacts, strict=True))
         return {
-            name: record.total - self._beyond * record.force - self._before_start(numbers[name])
-            for name, record in joined
+            self.scene.contacts[number].name: self._up_to_end(place, record.total, record.force)
+            - self._before_start(number)
+            for place, (number, record) in solved
+            if record.joined
         }
+
+    def _up_to_end(self, place: int, given: float, force: float) -> float:
+        """Return the impulse [N s] of a contact up to the end of the run, as the momenta there.
+
+        All steps together have ``given`` it, the last one with a ``force`` [N].
+        """
+        around, early = self._settled.around, self._integrator.momentum_early * self.assembly.dt
+        if around is None or place >= len(self.assembly.contacts):
+            return given - (self.assembly.clock.time - early - self.duration) * force
+        return around.impulse(self.duration, place, given, early)
 
     def _before_start(self, number: int) -> float:
         """Return the impulse that the steps count of a contact before t = 0 [N s], as of faces pressed together.
@@ -260,14 +275,6 @@ class RecordedHistory(AbstractRecordedHistory):
     def _last_bead_gaps(self) -> Array:
         """Gaps of the contacts of rows of beads in the last two records [m], (n_bead_contacts, 2)."""
         return readout.bead_gaps(self.assembly, self._channels.record[-2:])
-
-    @property
-    def _beyond(self) -> float:
-        """Time beyond the run for which forces have been summed [s]: up to the instant of the scheme's momentum.
-
-        In leapfrog that is half a step before the end of the last step, in generalised-alpha half a step after it.
-        """
-        return self.assembly.clock.time - self._integrator.momentum_early * self.assembly.dt - self.duration
 
     def _waves_of(self, body: str) -> DelayWaves | ChainWaves:
         if body not in self._delayed:
@@ -347,10 +354,7 @@ class RecordedHistory(AbstractRecordedHistory):
             name, (impulse, force, peak) = contacts[number].name, readout.span_of(assembly, number)
             if not assembly.acting.laws[name].hard:  # a force that may jump is known as means over steps alone
                 peak = self._peak_at_end(number, time, force, peak)
-            place = assembly.layout.places[number]
-            if self._integrator.velocity_point < 1.0 and place < len(assembly.contacts):
-                force *= not run_ends.struck(assembly, place)  # a jump is given at once, not over a step
-            since_start = impulse - self._beyond * force - early.pop(number, 0.0)
+            since_start = self._up_to_end(assembly.layout.places[number], impulse, force) - early.pop(number, 0.0)
             spans.append(ContactSpan(name, time, None, since_start, peak))
         for number, given in kicks.items():
             name = contacts[number].name

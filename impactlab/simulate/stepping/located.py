@@ -107,13 +107,13 @@ def first_event(m: StepArrays, time: float, h: float, searched: bool) -> tuple[f
 
 
 @PART
-def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
-    """Take one nominal step, cut at every event found inside it; False where a law failed."""
+def located_step(m: StepArrays, dt: float, whole: float, step_end: float) -> bool:
+    """Take one step of a length ``whole``, cut at every event found inside it; False where a law failed."""
     clock = m.clock[0]
     cuts = 0
     while True:
         time = clock.time
-        h = dt if cuts == 0 else step_end - time
+        h = whole if cuts == 0 else step_end - time
         begin_step(m, step_end)
         for i in range(m.state.size):
             m.backup[i] = m.state[i]
@@ -165,7 +165,10 @@ def advance_located(m: StepArrays, dt: float, last_step: int, stride: int, sampl
             return RECORDS_FULL
         if clock.n_events + 3 * (MAX_CUTS + 2) * len(m.contacts) >= len(m.events):
             return EVENTS_FULL
-        if not located_step(m, dt, (clock.step + 1) * dt):
+        end, whole = (clock.step + 1) * dt, dt
+        if end - clock.ends > MERGE_TOL * dt and clock.ends - clock.time > MERGE_TOL * dt:  # it ends with the run
+            end, whole = clock.ends, clock.ends - clock.time
+        if not located_step(m, dt, whole, end):
             return LAW_FAILED
         clock.step += 1
         if clock.step % stride == 0 or clock.step == clock.steps:

@@ -3,167 +3,30 @@
 Leapfrog keeps the velocities of the middle of each step, and free ends of delay lines their means over it: the last
 ones lie half a step before the end. Where a step with a kick reaches beyond the end of the run, a line from its start
 to its end passes through a mixture of both sides. In these runs the loop goes on for a step or two in arrays of its
-own, when a value is first asked for, and values at the end lie on the line through two instants that no kick separates.
+own, when a value is first asked for, and values at the end lie on the line through two instants that no kick separates
+(`beyond_end`). Where events are located, the last step ends with the run.
 """
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.base import Operators
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.banded import multiply
-from impactlab.numerics.raised import keep_raised
 from impactlab.simulate.channels import Channel
-from impactlab.simulate.stepping import event_times
-from impactlab.simulate.stepping.arrays import SAMPLED, StepArrays
+from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.beyond_end import ON_STEP, Around, Raw, around_end, last_touches, row_of
 from impactlab.simulate.stepping.layout import PER_CONTACT
-from impactlab.simulate.stepping.loop import DONE, advance_dated
 from impactlab.simulate.stepping.recorded_channels import lag_of
 from impactlab.types import Array
 
 MIDDLE = 0.5  # of a step
-ON_STEP = 1e-9  # of a step: a run that ends this close to the end of a step ends there
-OUT_OF_REACH = 1e3  # of the lengths of a scene, by which faces that are apart stay apart after the end of the run
-ROOM = 8  # records and samples of the steps after the end: the loop wants some to spare
-
-Raw = Sequence[tuple[float, int, int, float, float, float]]  # events: time, contact of the scene, kind, ...
-
-
-class Around(NamedTuple):
-    """Two records and samples, a step apart, between which there is no kick: see `StepArrays`."""
-
-    time: float  # s, end of the step of the first
-    dt: float  # s
-    record: Array  # (2, n_columns)
-    sample: Array  # (2, n_sampled)
-    impulses: Array  # (2, n_loads) N s, of loads over time so far
-
-    def at(self, time: float, rows: Array, early: float) -> Array:
-        """Return values at a time [s] from rows that belong to instants ``early`` [s] before the end of their steps."""
-        share = (time - (self.time - early)) / self.dt
-        return np.asarray(rows[0] + share * (rows[1] - rows[0]))
-
-
-class Touches(NamedTuple):
-    """Contacts that change velocities at once in the last step, by their places in the loop."""
-
-    kicked: bool  # whether any do
-    late: frozenset[int]  # those that touch after the end of the run: the last step holds their forces
-
-
-def struck(assembly: Assembly, place: int) -> bool:
-    """Return whether a hard contact in leapfrog acts since the last step alone, whose force holds its closing jump."""
-    contact = assembly.contacts[place]
-    given = contact.force * assembly.dt + contact.impulse
-    hard = assembly.acting.laws[assembly.layout.contacts[place].name].hard
-    return hard and contact.force != 0.0 and contact.span_impulse == given
-
-
-def last_touches(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float) -> Touches:
-    """Return the touches and kicks in the last step of a run that ends inside it."""
-    clock, layout, dt = assembly.clock, assembly.layout, assembly.dt
-    if assembly.method.events == "located":
-        return Touches(False, frozenset())
-    kicked, late = False, set[int]()
-    if duration < clock.time - ON_STEP * dt:
-        kicked = any(contact.impulse != 0.0 for contact in assembly.contacts)
-        for time, number, kind, *_ in reversed(raw):
-            if time < clock.time - 3.0 * dt:  # events of one step are not in order
-                break
-            place = layout.places[number]
-            touches_late = kind == event_times.CLOSE and time > duration and place < len(layout.solved)
-            if touches_late and assembly.acting.laws[layout.contacts[place].name].hard:
-                late.add(place)
-    if integrator.velocity_point < 1.0:
-        kicked = kicked or any(struck(assembly, place) for place in range(len(assembly.contacts)))
-    return Touches(kicked or bool(late), frozenset(late))
-
-
-def around_end(assembly: Assembly, touches: Touches) -> Around | None:
-    """Return the records around the end of a run; None where the loop does not go on from there.
-
-    Faces that are apart at the end stay apart: their touch comes after it.
-    """
-    if assembly.clock.step != assembly.steps or assembly.method.events == "located":
-        return None
-    late = touches.late
-    if late and (len(assembly.memory.pushes) or len(assembly.memory.phases)):
-        return None
-    other, dt = _copied(assembly), assembly.dt
-    for place in late:
-        _take_back(other, place)
-    reach = OUT_OF_REACH * max(1.0, *(body.length for body in assembly.scene.bodies.values()))
-    for place, (contact, port) in enumerate(zip(other.contacts, other.ports, strict=True)):
-        given = contact.force != 0.0 or contact.impulse != 0.0
-        if contact.joined or (place not in late and (port.in_contact > 0.0 or given)):
-            continue
-        left, right = other.faces[2 * place], other.faces[2 * place + 1]
-        hard = assembly.acting.laws[assembly.layout.contacts[place].name].hard
-        if hard or contact.initial_gap + right.u - left.u + port.offset >= 0.0:
-            contact.initial_gap += reach
-    steps = 2 if late else 1
-    with keep_raised(other.fail_all) as raised:
-        status = advance_dated(other.memory, dt, assembly.steps + steps, 1, 1)
-    if status != DONE or raised.first is not None:
-        return None
-    clock, memory = assembly.clock, assembly.memory
-    record, sample = other.memory.record[:steps], other.memory.sample[:steps]
-    impulses = np.array([[load.impulse - before * load.force for load in other.loads] for before in (dt, 0.0)])
-    if late:
-        return Around(clock.time + dt, dt, record, sample, impulses)
-    last = memory.record[clock.n_records - 1], memory.sample[clock.n_samples - 1]
-    return Around(clock.time, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)), impulses)
-
-
-def _copied(assembly: Assembly) -> Assembly:
-    """Return an assembly that goes on where another one ended, without touching its arrays."""
-    memory = assembly.memory
-    room: dict[str, Any] = {name: np.zeros((ROOM, getattr(memory, name).shape[1])) for name in ("record", "sample")}
-    if COMPILED:
-        other = assembly.again(state=memory.state.copy(), **room)
-    else:
-        other = copy.copy(assembly)
-        kept = memory._replace(**room, snapshots=memory.snapshots, snapshot_state=np.zeros((0, 2, 0)))
-        other.memory = copy.deepcopy(kept)
-        other.contacts, other.ports, other.faces = other.memory.contacts, other.memory.ports, other.memory.faces
-        other.replies, other.events, other.loads = other.memory.replies, other.memory.events, other.memory.loads
-        other.clock = other.memory.clock[0]
-    other.clock.n_records = other.clock.n_samples = other.clock.n_events = 0
-    return other
-
-
-def _take_back(assembly: Assembly, place: int) -> None:
-    """Take the force and the impulse of a contact in the last step out of the state at its end."""
-    m, contact = assembly.memory, assembly.contacts[place]
-    bodies: Any = np.asarray(m.bodies)
-    given = contact.force, contact.impulse, contact.projection
-    moved = set[int]()
-    for face in assembly.faces[2 * place : 2 * place + 2]:
-        if face.moves:
-            body = bodies[face.body]
-            size, state = int(body["state_end"] - body["state_start"]), m.state[body["state_start"] : body["state_end"]]
-            for kind, each in enumerate(given):
-                at = int(body["response_start"]) + (kind * int(body["n_ports"]) + face.place) * size
-                state -= face.sign * each * m.responses[at : at + size]
-            moved.add(face.body)
-    for number, face in enumerate(assembly.faces):
-        if face.body in moved and face.moves:
-            face.u, face.v = _row(m, number, m.state), _row(m, len(assembly.faces) + number, m.state)
-    contact.force = contact.impulse = contact.projection = 0.0
-
-
-def _row(m: StepArrays, number: int, state: Array) -> float:
-    """Return a row of `StepArrays` times a state."""
-    entries = slice(m.row_start[number], m.row_start[number + 1])
-    return float(m.row_value[entries] @ state[m.row_index[entries]])
 
 
 class Rate(NamedTuple):
@@ -193,6 +56,7 @@ class Settled(NamedTuple):
     end: Array | None  # sample at the end of the run; None where it lies between two samples of the run
     start: Array  # first sample
     load_impulses: dict[str, float]  # N s, of loads over time in the run, by body
+    around: Around | None  # records of a step beyond the end, where values there need them
 
 
 def settled(
@@ -235,7 +99,7 @@ def settled(
     lag = 0.5 * assembly.dt if early else 0.0
     end = None if around is None else around.at(duration, around.sample, lag)
     start, given = assembly.memory.sample[0].copy(), _load_impulses(assembly, integrator, duration, around)
-    return Settled(found, _before_start(assembly) if early else None, end, start, given)
+    return Settled(found, _before_start(assembly) if early else None, end, start, given, around)
 
 
 def _load_impulses(
@@ -292,7 +156,7 @@ def _rates(assembly: Assembly, integrator: AbstractIntegrator) -> Iterator[Rate]
     for number, point in enumerate(layout.points):
         if scene.bodies[point.body].elastic is not None:
             column = 1 + PER_CONTACT * (number // 2) + 3 + 2 * (number % 2)
-            start = _row(m, n_faces + number, begin) if known(point.body) else None
+            start = row_of(m, n_faces + number, begin) if known(point.body) else None
             lag = lag_of(assembly, integrator, point.body, point.x)
             yield Rate(f"velocity:{point.body}@{point.x:.6g}", lag, column, False, start)
     rows = {probe: 2 * n_faces + len(m.readings) + place for place, probe in enumerate(layout.probes)}
@@ -300,7 +164,7 @@ def _rates(assembly: Assembly, integrator: AbstractIntegrator) -> Iterator[Rate]
         if probe.quantity == "velocity":
             start = None
             if known(probe.body):
-                start = _row(m, rows[probe], begin) if probe in rows else scene.bodies[probe.body].velocity
+                start = row_of(m, rows[probe], begin) if probe in rows else scene.bodies[probe.body].velocity
             lag = lag_of(assembly, integrator, probe.body, probe.x)
             yield Rate(probe.channel, lag, layout.probe_column(probe), False, start)
     for number, (name, built) in enumerate(layout.built.items()):
