@@ -67,7 +67,7 @@ def places_of_contacts(scene: Scene) -> dict[str, list[float]]:
     """Return the places [m] of the contacts of each body that has any."""
     touched: dict[str, list[float]] = {}
     for contact in scene.contacts:
-        for point in (contact.left, contact.right):
+        for point in contact.faces:
             touched.setdefault(point.body, []).append(point.x)
     return touched
 

@@ -99,7 +99,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
     bonds = []
     for number, contact in enumerate(scene.contacts):
         path = f"contacts.{number}"
-        sides = (contact.left, contact.right)
+        sides = contact.faces
         if any(scene.bodies[point.body].bends for point in sides):
             raise CaseError(
                 f"contact {contact.name} meets a beam; the exact solver supports only rods",
@@ -124,7 +124,7 @@ bonds_of = Recent(check, lambda _: True)
 def check_hard(scene: Scene, number: int, opens: bool) -> None:
     """Raise `CaseError` where the force of a hard contact, or of a bond, does not follow from a face without mass."""
     contact, path = scene.contacts[number], f"contacts.{number}"
-    bare = any(massless(scene, point) for point in (contact.left, contact.right))
+    bare = any(massless(scene, point) for point in contact.faces)
     if not bare and not opens:
         raise CaseError(
             f"contact {contact.name}: both faces have mass; the force of a bond follows from the balance of a face "

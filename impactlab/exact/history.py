@@ -107,8 +107,7 @@ class ContinuousHistory(AbstractHistory):
 
     @cached_property
     def _exact_x(self) -> dict[str, float]:
-        touching = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
-        waves = [point for point in touching if point.body in self.layout.links]
+        waves = [point for point in self.scene.faces if point.body in self.layout.links]
         faces = [Probe(point.body, point.x, own) for point in waves for own in self.scene.bodies[point.body].quantities]
         return {probe.channel: probe.x for probe in (*faces, *self.scene.recorded_probes)}
 

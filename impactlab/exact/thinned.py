@@ -232,8 +232,7 @@ class Thinner:
 
 def _faces(scene: Scene) -> list[str]:
     """Return the channels of the faces in contact."""
-    points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
-    rods = [point for point in points if scene.bodies[point.body].elastic is not None]
+    rods = [point for point in scene.faces if scene.bodies[point.body].elastic is not None]
     return [Probe(point.body, point.x, kind).channel for point in rods for kind in ("displacement", "velocity")]
 
 

@@ -249,7 +249,7 @@ def _groups_of(scene: Scene, joined: Sequence[Group]) -> dict[str, int]:
     group_of = {name: number for number, group in enumerate(joined) for name in group.bodies}
     return {
         contact.name: max(
-            (group_of[p.body] for p in (contact.left, contact.right) if scene.bodies[p.body].moves),
+            (group_of[p.body] for p in contact.faces if scene.bodies[p.body].moves),
             default=-1,
         )
         for contact in scene.contacts

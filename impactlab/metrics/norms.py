@@ -53,8 +53,7 @@ def force_channels(scene: Scene) -> tuple[str, ...]:
 
 
 def _face_channels(scene: Scene, elastic: bool) -> tuple[str, ...]:
-    points = (point for contact in scene.contacts for point in (contact.left, contact.right))
-    faces = ((scene.bodies[point.body], point.x) for point in points)
+    faces = ((scene.bodies[point.body], point.x) for point in scene.faces)
     moving = (body.face_channel(x) for body, x in faces if body.moves and (body.elastic is not None) == elastic)
     return tuple(dict.fromkeys(moving))
 

@@ -92,7 +92,7 @@ def driven_by(case: Case, time: Array, force: Array) -> Driven:
     kept = {body.name}
     for _ in numbers:  # bodies joined to the pile by what is left
         for number, contacts in enumerate(numbers):
-            names = {point.body for each in contacts for point in (each.left, each.right)}
+            names = {point.body for each in contacts for point in each.faces}
             if number not in gone and names & {name for name in kept if run.scene.bodies[name].moves}:
                 kept |= names
     blocks: dict[int, int] = {}
@@ -126,7 +126,7 @@ def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
     except CaseError:
         ends = {0.0: body.left, body.length: body.right}
         loaded = [x for x, end in ends.items() if end.is_loaded]
-        toes = {point.x for each in soil for point in (each.left, each.right) if point.body == body.name} & {*ends}
+        toes = {x for each in soil for x in each.places_on(body.name)} & {*ends}
         heads = loaded or [x for x in ends if toes and x not in toes]
         if len(heads) != 1:
             raise CaseError(

@@ -80,7 +80,7 @@ def _row(scene: Scene, first: str) -> dict[str, Spot]:
 
 def _next(scene: Scene, spot: Spot, contact: Contact, side: int) -> Spot:
     """Return the spot of the body on one side of a contact: 1 to the right (or above a beam), -1 to the left."""
-    here, there = (contact.left, contact.right) if side > 0 else (contact.right, contact.left)
+    here, there = contact.faces if side > 0 else (contact.right, contact.left)
     if scene.bodies[here.body].bends and not scene.bodies[there.body].bends:
         return Spot(spot.x + here.x, 0, side * contact.gap, here.body, side, here.x)
     if spot.beside:

@@ -182,8 +182,7 @@ class AbstractRecordedHistory(AbstractHistory):
         mass alone, where the compliance beyond the coordinates is large.
         """
         built = self.built[body]
-        points = (point for _, each in self.scene.met_by(body) for point in (each.left, each.right))
-        for x in {point.x for point in points if point.body == body}:
+        for x in {x for _, each in self.scene.met_by(body) for x in each.places_on(body)}:
             channel = built.body.face_channel(x)
             at = np.flatnonzero(np.abs(places - x) <= SAME_PLACE * built.body.length)
             if at.size == 0 or channel not in self.recorded or built.model.left_out(x, "displacement", x) <= 0.0:

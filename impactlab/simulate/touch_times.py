@@ -43,7 +43,7 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
     t, found = midpoints(history.duration, _instants(history)), frames(scene, touched_in(history))
     motions: dict[str, dict[str, Array]] = {}  # m, of each body by channel, in the frame of the bodies that interact
     for contact in scene.contacts:
-        for point in (contact.left, contact.right):
+        for point in contact.faces:
             for name in moving_faces(scene, point):
                 moved = in_frame(found, name, t, history.evaluate(t, name))
                 motions.setdefault(point.body, {})[name] = moved
@@ -119,7 +119,7 @@ def _late(
             continue  # next to no force acts around a touch whose time is in doubt
         found = [end for touch in touches[contact.name] for end in touch if end]  # that at t = 0 is given
         if found:
-            for point in (contact.left, contact.right):
+            for point in contact.faces:
                 late.setdefault(point.body, []).extend([resolutions[contact.name]] * len(found))
     return late
 
@@ -172,7 +172,7 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
     for contact in scene.contacts:
         spans = _spans(history, contact)
         found = list(_unresolved(spans, RESOLVED * (resolutions[contact.name] + _delay(history, contact))))
-        for point in (contact.left, contact.right):
+        for point in contact.faces:
             body = scene.bodies[point.body]
             if not body.moves:
                 continue

@@ -51,7 +51,7 @@ def forces_at_start(
     known: dict[tuple[int, int, float, float], float] = {}  # contacts of a chain are mostly alike
     for number, contact in enumerate(scene.contacts):
         law, start = laws[number], starts[number]
-        elastic = any(scene.bodies[point.body].elastic is not None for point in (contact.left, contact.right))
+        elastic = any(scene.bodies[point.body].elastic is not None for point in contact.faces)
         if not (law.smooth or law.acts_at_start):
             continue
         if contact.gap >= 0.0 and not elastic and not law.two_sided:  # rigid bodies begin without displacements
