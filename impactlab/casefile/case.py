@@ -31,6 +31,7 @@ from impactlab.casefile.written import yaml_text
 from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.lazy import above
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
+from impactlab.printing import counted
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import lone_bodies, odd_laws, odd_loads, odd_speeds
@@ -228,7 +229,7 @@ class Case:
         scene = self.scene()
         bodies = ", ".join(f"{name} ({body.kind})" for name, body in scene.bodies.items())
         method = "" if self.method_name == "base" else f", method '{self.method_name}'"
-        contacts = f"{len(scene.contacts)} contact" + ("s" if len(scene.contacts) != 1 else "")
+        contacts = counted(len(scene.contacts), "contact")
         return f"<Case '{self.label}'{method}: {bodies}; {contacts}, {scene.duration:.6g} s>"
 
     def resolved(self) -> dict[str, Any]:

@@ -19,6 +19,7 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.metrics.third_bodies import Others, pull
+from impactlab.printing import counted
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -256,7 +257,7 @@ def _largest_gap(history: AbstractHistory, contact: str, openings: Sequence[tupl
 def sentence(each: Mapping[str, Any]) -> str:
     """Return a collision of a summary in one line, for people."""
     closed = each["end"] is None
-    count = f"{each['sub_impacts']} sub-impact{'s' if each['sub_impacts'] != 1 else ''}"
+    count = counted(each["sub_impacts"], "sub-impact")
     until = "on, still in contact" if closed else f"to {each['end']:.6g} s"
     parts = [f"{each['bodies']}: {count}, {each['start']:.6g} s {until}", f"impulse {each['impulse']:.6g} N s"]
     if each["restitution"] is not None:
@@ -297,9 +298,7 @@ def agreement_texts(entries: Sequence[Mapping[str, Any]]) -> list[str]:
         pairs = [each for each in entries if each["resolved"] is resolved]
         texts += [str(each["text"]) for each in pairs[:MAX_PAIRS]]
         if rest := pairs[MAX_PAIRS:]:
-            text = (
-                f"{len(rest)} more pair{'s' if len(rest) > 1 else ''} of bodies: {verdict} on the number of sub-impacts"
-            )
+            text = f"{counted(len(rest), 'more pair')} of bodies: {verdict} on the number of sub-impacts"
             if resolved:
                 text += f", impulses within {100.0 * max(each['impulses_within'] for each in rest):.2g} %"
             texts.append(text + " (each of them: --json)")

@@ -307,7 +307,7 @@ ORDER = (
 """The order in which a summary names the metrics; those of plugins follow by name."""
 
 
-def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[str, Metric]:
+def installed(asked: Iterable[str] = ()) -> dict[str, Metric]:
     """Return impactlab's metrics and the requested ones of plugins, by name.
 
     A plugin's metric that is not requested is not imported.
@@ -317,9 +317,9 @@ def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[
     PluginError
         If a requested metric is not installed, or cannot be used.
     """
-    known = registry() if parts is None else parts
+    known = registry()
     own = Registry(entry for entry in known.entries if entry.group == METRICS.name and is_own(entry.value))
-    if parts is None and not own.entries:
+    if not own.entries:
         raise PluginError(
             "no metric is registered, not even those of impactlab: its installation is older than they are",
             remedy="Install impactlab again (pip install .).",

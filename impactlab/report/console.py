@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,6 +13,7 @@ from impactlab.history.advice import warning_lines
 from impactlab.history.base import SERIOUS
 from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
+from impactlab.printing import plain
 from impactlab.scene.method import Simulation, is_exact
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def say(text: str) -> None:
 def print_json(document: Any) -> None:
     """Print one JSON document on standard output; a number that is not finite becomes null."""
     of_ascii = "utf" not in (sys.stdout.encoding or "utf-8").lower()  # others may lack a letter, and JSON escapes it
-    text = json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=of_ascii)
+    text = json.dumps(plain(document), indent=1, allow_nan=False, ensure_ascii=of_ascii)
     # File names may hold bytes that are not text.
     print(text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True)
 
@@ -190,14 +190,6 @@ def tree_text(tree: Any, indent: int = 0) -> str:
         else:
             lines.append(f"{pad}{key}: {_plain(value)}")
     return "\n".join(lines)
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _event(event: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from impactlab.bench.report.method_styles import End, Looks, decades, distinct, draw_family, name_ends, room_beside
 from impactlab.bench.report.views import Clock, Family, SceneRows
+from impactlab.printing import counted
 from impactlab.report.style import MUTED, Margins, drawn, grid, log_axis
 
 if TYPE_CHECKING:
@@ -97,6 +98,6 @@ def _panel(
     decades(axes.yaxis)
     log_axis(axes.xaxis)
     if quiet:
-        text = f"{quiet} method{'s' if quiet > 1 else ''} at rounding, on the floor"
+        text = f"{counted(quiet, 'method')} at rounding, on the floor"
         axes.set_title(text, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
     name_ends(axes, ends)

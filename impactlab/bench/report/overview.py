@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from impactlab.bench.report.method_styles import GREY, End, Looks, distinct, name_ends, power, room_beside, shortened
 from impactlab.bench.report.ranking import ABSENT, FAILED, MET, MISSED, REFUSED, Standing, judged, profile, ranking
 from impactlab.bench.report.views import TOLERANCES, Norm, SceneRows
+from impactlab.printing import counted
 from impactlab.report.style import GRID, INK, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Looks, clock: str = 
     figure, rows = grid(len(TOLERANCES), 1, 2.15, Margins(right=room_beside(every), down=0.65))
     for (axes,), tolerance, table, found in zip(rows, TOLERANCES, tables, named, strict=True):
         count = len(judged(scenes, norm, tolerance).scenes)
-        axes.set_title(f"tolerance {power(tolerance)}, {count} scene{'s' if count != 1 else ''}")
+        axes.set_title(f"tolerance {power(tolerance)}, {counted(count, 'scene')}")
         axes.set_xscale("log")
         axes.set_xlim(1.0, MAX_RATIO)
         axes.set_ylim(0.0, 1.02)
@@ -51,7 +52,7 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Looks, clock: str = 
         _curves(axes, table, look, found)
         others = sum(bool(standing.ratios) and standing.method not in found for standing in table)
         if others:
-            words = f"grey: {others} other method{'s' if others > 1 else ''}"
+            words = f"grey: {counted(others, 'other method')}"
             axes.set_title(words, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
     rows[-1][0].set_xlabel("at most this many times the time of the fastest method that meets the tolerance")
     return figure
@@ -81,12 +82,12 @@ def _curves(axes: Axes, table: Sequence[Standing], look: Looks, named: Sequence[
 
 
 @drawn
-def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: str = "solve") -> Figure:
+def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Figure:
     """Return a map: a row per method, a column per scene; the darker, the nearer to the fastest that meets it."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
-    kept, table = judged(scenes, norm, tolerance).scenes, ranking(scenes, norm, tolerance, clock)
+    kept, table = judged(scenes, norm, tolerance).scenes, ranking(scenes, norm, tolerance)
     names = [shortened(standing.method, 40) for standing in table]
     left, high = room_for(names), 0.19
     foot = 0.2 + 0.062 * max((len(scene.name) for scene in kept), default=4)

@@ -22,6 +22,7 @@ from impactlab.bench.report.special import special_grids, special_summary
 from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, SceneRows, error, methods_of
 from impactlab.bench.schema import STATUSES, Row
+from impactlab.printing import counted
 from impactlab.report.figure_files import inline, save, with_classes
 from impactlab.report.page import rendered
 from impactlab.report.provenance import now
@@ -185,11 +186,6 @@ def write_index(
     }
     text = rendered("impactlab.bench.report", "index.html.j2", page=page)
     (out / "index.html").write_text(text, encoding="utf-8")
-
-
-def counted(number: int, noun: str) -> str:
-    """Return a number with its noun: ``1 scene``, ``2 scenes``."""
-    return f"{number} {noun}{'s' if number != 1 else ''}"
 
 
 def _source(rows: Sequence[Row]) -> str:

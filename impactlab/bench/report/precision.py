@@ -19,6 +19,7 @@ from impactlab.bench.report.method_styles import (
     room_beside,
 )
 from impactlab.bench.report.views import AUTOMATIC, Clock, Family, Norm, SceneRows, error
+from impactlab.printing import counted
 from impactlab.report.style import INK, MUTED, PAPER, WIDTH, drawn
 
 if TYPE_CHECKING:
@@ -170,6 +171,6 @@ def _notes(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
         axes.text(0.01, scene.uncertainty, text, transform=place, fontsize=7.5, color=MUTED, va="top")
     count = sum((error(row, norm, scene) or 0.0) > limits.top for row in scene.rows)
     if count:
-        text = f"{count} run{'s' if count > 1 else ''} with errors above {100 * limits.top:.0f} % not drawn"
+        text = f"{counted(count, 'run')} with errors above {100 * limits.top:.0f} % not drawn"
         behind = {"facecolor": PAPER, "edgecolor": "none", "pad": 1.5}
         axes.text(0.01, 0.985, text, transform=axes.transAxes, fontsize=7.5, color=MUTED, va="top", bbox=behind)

@@ -14,7 +14,7 @@ from impactlab.bench.schema import COMPLETED, Row
 CLOCK_WORDS = {"solve": "time to solve", "total": "time to solve with set-up"}
 
 
-def winners(scenes: Sequence[SceneRows], norm: Norm = BOTH) -> Sheet:
+def winners(scenes: Sequence[SceneRows]) -> Sheet:
     """Return the fastest method by scene and tolerance, and the time of the exact solution.
 
     A method on a special grid is followed by the fastest that is not.
@@ -22,31 +22,31 @@ def winners(scenes: Sequence[SceneRows], norm: Norm = BOTH) -> Sheet:
     rows = []
     for scene in scenes:
         stepless = [row for row in scene.rows if row.stepless]
-        exact = fastest(stepless, norm, scene, TOLERANCES[-1], CLOCKS["solve"])
+        exact = fastest(stepless, BOTH, scene, TOLERANCES[-1], CLOCKS["solve"])
         cells = [scene.name, milliseconds(exact.solve_s if exact else None)]
         for tolerance in TOLERANCES:
-            certain = judged([scene], norm, tolerance).scenes
-            cells.append(_winner(scene, norm, tolerance) if certain else "not judged")
+            certain = judged([scene], BOTH, tolerance).scenes
+            cells.append(_winner(scene, tolerance) if certain else "not judged")
         rows.append(tuple(cells))
     columns = [f"fastest with steps, time in ms: {power(t)}" for t in TOLERANCES]
     heads = headings("scene", "exact [ms]", *columns, text=("scene", *map(power, TOLERANCES)))
     note = (
-        f"The fastest method with steps whose errors in {norm.title} both stay within the tolerance, and its time to "
+        f"The fastest method with steps whose errors in {BOTH.title} both stay within the tolerance, and its time to "
         f"solve without set-up. Exact: the time of the solution from event to event, where the scene has one. {SPECIAL}"
         " stands on the special grid dt = h/c; the fastest without it follows."
     )
     return Sheet("winners", "Fastest method by scene and tolerance", note, heads, tuple(rows))
 
 
-def _winner(scene: SceneRows, norm: Norm, tolerance: float) -> str:
-    first = fastest(scene.stepped, norm, scene, tolerance, CLOCKS["solve"])
+def _winner(scene: SceneRows, tolerance: float) -> str:
+    first = fastest(scene.stepped, BOTH, scene, tolerance, CLOCKS["solve"])
     if first is None:
         return "none"
     if first.solve_s is None:  # a row without a time comes last: none has one
         return DASH
     if not first.special:
         return _timed(first)
-    second = best(scene, norm, tolerance, ordinary=True)
+    second = best(scene, BOTH, tolerance, ordinary=True)
     return f"{_timed(first)}; {_timed(second) if second else 'no other'}"
 
 
