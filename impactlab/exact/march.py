@@ -184,15 +184,22 @@ def interval(m: MarchArrays, j: int) -> int:
     return DONE
 
 
+@EXACT_PART
+def furthest_behind(m: MarchArrays) -> int:
+    """Return the junction whose clock is furthest behind; of several the first."""
+    j = len(m.junctions) - 1  # not a literal, which would be compiled as another type
+    for other in range(j - 1, -1, -1):
+        if m.junctions[other].clock <= m.junctions[j].clock:
+            j = other
+    return j
+
+
 @EXACT_ENTRY
 def advance(m: MarchArrays) -> int:
     """Advance all junctions to the end; return a status: DONE, an array that is full, or the reason of a stop."""
     state = m.state[0]
     while True:
-        j = len(m.junctions) - 1  # not a literal, which would be compiled as another type
-        for other in range(j - 1, -1, -1):
-            if m.junctions[other].clock <= m.junctions[j].clock:
-                j = other
+        j = furthest_behind(m)
         junction = m.junctions[j]
         if junction.clock >= state.duration - state.tolerance:
             return DONE

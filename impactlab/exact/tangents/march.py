@@ -16,7 +16,7 @@ from impactlab.exact.arrays import (
 )
 from impactlab.exact.crossings import next_event
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, ZERO_TOL, chopped, restrict
-from impactlab.exact.march import apply_event, arrivals, horizon, keep
+from impactlab.exact.march import apply_event, arrivals, furthest_behind, horizon, keep
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, DAMPING, DURATION, GAP, STIFFNESS, TRANSIT, TangentArrays
 from impactlab.exact.tangents.interval import keep_tangents, make_tangents
@@ -231,10 +231,7 @@ def advance(m: MarchArrays, d: TangentArrays, until: Array) -> int:
     state = m.state[0]
     needed = d.rows.size
     while True:
-        j = len(m.junctions) - 1  # not a literal, which would be compiled as another type
-        for other in range(j - 1, -1, -1):
-            if m.junctions[other].clock <= m.junctions[j].clock:
-                j = other
+        j = furthest_behind(m)
         junction = m.junctions[j]
         if junction.clock >= state.duration - state.tolerance:
             return DONE
