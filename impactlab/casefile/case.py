@@ -334,7 +334,7 @@ def _length(bodies: Any) -> int:
     return len(bodies) if isinstance(bodies, dict) else 0
 
 
-def say_if_many(bodies: int) -> None:
+def log_many_bodies(bodies: int) -> None:
     """Log, once in a session, that a case of many bodies is checked, as that takes seconds."""
     if bodies < MANY_BODIES or _said:
         return
@@ -351,7 +351,7 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry, 
         if is_new:  # of an edited one, what is new was checked as it was put in
             check_texts(document.data)
         data, origins = expand(document.data)
-        say_if_many(_length(data.get("bodies")))
+        log_many_bodies(_length(data.get("bodies")))
         with GarbageCollectionPaused(_length(data.get("bodies"))):
             checked, built = _checked_and_built(name, file, data, registry)
     except ImpactlabError as error:

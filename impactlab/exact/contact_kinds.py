@@ -16,7 +16,7 @@ from impactlab.scene.bodies import Rayleigh
 from impactlab.scene.facts import rods_of
 from impactlab.scene.method import Method, sides
 from impactlab.scene.problem import Point, Scene
-from impactlab.scene.recent import Recent
+from impactlab.scene.recent import KeepsResults
 from impactlab.types import Branches
 
 OVERLAP_TOL = 1.0e-9  # of the initial displacements: digits to which a preload and the gap that it closes are given
@@ -117,7 +117,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
     return with_faces(scene, bonds)
 
 
-bonds_of = Recent(check, lambda _: True)
+bonds_of = KeepsResults(check, lambda _: True)
 """`check`, whose last results are kept: a run asks for them before its network is built, and there."""
 
 

@@ -16,12 +16,12 @@ from impactlab.errors import ImpactlabError, closest
 from impactlab.history.base import (
     END_ROUNDING,
     AbstractHistory,
-    Cased,
     ContactSpan,
     Cost,
     EnergyBook,
     Event,
     Field,
+    HasCase,
     Warned,
     places_on,
     within_run,
@@ -55,7 +55,7 @@ class Facts(NamedTuple):
     warnings: list[Warned]
     cost: Cost
     integrator_used: bool
-    case: Cased | None
+    case: HasCase | None
     listed: tuple[str, ...]  # its channels; others may have values beside them
     measured: dict[int, Measured]  # signals of instruments, by number of the probe
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan
-from impactlab.metrics.third_bodies import Others, pull
+from impactlab.metrics.third_bodies import Others, link_impulse
 from impactlab.printing import counted
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -88,7 +88,7 @@ def memory(scene: Scene, pair: Sequence[str]) -> float:
     return max(scene.bodies[name].slowest_period for name in pair)
 
 
-class Given(NamedTuple):
+class OtherImpulses(NamedTuple):
     """Impulses on a body, arrays over its contacts in order of their starts."""
 
     starts: Array  # s
@@ -98,7 +98,7 @@ class Given(NamedTuple):
     links: tuple[tuple[str, float], ...]  # contacts that may pull, which have no periods, with the sign of their force
 
 
-def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> Given:
+def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> OtherImpulses:
     """Return the impulses that a body was given by its contacts; ``channels`` are those of the history."""
     own = [each for _, each in scene.met_by(name)]
     signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in own}
@@ -106,7 +106,7 @@ def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozense
     met = [contact for contact, sign in signs.items() if sign != 0.0]
     spans = sorted(history.spans_of(met), key=lambda span: span.start)
     impulses = (signs[span.contact] * span.impulse for span in spans)
-    return Given(
+    return OtherImpulses(
         np.array([span.start for span in spans]),
         np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0]),
         np.array([0.0, *itertools.accumulate(impulses)]),
@@ -118,7 +118,7 @@ def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozense
 def _collision(
     scene: Scene,
     history: AbstractHistory,
-    given_to: Mapping[str, Given],
+    given_to: Mapping[str, OtherImpulses],
     others: Others,
     pair: tuple[str, str],
     spans: list[ContactSpan],
@@ -188,7 +188,7 @@ def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
 
 
 def mean_velocity(
-    scene: Scene, history: AbstractHistory, name: str, time: float, given: Given | None = None
+    scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses | None = None
 ) -> float | None:
     """Return the momentum of a body over its mass [m/s], None where unknown.
 
@@ -205,7 +205,7 @@ def mean_velocity(
     if not by_record and not (given.links and time >= history.duration and "momentum" in given.recorded):
         impulse = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
         impulse += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
-        impulse += sum(sign * pull(history, link, time) for link, sign in given.links)
+        impulse += sum(sign * link_impulse(history, link, time) for link, sign in given.links)
         return body.velocity + (float(given.impulses[begun]) + impulse) / mass
     # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
     if "velocity" in given.recorded and body.elastic is None and time < history.duration:
@@ -215,7 +215,7 @@ def mean_velocity(
     return float(history.evaluate([time], f"momentum:{name}")[0]) / mass
 
 
-def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: Given) -> float | None:
+def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses) -> float | None:
     """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests except for its vibration."""
     return 0.0 if scene.bodies[name].is_held else mean_velocity(scene, history, name, time, given)
 
@@ -230,7 +230,7 @@ def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) ->
 
 
 def _energy_change(
-    scene: Scene, history: AbstractHistory, name: str, start: float, end: float, given: Given
+    scene: Scene, history: AbstractHistory, name: str, start: float, end: float, given: OtherImpulses
 ) -> float | None:
     """Return the growth of the energy of a body between two times [J].
 

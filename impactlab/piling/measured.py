@@ -27,7 +27,7 @@ MIN_SAMPLES = 16
 TOP = ("schema_version", "title", "source", "bodies", "contacts", "solve", "gravity")  # keys that are kept
 
 
-class Driven(NamedTuple):
+class CaseUnderForce(NamedTuple):
     """A case of a pile without hammer, its head under a measured force."""
 
     case: Case
@@ -79,7 +79,7 @@ def written_out(case: Case, free: Iterable[str]) -> Case:
         return Case.from_dict(expand(with_tables(case.document.data)).data, case.name)
 
 
-def driven_by(case: Case, time: Array, force: Array) -> Driven:
+def driven_by(case: Case, time: Array, force: Array) -> CaseUnderForce:
     """Return the case with the hammer taken away and a measured force [N] on the head, compression positive.
 
     The pile is at rest at the first sample. Bodies that no contact still joins to the pile are left out, and with
@@ -112,7 +112,7 @@ def driven_by(case: Case, time: Array, force: Array) -> Driven:
     x = 0.0 if from_left else body.length
     data["probes"] = [{"body": body.name, "at": x, "quantity": "velocity"}]
     made = Case.from_dict(data, f"{case.name}_head")
-    return Driven(made, body.name, direction, f"velocity:{body.name}@{x:.6g}", blocks)
+    return CaseUnderForce(made, body.name, direction, f"velocity:{body.name}@{x:.6g}", blocks)
 
 
 def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:

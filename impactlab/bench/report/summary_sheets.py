@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Sequence
 
 from impactlab.bench.report.method_styles import power
-from impactlab.bench.report.ranking import MET, REFUSED, Standing, best, fastest, judged, median, ranking
+from impactlab.bench.report.ranking import MET, REFUSED, MethodResults, best, fastest, judged, median, ranking
 from impactlab.bench.report.sheets import DASH, SPECIAL, Sheet, headings, milliseconds, short
 from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, Norm, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
@@ -88,7 +88,7 @@ def ranking_sheet(scenes: Sequence[SceneRows], norm: Norm, clock: str = "solve")
     return Sheet(f"ranking_{norm.name}_{clock}", title, note, heads, tuple(rows), _most(rows))
 
 
-def _order(method: str, tables: Sequence[dict[str, Standing]]) -> tuple[float, ...]:
+def _order(method: str, tables: Sequence[dict[str, MethodResults]]) -> tuple[float, ...]:
     """Return a key of order: scenes met at the middle tolerance, then the loose, then the sharp one, then the time."""
     counts = [-table[method].count(MET) for table in tables]
     return (counts[1], counts[0], counts[2], median(tables[1][method].ratios or tables[0][method].ratios) or 1e9)

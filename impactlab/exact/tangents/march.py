@@ -95,7 +95,7 @@ def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, u
 
 
 @EXACT_PART
-def touch_later(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
+def start_at_closing(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
     """Move the start of a junction's march to where its faces meet.
 
     These touch at t = 0, and a parameter opens their gap. Where a front or another contact brings them together, the
@@ -150,7 +150,7 @@ def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> 
     """Keep the derivative of the time of the event, and of the force after a front that parts faces."""
     state, junction = m.state[0], m.junctions[j]
     if not found and state.kind == CLOSE:
-        touch_later(m, d, j, half)
+        start_at_closing(m, d, j, half)
     elif not found and state.kind == OPEN:
         make_tangents(m, d, j, junction.clock, junction.clock + 2.0 * half)  # as if the contact held
         row = 2 * (junction.nodes + junction.ends) + state.contact - junction.first_contact

@@ -31,7 +31,7 @@ def group_rate(m: MarchArrays, d: TangentArrays, q: int, j: int, g: int) -> floa
 
 
 @ALLOCATING_PART
-def add_stiffer(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> None:
+def add_change_of_stiffness(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> None:
     """Add the effect of stiffer springs and dashpots, at ends and closed contacts, on the loads of the groups."""
     junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
@@ -60,7 +60,7 @@ def add_stiffer(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> N
 
 
 @ALLOCATING_PART
-def add_heavier(
+def add_change_of_mass(
     m: MarchArrays, d: TangentArrays, q: int, j: int, damp: Array, stiff: Array, plain: Array, b: Array
 ) -> None:
     """Add the effect of heavier masses on the loads of their groups: -(m'/m) times their inertia."""
@@ -105,8 +105,8 @@ def on_springs(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float) ->
         at = m.nodes[m.nodes[i].group].place
         if at >= 0 and m.nodes[i].mass > 0.0:
             first[0, at] = d.v[q, i]
-    add_stiffer(m, d, q, j, b)
-    add_heavier(m, d, q, j, damp, stiff, plain, b)
+    add_change_of_stiffness(m, d, q, j, b)
+    add_change_of_mass(m, d, q, j, damp, stiff, plain, b)
     combine = combined(damp, stiff, heavy, moving, half)
     write_equations(m, j, half, damp, stiff, combine, b, a, force)
     solved(a, force, first, y, max(largest(first, count), largest(force, ORDER)), table(1, 1))

@@ -37,7 +37,7 @@ ROOM = 8  # records and samples of the steps after the end: the loop wants some 
 Raw = Sequence[tuple[float, int, int, float, float, float]]  # events: time, contact of the scene, kind, ...
 
 
-class Around(NamedTuple):
+class RecordsAround(NamedTuple):
     """Two records and samples, a step apart, between which there is no kick: see `StepArrays`."""
 
     time: float  # s, end of the step of the first
@@ -52,7 +52,7 @@ class Around(NamedTuple):
         return np.asarray(rows[0] + share * (rows[1] - rows[0]))
 
 
-class Touches(NamedTuple):
+class LateClosings(NamedTuple):
     """Contacts that change velocities at once in the last step, by their places in the loop."""
 
     kicked: bool  # whether any do
@@ -67,11 +67,11 @@ def struck(assembly: Assembly, place: int) -> bool:
     return hard and contact.force != 0.0 and contact.span_impulse == given
 
 
-def last_touches(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float) -> Touches:
+def late_closings(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float) -> LateClosings:
     """Return the touches and kicks in the last step of a run that ends inside it."""
     clock, layout, dt = assembly.clock, assembly.layout, assembly.dt
     if assembly.method.events == "located":
-        return Touches(False, frozenset())
+        return LateClosings(False, frozenset())
     kicked, late = False, set[int]()
     if duration < clock.time - ON_STEP * dt:
         kicked = any(contact.impulse != 0.0 for contact in assembly.contacts)
@@ -84,10 +84,10 @@ def last_touches(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, d
                 late.add(place)
     if integrator.velocity_point < 1.0:
         kicked = kicked or any(struck(assembly, place) for place in range(len(assembly.contacts)))
-    return Touches(kicked or bool(late), frozenset(late))
+    return LateClosings(kicked or bool(late), frozenset(late))
 
 
-def around_end(assembly: Assembly, touches: Touches) -> Around | None:
+def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | None:
     """Return the records around the end of a run; None where the loop does not go on from there.
 
     Faces that are apart at the end stay apart: their touch comes after it.
@@ -118,9 +118,9 @@ def around_end(assembly: Assembly, touches: Touches) -> Around | None:
     record, sample = other.memory.record[:steps], other.memory.sample[:steps]
     impulses = np.array([[load.impulse - before * load.force for load in other.loads] for before in (dt, 0.0)])
     if late:
-        return Around(clock.time + dt, dt, record, sample, impulses)
+        return RecordsAround(clock.time + dt, dt, record, sample, impulses)
     last = memory.record[clock.n_records - 1], memory.sample[clock.n_samples - 1]
-    return Around(clock.time, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)), impulses)
+    return RecordsAround(clock.time, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)), impulses)
 
 
 def _copied(assembly: Assembly) -> Assembly:
@@ -185,7 +185,7 @@ class Early(NamedTuple):
     damping: float
 
 
-class Settled(NamedTuple):
+class EndChannels(NamedTuple):
     """Channels with their values at both ends of the run, samples there, and impulses of loads between them."""
 
     channels: dict[str, Channel]  # those that differ from the records
@@ -197,7 +197,7 @@ class Settled(NamedTuple):
 
 def settled(
     assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float, recorded: Mapping[str, Channel]
-) -> Settled:
+) -> EndChannels:
     """Return the channels of a run whose records lie beside its start or its end.
 
     Parameters
@@ -212,7 +212,7 @@ def settled(
     recorded : mapping
         Its channels as they were recorded.
     """
-    touches, rates = last_touches(assembly, integrator, raw, duration), list(_rates(assembly, integrator))
+    touches, rates = late_closings(assembly, integrator, raw, duration), list(_rates(assembly, integrator))
     slack = ON_STEP * assembly.dt
     beyond = assembly.clock.time + slack  # of values at the ends of steps
     missing = {rate.channel for rate in rates if touches.kicked or rate.lag != 0.0 or duration > beyond}
@@ -235,11 +235,11 @@ def settled(
     lag = 0.5 * assembly.dt if early else 0.0
     end = None if around is None else around.at(duration, around.sample, lag)
     start, given = assembly.memory.sample[0].copy(), _load_impulses(assembly, integrator, duration, around)
-    return Settled(found, _before_start(assembly) if early else None, end, start, given)
+    return EndChannels(found, _before_start(assembly) if early else None, end, start, given)
 
 
 def _load_impulses(
-    assembly: Assembly, integrator: AbstractIntegrator, duration: float, around: Around | None
+    assembly: Assembly, integrator: AbstractIntegrator, duration: float, around: RecordsAround | None
 ) -> dict[str, float]:
     """Return the impulses of loads over time between both ends of a run [N s], by body.
 

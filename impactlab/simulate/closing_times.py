@@ -153,14 +153,14 @@ def _displaced(
         yield Warned("drift", text)
 
 
-class Doubtful(NamedTuple):
+class UnresolvedClosings(NamedTuple):
     """Touches that a method cannot resolve, by body."""
 
     passed: dict[str, list[float]]  # m, square means of its displacements by them; bodies without any are left out
     counts: dict[str, tuple[int, int]]  # how many of its touches
 
 
-def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]) -> Doubtful:
+def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]) -> UnresolvedClosings:
     """Return the displacements by touches that a method cannot resolve.
 
     The impulse J of a touch that is short, or that follows a short opening, may belong to the touch before or after, or
@@ -183,10 +183,10 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
                 lasts = left / math.sqrt(3.0) if body.is_free else min(left, 0.5 * scene.round_trip)
                 moved = impulse / body.moving_mass * lasts * math.sqrt(left / scene.duration)
                 passed.setdefault(point.body, []).append(moved)
-    return Doubtful(passed, counts)
+    return UnresolvedClosings(passed, counts)
 
 
-def _chattering(doubtful: Doubtful, motions: Mapping[str, Mapping[str, Array]]) -> Iterator[Warned]:
+def _chattering(doubtful: UnresolvedClosings, motions: Mapping[str, Mapping[str, Array]]) -> Iterator[Warned]:
     """Warn where the impulses of touches that a method cannot resolve move a face by more than its whole motion."""
     worst = (0.0, "", "")
     for body_name, moved_by in doubtful.passed.items():
