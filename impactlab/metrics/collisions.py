@@ -139,16 +139,12 @@ def _collision(
     why = why or others.part_in(pair, (start, until), sum(span.impulse for span in spans))
     if why is None and (approach is None or leaves is None):
         why = f"the speed of '{striker if speeds[0] is None else other}' is not known at that time"
+    # A third body that still drives the other one into the striker makes the approach: its speed is of an instant.
+    driven = why is None and abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
+    if driven and (third := others.touched(other, pair, before, start)):
+        why = f"'{third}' drives '{other}' into '{striker}'"
     if why is None and approach is not None and leaves is not None:
-        rounding = MIN_APPROACH * max(scene.fastest, abs(leaves))
-        # A third body that still drives the other one into the striker makes the approach: its speed is of an instant.
-        driven = abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
-        if driven and (third := others.touched(other, pair, before, start)):
-            why = f"'{third}' drives '{other}' into '{striker}'"
-        elif approach <= rounding:
-            why = "their mean speeds do not approach each other"
-        elif leaves < -rounding:
-            why = "their mean speeds still approach each other after the last contact"
+        why = _no_approach(scene, approach, leaves)
     return Collision(
         bodies="|".join(pair),
         sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),
@@ -168,6 +164,14 @@ def _collision(
         energy_given=given,
         no_restitution=why,
     )
+
+
+def _no_approach(scene: Scene, approach: float, leaves: float) -> str | None:
+    """Return why the speeds of approach and exit [m/s] make no restitution; None where they do."""
+    rounding = MIN_APPROACH * max(scene.fastest, abs(leaves))
+    if approach <= rounding:
+        return "their mean speeds do not approach each other"
+    return "their mean speeds still approach each other after the last contact" if leaves < -rounding else None
 
 
 def _difference(values: Sequence[float | None], factor: float) -> float | None:
