@@ -29,7 +29,7 @@ from impactlab.scene.method import Simulation
 NETCDF = "history.nc"  # name of the file in the folder of a run
 
 
-class Kept(NamedTuple):
+class SavedRun(NamedTuple):
     """Content of the file of a run."""
 
     case: Case
@@ -87,7 +87,7 @@ def open_netcdf(path: str | Path) -> SampledHistory:
     return read_netcdf(path).history
 
 
-def read_netcdf(path: str | Path) -> Kept:
+def read_netcdf(path: str | Path) -> SavedRun:
     """Return all that a file holds of a run; raises as `open_netcdf`."""
     dataset = data.read(Path(path))
     case = _case(str(path), dataset.attrs)
@@ -98,7 +98,7 @@ def read_netcdf(path: str | Path) -> Kept:
         of = Simulation(case.scene(), case.simulation().method)
         name, *known = json.loads(answer.attrs["reference"])
         reference = Reference(name, data.to_history(answer, of, None), *known)
-    return Kept(case, history, json.loads(dataset.attrs["summary"]), reference, json.loads(dataset.attrs["texts"]))
+    return SavedRun(case, history, json.loads(dataset.attrs["summary"]), reference, json.loads(dataset.attrs["texts"]))
 
 
 def _case(path: str, attributes: Mapping[str, Any]) -> Case:

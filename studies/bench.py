@@ -19,7 +19,7 @@ import pandas
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
 from impactlab.bench.report.findings import certainty_words, findings
-from impactlab.bench.report.method_styles import Look, looks
+from impactlab.bench.report.method_styles import MethodStyle, styles_of
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.scene_sheets import unfinished
@@ -51,7 +51,7 @@ class Bench:
     def __init__(self, path: Path) -> None:
         self.rows: Sequence[Row] = read_table(path)
         self.scenes: Sequence[SceneRows] = gathered(self.rows)
-        self.look: Mapping[str, Look] = looks(self.scenes)
+        self.styles: Mapping[str, MethodStyle] = styles_of(self.scenes)
 
     def scene(self, name: str) -> SceneRows:
         """Return a scene by its name."""
@@ -100,27 +100,27 @@ PARTS: dict[str, Callable[[Bench], str]] = {
 }
 FIGURES: dict[str, Callable[[Bench], Figure]] = {
     "bench_map": lambda bench: overview.chart(bench.scenes, BOTH, 1e-3),
-    "bench_profiles": lambda bench: overview.profiles(bench.scenes, BOTH, bench.look),
-    "bench_uniform": lambda bench: precision(bench.scene(CLOSE_UP[0]), NORMS[0], bench.look),
-    "bench_two_materials": lambda bench: precision(bench.scene(CLOSE_UP[1]), NORMS[0], bench.look),
-    "bench_energy": lambda bench: energy.energy(bench.scene(CLOSE_UP[0]), bench.look),
-    "bench_force": lambda bench: energy.oscillation(bench.scene(CLOSE_UP[0]), bench.look),
+    "bench_profiles": lambda bench: overview.profiles(bench.scenes, BOTH, bench.styles),
+    "bench_uniform": lambda bench: precision(bench.scene(CLOSE_UP[0]), NORMS[0], bench.styles),
+    "bench_two_materials": lambda bench: precision(bench.scene(CLOSE_UP[1]), NORMS[0], bench.styles),
+    "bench_energy": lambda bench: energy.energy(bench.scene(CLOSE_UP[0]), bench.styles),
+    "bench_force": lambda bench: energy.oscillation(bench.scene(CLOSE_UP[0]), bench.styles),
 }
 
 
 BEAM_PARTS = tuple(name for name in PARTS if name != "special")  # no step is special where waves disperse
 BEAM_FIGURES: dict[str, Callable[[Bench], Figure]] = {
     "bench_beams_map": lambda bench: overview.chart(bench.scenes, BOTH, 1e-3),
-    "bench_beams_slender": lambda bench: precision(bench.scene("sphere_on_beam"), NORMS[0], bench.look),
-    "bench_beams_sheared": lambda bench: precision(bench.scene("sphere_on_short_beam"), NORMS[0], bench.look),
-    "bench_beams_cantilever": lambda bench: precision(bench.scene("mass_on_cantilever_tip"), NORMS[0], bench.look),
+    "bench_beams_slender": lambda bench: precision(bench.scene("sphere_on_beam"), NORMS[0], bench.styles),
+    "bench_beams_sheared": lambda bench: precision(bench.scene("sphere_on_short_beam"), NORMS[0], bench.styles),
+    "bench_beams_cantilever": lambda bench: precision(bench.scene("mass_on_cantilever_tip"), NORMS[0], bench.styles),
 }
 
 
 MECHANISM_PARTS = {**{name: PARTS[name] for name in BEAM_PARTS if name != "automatic"}, "refusals": refusals}
 MECHANISM_FIGURES: dict[str, Callable[[Bench], Figure]] = {
-    "bench_two_link_arm": lambda bench: precision(bench.scene("two_link_arm"), NORMS[0], bench.look),
-    "bench_slider_crank": lambda bench: precision(bench.scene("slider_crank"), NORMS[0], bench.look),
+    "bench_two_link_arm": lambda bench: precision(bench.scene("two_link_arm"), NORMS[0], bench.styles),
+    "bench_slider_crank": lambda bench: precision(bench.scene("slider_crank"), NORMS[0], bench.styles),
 }
 
 

@@ -10,7 +10,8 @@ from impactlab.bench.environment import environment
 from impactlab.bench.references import References, described
 from impactlab.casefile import Case
 from impactlab.metrics.impact import momentum_error
-from impactlab.report.summary import describe, plain, summarise
+from impactlab.printing import plain
+from impactlab.report.summary import describe, summarise
 from impactlab.scene.method import laws_of, modelled
 
 VERSION = 2  # of the record; part of it, so that an older one is run again

@@ -8,8 +8,8 @@ from typing import Any
 
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import reference_rod
-from impactlab.casefile.contacts import Met, Row, lever_arm_of, marks_of
-from impactlab.casefile.endless import check_rest
+from impactlab.casefile.contacts import CaseContact, Row, lever_arm_of, marks_of
+from impactlab.casefile.infinite_ends import check_rest
 from impactlab.casefile.instruments import probe_of
 from impactlab.casefile.joined import points_of
 from impactlab.casefile.loads import settled
@@ -198,7 +198,7 @@ def _body(case: CaseBlock, name: str) -> Body:
     return block.body(name, lever_arm_of(case, name) if isinstance(block, ShaftBlock) else 1.0)
 
 
-def _contacts(given: Met, parts: Mapping[str, PartMechanism]) -> list[Contact]:
+def _contacts(given: CaseContact, parts: Mapping[str, PartMechanism]) -> list[Contact]:
     """Return the contact of a block, or one for each of its pieces along a body."""
     block, faces = given.block, given.faces
     paths = [f"contacts.{given.number}.between.{side}" for side in (0, 1)]

@@ -31,6 +31,7 @@ from impactlab.casefile.written import yaml_text
 from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.lazy import above
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
+from impactlab.printing import counted
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import lone_bodies, odd_laws, odd_loads, odd_speeds
@@ -228,7 +229,7 @@ class Case:
         scene = self.scene()
         bodies = ", ".join(f"{name} ({body.kind})" for name, body in scene.bodies.items())
         method = "" if self.method_name == "base" else f", method '{self.method_name}'"
-        contacts = f"{len(scene.contacts)} contact" + ("s" if len(scene.contacts) != 1 else "")
+        contacts = counted(len(scene.contacts), "contact")
         return f"<Case '{self.label}'{method}: {bodies}; {contacts}, {scene.duration:.6g} s>"
 
     def resolved(self) -> dict[str, Any]:
@@ -333,7 +334,7 @@ def _length(bodies: Any) -> int:
     return len(bodies) if isinstance(bodies, dict) else 0
 
 
-def say_if_many(bodies: int) -> None:
+def log_many_bodies(bodies: int) -> None:
     """Log, once in a session, that a case of many bodies is checked, as that takes seconds."""
     if bodies < MANY_BODIES or _said:
         return
@@ -350,7 +351,7 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry, 
         if is_new:  # of an edited one, what is new was checked as it was put in
             check_texts(document.data)
         data, origins = expand(document.data)
-        say_if_many(_length(data.get("bodies")))
+        log_many_bodies(_length(data.get("bodies")))
         with GarbageCollectionPaused(_length(data.get("bodies"))):
             checked, built = _checked_and_built(name, file, data, registry)
     except ImpactlabError as error:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.blocks import ElasticBlock
-from impactlab.casefile.contacts import RULES_OF_CONTACTS, Row, met
+from impactlab.casefile.contacts import RULES_OF_CONTACTS, Row, contact_of
 from impactlab.casefile.instruments import instruments_are_whole
 from impactlab.casefile.joined import check_bonds, is_joined
 from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
@@ -57,7 +57,7 @@ def check(case: CaseBlock, registry: Registry) -> Row:
 
 
 def _add_contact(row: Row, case: CaseBlock, number: int, registry: Registry) -> None:
-    row.contacts.append(met(case, number, row, is_joined(case.contacts[number], registry)))
+    row.contacts.append(contact_of(case, number, row, is_joined(case.contacts[number], registry)))
 
 
 def reference_rod(case: CaseBlock) -> str | None:

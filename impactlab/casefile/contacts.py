@@ -38,7 +38,7 @@ class Row:
     """All contacts of a case, with tables by which each finds those that matter to it."""
 
     def __init__(self) -> None:
-        self.contacts: list[Met] = []
+        self.contacts: list[CaseContact] = []
 
     @cached_property
     def first(self) -> dict[frozenset[str], int]:
@@ -49,9 +49,9 @@ class Row:
         return found
 
     @cached_property
-    def stops(self) -> dict[tuple[int, str, float], list[Met]]:
+    def stops(self) -> dict[tuple[int, str, float], list[CaseContact]]:
         """The contacts of walls with a face, by its place in the contact, its body and its x [m]."""
-        found: dict[tuple[int, str, float], list[Met]] = {}
+        found: dict[tuple[int, str, float], list[CaseContact]] = {}
         for contact in self.contacts:
             for place in (0, 1):
                 if isinstance(contact.bodies[1 - place], WallBlock):
@@ -78,7 +78,7 @@ class Row:
         return bool(on_left)
 
 
-class Met(NamedTuple):
+class CaseContact(NamedTuple):
     """A contact of a case with its faces and bodies, as the rules see it."""
 
     case: CaseBlock
@@ -130,7 +130,7 @@ def marks_of(case: CaseBlock, mechanism: str) -> tuple[Mark, ...]:
     return tuple(found)
 
 
-def along_is_given(contact: Met) -> None:
+def mechanisms_have_a_direction(contact: CaseContact) -> None:
     """Refuse a contact on a mechanism without a direction, and a direction where nothing turns."""
     linked = any(name in links_of(contact.case) for name in contact.faces.names)
     if linked and contact.block.along is None:
@@ -145,7 +145,7 @@ def along_is_given(contact: Met) -> None:
         )
 
 
-def links_meet_others(contact: Met) -> None:
+def links_meet_others(contact: CaseContact) -> None:
     """Refuse links of one mechanism that meet, and bodies that would turn or move in two directions."""
     links = links_of(contact.case)
     own = [links[name].mechanism for name in contact.faces.names if name in links]
@@ -170,11 +170,11 @@ def links_meet_others(contact: Met) -> None:
             )
 
 
-def met(case: CaseBlock, number: int, row: Row, joined: bool = False) -> Met:
+def contact_of(case: CaseBlock, number: int, row: Row, joined: bool = False) -> CaseContact:
     """Return a contact with its faces and bodies; raise `CaseError` on a wrong name."""
     faces = faces_of(case, number)
     left, right = (case.bodies.get(name) or case.mechanisms[name] for name in faces.names)
-    return Met(case, number, faces, (left, right), row, joined)
+    return CaseContact(case, number, faces, (left, right), row, joined)
 
 
 def lever_arm_of(case: CaseBlock, name: str) -> float:
@@ -183,7 +183,7 @@ def lever_arm_of(case: CaseBlock, name: str) -> float:
     return next((arm for number, arm in given if name in faces_of(case, number).names), 1.0)
 
 
-def joins_two_bodies(contact: Met) -> None:
+def joins_two_bodies(contact: CaseContact) -> None:
     """Refuse a body in contact with itself, two walls, and a pair named twice."""
     left, right = contact.faces.names
     if left == right:
@@ -198,12 +198,12 @@ def joins_two_bodies(contact: Met) -> None:
         raise contact.refused(f"{labels} already meet in contacts.{first}", remedy)
 
 
-def _labels(contact: Met) -> frozenset[str]:
+def _labels(contact: CaseContact) -> frozenset[str]:
     """Return the names of both faces, which name the channels of the contact."""
     return frozenset(face.point.label for face in contact.faces)
 
 
-def faces_look_at_each_other(contact: Met) -> None:
+def faces_are_opposite(contact: CaseContact) -> None:
     """Refuse an end that points away from the other face."""
     for place, (face, body) in enumerate(zip(contact.faces, contact.bodies, strict=True)):
         at_side, facing = ("right", "left") if place else ("left", "right")
@@ -218,7 +218,7 @@ def faces_look_at_each_other(contact: Met) -> None:
             )
 
 
-def held_ends_are_not_struck(contact: Met) -> None:
+def fixed_ends_have_no_contact(contact: CaseContact) -> None:
     """Refuse a contact at an end that never moves."""
     for place, (face, body) in enumerate(zip(contact.faces, contact.bodies, strict=True)):
         held = getattr(body.ends, face.end).kind if isinstance(body, ElasticBlock) and face.end else ""
@@ -230,7 +230,7 @@ def held_ends_are_not_struck(contact: Met) -> None:
             )
 
 
-def shaft_has_a_lever_arm(contact: Met) -> None:
+def shaft_has_a_lever_arm(contact: CaseContact) -> None:
     """Refuse a shaft's contact without lever arm, with another arm, or with no rigid partner."""
     names, arm = contact.faces.names, contact.block.lever_arm
     shafts = [name for name, body in zip(names, contact.bodies, strict=True) if isinstance(body, ShaftBlock)]
@@ -262,7 +262,7 @@ def shaft_has_a_lever_arm(contact: Met) -> None:
         )
 
 
-def stops_leave_room(contact: Met) -> None:
+def stops_have_clearance(contact: CaseContact) -> None:
     """Refuse stops on both sides of a beam that leave no room between them."""
     for place in (0, 1):
         if not (isinstance(contact.bodies[place], BeamBlock) and isinstance(contact.bodies[1 - place], WallBlock)):
@@ -281,7 +281,7 @@ def stops_leave_room(contact: Met) -> None:
                 )
 
 
-def gap_is_open(contact: Met) -> None:
+def gap_is_open(contact: CaseContact) -> None:
     """Refuse faces that overlap before the run, unless the contact allows it."""
     if contact.joined:
         return
@@ -301,7 +301,7 @@ def gap_is_open(contact: Met) -> None:
         raise contact.refused(text, "Give a gap of 0 or more, or `overlap: allowed` for this contact.", "gap")
 
 
-def _largest_displacement(contact: Met) -> float:
+def _largest_displacement(contact: CaseContact) -> float:
     """Return the largest displacement of the faces of a contact and of their bodies at t = 0 [m], by samples."""
     found = 0.0
     for face, body in zip(contact.faces, contact.bodies, strict=True):
@@ -312,7 +312,7 @@ def _largest_displacement(contact: Met) -> float:
     return found
 
 
-def links_have_no_gap(contact: Met) -> None:
+def links_have_no_gap(contact: CaseContact) -> None:
     """Refuse a gap or an overlap of a link, whose faces are joined from the start."""
     for key in ("gap", "overlap"):
         if contact.joined and key in contact.block.model_fields_set and getattr(contact.block, key) is not None:
@@ -324,7 +324,7 @@ def links_have_no_gap(contact: Met) -> None:
             )
 
 
-def pieces_lie_along_a_body(contact: Met) -> None:
+def pieces_lie_along_a_body(contact: CaseContact) -> None:
     """Refuse pieces without a face along a body, such a face without pieces, and two such faces."""
     along = [face for face in contact.faces if face.span is not None]
     if not along and contact.block.pieces is not None:
@@ -343,7 +343,7 @@ def pieces_lie_along_a_body(contact: Met) -> None:
         raise contact.refused("both faces lie along a body", "Let one of the two be a mass, a wall or one place.")
 
 
-def order_is_possible(contact: Met) -> None:
+def order_is_possible(contact: CaseContact) -> None:
     """Refuse the contact that closes a ring.
 
     An example is a left of b, b left of a; walls may stand on both sides.
@@ -363,7 +363,7 @@ def order_is_possible(contact: Met) -> None:
         raise contact.refused(text, "In `between: [a, b]`, a is on the left of b: swap one pair.")
 
 
-def _orders(contact: Met) -> bool:
+def _orders(contact: CaseContact) -> bool:
     """Return whether a contact fixes which of its bodies lies on the left.
 
     It does not with a wall, or at an inner point.
@@ -374,7 +374,7 @@ def _orders(contact: Met) -> bool:
     return not inner and not any(isinstance(body, WallBlock) for body in contact.bodies)
 
 
-def has_a_law(contact: Met) -> None:
+def has_a_law(contact: CaseContact) -> None:
     """Refuse a contact without a law, unless a tolerance makes it a hard one."""
     if contact.block.law is None and contact.case.solve.tolerance is None:
         remedy = "Name a law, or give solve.tolerance: a contact without a law is then a hard one."
@@ -382,13 +382,13 @@ def has_a_law(contact: Met) -> None:
 
 
 RULES_OF_CONTACTS = (
-    along_is_given,
+    mechanisms_have_a_direction,
     links_meet_others,
     joins_two_bodies,
-    faces_look_at_each_other,
-    held_ends_are_not_struck,
+    faces_are_opposite,
+    fixed_ends_have_no_contact,
     shaft_has_a_lever_arm,
-    stops_leave_room,
+    stops_have_clearance,
     gap_is_open,
     links_have_no_gap,
     pieces_lie_along_a_body,

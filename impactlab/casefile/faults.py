@@ -8,7 +8,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from impactlab.casefile.synonyms import meant, renamed
+from impactlab.casefile.synonyms import key_of_synonym, renamed
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError, ImpactlabError, combined
 
@@ -109,7 +109,7 @@ def _words(
 def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]] = ()) -> tuple[str, str]:
     """Return text and remedy of a key that is not known among names; ``blocks`` are those in which it was sought."""
     comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
-    key = meant(name)
+    key = key_of_synonym(name)
     hint = renamed(name, names, _key_inside(key.name, blocks) if key is not None else "")
     hint = _key_inside(name, blocks) or hint or closest(name, names)
     return (

@@ -22,6 +22,7 @@ from impactlab.casefile.samples import Samples
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
+from impactlab.printing import counted
 from impactlab.scene.bodies import AbstractLoad, Body, FunctionLoad, SampledLoad
 from impactlab.scene.ranges import range_of
 
@@ -117,7 +118,7 @@ def _checked(times: np.ndarray[Any, Any], forces: np.ndarray[Any, Any], what: st
     if len(times) != len(forces):
         raise refuse(f"{what} has {len(times)} times t and {len(forces)} forces f; give one f for each t")
     if len(times) < MIN_SAMPLES:
-        raise refuse(f"{what} has {len(times)} sample{'s' if len(times) != 1 else ''}; give at least {MIN_SAMPLES}")
+        raise refuse(f"{what} has {counted(len(times), 'sample')}; give at least {MIN_SAMPLES}")
     for name, column in (("t", times), ("f", forces)):
         bad = np.flatnonzero(~np.isfinite(column))
         if len(bad):

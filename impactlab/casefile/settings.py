@@ -16,10 +16,11 @@ from impactlab.scene.method import Method
 from impactlab.wall_time import spent_on
 
 Setting = tuple[str, Any]
+OPTION = "--set"  # that gives the values, for messages
 
 
 def load_with_settings(
-    file: Path, settings: Sequence[Setting], *, variant: str = "base", method: str = "base", by: str = "--set"
+    file: Path, settings: Sequence[Setting], *, variant: str = "base", method: str = "base"
 ) -> tuple[Case, Any]:
     """Return the case in a file, its variant and method chosen and values set, and the tolerance that it had before.
 
@@ -31,8 +32,6 @@ def load_with_settings(
         Dotted paths and their values, in any order.
     variant, method : str
         Names of a variant and a method of the case; ``base`` is the case as written.
-    by : str
-        The option that gave the values, for messages.
 
     Raises
     ------
@@ -51,10 +50,10 @@ def load_with_settings(
     case = case_of(
         name,
         path,
-        with_set(solved, in_order(settings, solved.data), by, path),
+        with_set(solved, in_order(settings, solved.data), OPTION, path),
         method=method,
         variant=variant,
-        written=None if method == "base" else _written(name, path, scene, settings, by),
+        written=None if method == "base" else _written(name, path, scene, settings),
     )
     solve = solved.data.get("solve")
     return case, solve.get("tolerance") if isinstance(solve, dict) else None
@@ -74,9 +73,9 @@ def _named(path: str, document: Document, block: str, name: str) -> Document:
         raise
 
 
-def _written(name: str, path: str, scene: Document, settings: Sequence[Setting], by: str) -> Method | None:
+def _written(name: str, path: str, scene: Document, settings: Sequence[Setting]) -> Method | None:
     """Return the method of the case as written; with the settings where they replace a fault of it, None if neither."""
     for change in ((), settings):
         with contextlib.suppress(ImpactlabError):
-            return case_of(name, path, with_set(scene, in_order(change, scene.data), by, path)).built.method
+            return case_of(name, path, with_set(scene, in_order(change, scene.data), OPTION, path)).built.method
     return None

@@ -40,7 +40,7 @@ NAMES: Mapping[Key, str] = {
 KEYS = {name: key for key, names in NAMES.items() for name in names.split()}
 
 
-def meant(name: str) -> Key | None:
+def key_of_synonym(name: str) -> Key | None:
     """Return the key of a case that another program calls by this name, in letters of any size."""
     return KEYS.get(name.strip().lower().replace(" ", "_").replace("-", "_"))
 
@@ -50,7 +50,7 @@ def renamed(name: str, allowed: Iterable[str], inside: str = "") -> str:
 
     ``inside`` is the sentence on the block inside this one that has the key.
     """
-    key = meant(name)
+    key = key_of_synonym(name)
     if key is None:
         return ""
     note = f" ({key.note})" if key.note else ""

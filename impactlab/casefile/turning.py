@@ -166,7 +166,7 @@ def _met(name: str, bodies: Mapping[str, Body], contacts: tuple[Contact, ...]) -
 
 def _check_contact(bodies: Mapping[str, Body], contact: Contact, number: int) -> None:
     """Raise `CaseError` where two bodies that meet move in other directions, or a mass does not stand at its gap."""
-    left, right = (bodies[point.body] for point in (contact.left, contact.right))
+    left, right = (bodies[point.body] for point in contact.faces)
     if left.rotation is None or right.rotation is None:
         return
     if bool(left.softening) != bool(right.softening):

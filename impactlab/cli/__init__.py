@@ -25,7 +25,7 @@ from impactlab.cli import (
     sweep,
     uncertainty,
 )
-from impactlab.cli.reporting import Left, left_without_output, output_fault, print_failure
+from impactlab.cli.reporting import CommandFailed, left_without_output, output_fault, print_failure
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
 
@@ -162,7 +162,7 @@ def _run() -> None:
         app()
     except KeyboardInterrupt:
         sys.exit(130)
-    except Left:
+    except CommandFailed:
         raise
     except SystemExit as leaving:
         if leaving.code == 2 and "--json" in sys.argv:  # typer has printed the reason on standard error
@@ -182,4 +182,4 @@ def _check_surroundings() -> None:
             places = dict.fromkeys(("file", "line", "path"))
             fault = {"kind": type(error).__name__, **places, "text": error.text, "remedy": error.remedy}
             print(json.dumps({"schema_version": 1, "case": "", "status": "refused", "error": fault}, indent=1))
-        raise Left(2) from None
+        raise CommandFailed(2) from None

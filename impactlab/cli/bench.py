@@ -14,7 +14,7 @@ import typer
 from impactlab.cli.lazy_modules import bench_report, benching, cells, console, figure_files, output, stability_report
 from impactlab.cli.lazy_modules import grid as grids
 from impactlab.cli.options import Figures, Json, found, names_in
-from impactlab.cli.reporting import Left, reporting
+from impactlab.cli.reporting import CommandFailed, reporting
 
 
 def bench(
@@ -99,7 +99,7 @@ def bench(
             _draw_bench(out, out / "table.csv", jobs, suite, formats, f"{shlex.join(command)} --out DIR")
         console.print_json(made.document) if as_json else print(f"{len(made.cells)} rows: {counts}")
         if made.cells and not made.counts["completed"]:
-            raise Left(1)
+            raise CommandFailed(1)
 
 
 @contextlib.contextmanager

@@ -8,7 +8,7 @@ import typer
 
 from impactlab.cli.lazy_modules import api, choices, citations, console
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
-from impactlab.cli.reporting import Left, code_of, reporting, say_hints
+from impactlab.cli.reporting import CommandFailed, code_of, print_hints, reporting
 from impactlab.errors import ImpactlabError
 
 PREDICTED = (
@@ -26,7 +26,7 @@ def check(
         except ImpactlabError as error:
             if not as_json:
                 console.say(listing(error))
-                raise Left(code_of(error)) from None
+                raise CommandFailed(code_of(error)) from None
             raise
         names = (method,) if method is not None else loaded.method_names
         plans: dict[str, dict[str, Any]] = {}
@@ -45,12 +45,12 @@ def check(
                 faults.append((name, error))
                 plans[name] = api.failure(loaded.label, error)
         document = {"schema_version": 1, "case": loaded.label, "resolved": loaded.resolved(), "methods": plans}
-        say_hints(loaded)
+        print_hints(loaded)
         for name, fault in faults:
             console.say(f"method {name}: {fault}")
         console.print_json(document) if as_json else print(console.tree_text(_brief(document)))
         if faults:
-            raise Left(2)
+            raise CommandFailed(2)
 
 
 def listing(error: ImpactlabError) -> str:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 BY_WITH = "with_()"  # gave a value that no file and no option holds
 
 
-class Left(SystemExit):
+class CommandFailed(SystemExit):
     """A command that reported its failure leaves with this."""
 
 
@@ -33,12 +33,12 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
         raise
     except KeyboardInterrupt as error:
         _report(case, as_json, error, str(error) or "interrupted")
-        raise Left(130) from None
+        raise CommandFailed(130) from None
     except Exception as error:
         if os.environ.get("IMPACTLAB_DEBUG"):
             raise
         _report(case, as_json, error, words(error))
-        raise Left(code_of(error)) from None
+        raise CommandFailed(code_of(error)) from None
 
 
 @contextlib.contextmanager
@@ -64,11 +64,11 @@ def output_fault(leaving: BaseException) -> OSError | None:
     return leaving if isinstance(leaving, OSError) and leaving.errno in NO_ROOM else None
 
 
-def left_without_output(fault: OSError) -> Left:
+def left_without_output(fault: OSError) -> CommandFailed:
     """Report that standard output could not be written, drop the rest of it, and return the exit status."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     print(words(fault), file=sys.stderr)
-    return Left(1)
+    return CommandFailed(1)
 
 
 def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -> None:
@@ -97,7 +97,7 @@ def code_of(error: BaseException) -> int:
     return 2 if isinstance(error, ImpactlabError) and not isinstance(error, (StepError, SweepError)) else 1
 
 
-def say_hints(case: Case) -> None:
+def print_hints(case: Case) -> None:
     """Print on standard error the values of a case that may be slips."""
     for hint in case.hints:
         console.say(f"{case.file}: {hint}")

@@ -33,7 +33,7 @@ from impactlab.cli.options import (
     load,
     names_in,
 )
-from impactlab.cli.reporting import Left, code_of, reporting, say_hints, words
+from impactlab.cli.reporting import CommandFailed, code_of, print_hints, reporting, words
 from impactlab.errors import ImpactlabError
 from impactlab.wall_time import timed
 
@@ -59,7 +59,7 @@ def run(
     """Run one case: its summary on the screen, history and figures in DIR."""
     with reporting(case, as_json), timed() as watch:
         loaded = load(case, sets, method, variant, metric)
-        say_hints(loaded)
+        print_hints(loaded)
         drawn_as = figure_files.figure_files(figures, width, out)
         if out is not None:
             output.check_target(out)
@@ -97,7 +97,7 @@ def run(
         summary["cost"]["wall_time"] = watch.seconds()
         console.print_json(summary) if as_json else print(text, console.wall_time(summary), sep="\n")
         if summary["status"] != "completed":
-            raise Left(1)
+            raise CommandFailed(1)
 
 
 def compare(
@@ -117,7 +117,7 @@ def compare(
     """Run several methods on one case: one table, one set of figures, errors against the exact solution."""
     with reporting(case, as_json):
         loaded = load(case, sets, None, variant, metric)
-        say_hints(loaded)
+        print_hints(loaded)
         names = names_in(methods) if methods is not None else None
         drawn_as = figure_files.figure_files(figures, width, out)
         if out is not None:
@@ -150,7 +150,7 @@ def compare(
             console.say(f"written: {out}")
         console.print_json(document) if as_json else print(comparison)
         if code:
-            raise Left(code)
+            raise CommandFailed(code)
 
 
 def _code_of_rows(comparison: Any) -> int:

@@ -8,7 +8,7 @@ import typer
 
 from impactlab.cli.lazy_modules import console, jsonschema, listings, registries, verdicts
 from impactlab.cli.options import Json
-from impactlab.cli.reporting import Left, reporting
+from impactlab.cli.reporting import CommandFailed, reporting
 
 
 def schema(
@@ -39,7 +39,7 @@ def plugins(
             found = verdicts.verdict(check_name, registries.registry())
             console.print_json(found.document()) if as_json else print(console.verdict_text(found.document()))
             if not found.ok:
-                raise Left(1)
+                raise CommandFailed(1)
             return
         listing = listings.listing(registries.registry())
         if as_json:

@@ -9,7 +9,7 @@ import typer
 
 from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in
-from impactlab.cli.reporting import Left, reporting
+from impactlab.cli.reporting import CommandFailed, reporting
 
 MAX_COLUMNS = 24  # of a table on the screen: more are left out in its middle
 
@@ -117,4 +117,4 @@ def sweep(
         else:
             print(f"{found.status.size} points: " + ", ".join(f"{count} {name}" for name, count in counts.items()))
         if set(counts) - {"missing", "completed"} and not counts.get("completed"):
-            raise Left(1)
+            raise CommandFailed(1)

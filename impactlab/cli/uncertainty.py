@@ -8,7 +8,7 @@ import typer
 
 from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps, uncertainties
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in
-from impactlab.cli.reporting import Left, given_by, reporting
+from impactlab.cli.reporting import CommandFailed, given_by, reporting
 from impactlab.cli.sweep import Cluster, Kept, Quantities, Shard, Workers
 from impactlab.errors import CaseError
 
@@ -80,7 +80,7 @@ def uncertainty(
         else:
             print(found)
         if not sweeps.counts(found.data).keys() & {"missing", "completed", "tolerance_not_met"}:
-            raise Left(1)
+            raise CommandFailed(1)
 
 
 def _percent(text: str) -> float:

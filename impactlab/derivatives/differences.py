@@ -20,10 +20,10 @@ from impactlab.casefile import Case
 from impactlab.derivatives.parameters import read_parameters
 from impactlab.derivatives.scales import scale_of
 from impactlab.errors import CaseError, ImpactlabError
-from impactlab.metrics.grazing import MIN_CONTACT, touches_of
+from impactlab.metrics.grazing import MIN_CONTACT, merged_periods
 from impactlab.scene.method import Method, StepRule
 from impactlab.sweeps.axes import at_point
-from impactlab.sweeps.quantities import Asked, values
+from impactlab.sweeps.quantities import WantedQuantity, values
 from impactlab.types import Array
 
 EVENT_STEPS = 5.0  # steps by which each event moves over half the width, at least
@@ -75,7 +75,7 @@ class _Frozen:
 
     case: Case
     path: str
-    wanted: Sequence[Asked]
+    wanted: Sequence[WantedQuantity]
     chosen: Method | None  # by the automatic choice, at its own value
     dt: float | None  # s; None of a run without steps
 
@@ -86,7 +86,7 @@ class _Frozen:
         periods, events = [], []
         for contact in scene.contacts:
             quiet = 0.0 if history.dt is None else max(10.0 * history.dt, MIN_CONTACT * scene.round_trip)
-            touches = touches_of(history, contact.name, quiet)
+            touches = merged_periods(history, contact.name, quiet)
             periods.append((contact.name, len(touches), bool(touches) and touches[-1].end is None))
             events += [time for touch in touches for time in (touch.start, touch.end) if time is not None]
         rows = values(scene, history, self.wanted, self.case.registry)
@@ -125,7 +125,7 @@ class _Frozen:
         return _Fit(fitted[0], fitted[1], np.sqrt(noise * float(inverse[1] @ inverse[1])), curved - fitted[1])
 
 
-def differences(case: Case, path: str, wanted: Sequence[Asked]) -> list[list[Difference]]:
+def differences(case: Case, path: str, wanted: Sequence[WantedQuantity]) -> list[list[Difference]]:
     """Return derivatives of quantities by the number at a path, a list for each quantity, an entry for each label.
 
     A run that lasts a number of round trips ends with the round trip of each shifted case, as in a sweep: a quantity

@@ -48,7 +48,7 @@ class Quantities(Protocol):
         """Return the derivatives for which there are formulas, (n,), NaN of the others."""
 
 
-class Found(NamedTuple):
+class Derivatives(NamedTuple):
     """Derivatives by one parameter."""
 
     slopes: Slopes
@@ -97,13 +97,15 @@ def solved_with(case: Case, parameters: Sequence[Parameter]) -> Solved:
 
 def derivatives(
     case: Case, history: AbstractHistory, parameters: Sequence[Parameter], values: Quantities
-) -> list[Found]:
+) -> list[Derivatives]:
     """Return the derivatives of values of an exact run by each parameter."""
     base = values(case.scene(), history)
     try:
         solved = solved_with(case, parameters)
     except ImpactlabError:  # a network that changes beside the value: runs are compared
-        return [Found(_of_runs(case, each, values, base, history, np.inf), DIFFERENCES, ()) for each in parameters]
+        return [
+            Derivatives(_of_runs(case, each, values, base, history, np.inf), DIFFERENCES, ()) for each in parameters
+        ]
     found = []
     for number, parameter in enumerate(parameters):
         near = edges(solved, number)
@@ -113,11 +115,11 @@ def derivatives(
         at_edge = bool(near) and abs(near[0].distance) < least
         parts = solved.tangents.apart[number] * parameter.scale > MAX_APART * way
         if at_edge or parts or passes_end(solved, number):
-            found.append(Found(_of_runs(case, parameter, values, base, history, distance), DIFFERENCES, near))
+            found.append(Derivatives(_of_runs(case, parameter, values, base, history, distance), DIFFERENCES, near))
             continue
         by_tangents = _of_tangents(case, parameter, number, values, solved)
         by_runs = _of_runs(case, parameter, values, base, history, distance) if by_tangents.kink.any() else None
-        found.append(Found(by_tangents, TANGENT, near, by_runs))
+        found.append(Derivatives(by_tangents, TANGENT, near, by_runs))
     return found
 
 

@@ -13,7 +13,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.derivatives.differences import Difference, differences
 from impactlab.derivatives.direct import Direct
-from impactlab.derivatives.exact import MIN_DISTANCE, Found, derivatives
+from impactlab.derivatives.exact import MIN_DISTANCE, Derivatives, derivatives
 from impactlab.derivatives.parameters import Parameter, read_parameters, refuse_held
 from impactlab.derivatives.table import DIFFERENCES, WITHHELD, Sensitivities, Sensitivity
 from impactlab.errors import CaseError
@@ -21,7 +21,7 @@ from impactlab.exact.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
 from impactlab.plugins import Registry
 from impactlab.scene.problem import Scene
-from impactlab.sweeps.quantities import Asked, asked, values
+from impactlab.sweeps.quantities import WantedQuantity, asked, values
 from impactlab.sweeps.sampled import Sampled
 from impactlab.types import Array
 
@@ -70,7 +70,7 @@ def sensitivities(
     wanted = asked(case.scene(), quantities, case.registry)
     with api.warnings_kept():
         history = api.run(case)
-    flat = Flat(wanted, case.registry)
+    flat = FlatValues(wanted, case.registry)
     base = flat(case.scene(), history)
     largest = flat.largest(base)
     rows: list[Sensitivity] = []
@@ -128,7 +128,7 @@ def _smooth(slopes: tuple[float, float, float, float], kinked: bool, size: float
     return math.nan if kinked or _is_vague(middle, error, size) else middle
 
 
-def _is_at_edge(found: Found, parameter: Parameter) -> bool:
+def _is_at_edge(found: Derivatives, parameter: Parameter) -> bool:
     """Return whether the sequence of contacts changes at the value of a parameter."""
     return any(abs(edge.distance) < MIN_DISTANCE * parameter.scale for edge in found.edges)
 
@@ -138,10 +138,10 @@ def _is_vague(middle: float, error: float, size: float) -> bool:
     return error > MAX_ERROR * max(abs(middle), size)
 
 
-class Flat:
+class FlatValues:
     """Values of several quantities of a run, one after the other."""
 
-    def __init__(self, wanted: tuple[Asked, ...], registry: Registry) -> None:
+    def __init__(self, wanted: tuple[WantedQuantity, ...], registry: Registry) -> None:
         self.wanted, self.registry = wanted, registry
         self.names = [(each, str(label)) for each in wanted for label in each.places]
 
@@ -183,7 +183,9 @@ class Sample:
         return direct.sampled(self.channel, self.times)
 
 
-def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: float, largest: float) -> Sensitivity:
+def _exact(
+    parameter: Parameter, found: Derivatives, flat: FlatValues, number: int, value: float, largest: float
+) -> Sensitivity:
     each, label = flat.names[number]
     rounding = NOTHING * largest / parameter.scale
     (middle, error, below, above), kink, by = found.at(number)
@@ -218,7 +220,7 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
     )  # fmt: skip
 
 
-def _lacking(parameter: Parameter, each: Asked) -> Sensitivity:
+def _lacking(parameter: Parameter, each: WantedQuantity) -> Sensitivity:
     """Return the row of a quantity without a place for a value, as of contacts in a case that has none."""
     return Sensitivity(
         each.name, "", each.unit, parameter.path, parameter.value, parameter.unit,
@@ -226,12 +228,12 @@ def _lacking(parameter: Parameter, each: Asked) -> Sensitivity:
     )  # fmt: skip
 
 
-def _absent(each: Asked, value: float) -> str:
+def _absent(each: WantedQuantity, value: float) -> str:
     """Return why there is no value to differentiate; empty where there is one."""
     return NO_VALUE.get(each.name, "it has no value in this run") if math.isnan(value) else ""
 
 
-def _stepped(parameter: Parameter, flat: Flat, found: list[list[Difference]]) -> Iterator[Sensitivity]:
+def _stepped(parameter: Parameter, flat: FlatValues, found: list[list[Difference]]) -> Iterator[Sensitivity]:
     """Give the derivatives of a stepped run; its sequence of contacts is known as far as the differences reach."""
     flattened = [each for row in found for each in row]
     for (asked_for, label), each in zip(flat.names, flattened, strict=True):

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from impactlab.printing import aligned, plain
+
 if TYPE_CHECKING:
     import pandas
 
@@ -83,25 +85,14 @@ class Sensitivities:
     def to_dict(self) -> dict[str, Any]:
         """Return plain values: None in place of NaN and infinity."""
         rows = [{**row._asdict(), "logarithmic": row.logarithmic} for row in self.rows]
-        plain = [
-            {
-                key: None if isinstance(value, float) and not math.isfinite(value) else value
-                for key, value in row.items()
-            }
-            for row in rows
-        ]
-        return {"schema_version": 1, "case": self.case, "sensitivities": plain}
+        return {"schema_version": 1, "case": self.case, "sensitivities": plain(rows)}
 
     def cells(self) -> list[tuple[str, ...]]:
         """Return the rows of the printed table, in the order of `COLUMNS`."""
         return [_cells(row) for row in self.rows]
 
     def __str__(self) -> str:
-        table = [COLUMNS, *self.cells()]
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        lines = [
-            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table
-        ]
+        lines = aligned([COLUMNS, *self.cells()])
         if any(_is_unknown(row) for row in self.rows):
             lines.append(f"{BOUND}: the error is larger than the derivative; this bounds its size, its sign is unknown")
         notes: dict[str, list[str]] = {}

@@ -30,7 +30,7 @@ def drill_of(scene: Scene) -> Drill:
     """
     hammer = tuple(name for name, body in scene.bodies.items() if body.velocity != 0.0)
     rods = tuple(name for name, body in scene.bodies.items() if body.moves and name not in hammer)
-    walls = [c for c in scene.contacts if not all(scene.bodies[p.body].moves for p in (c.left, c.right))]
+    walls = [c for c in scene.contacts if not all(scene.bodies[p.body].moves for p in c.faces)]
     if not hammer:
         text, remedy = "no body moves at t = 0, so there is no hammer", "Give the hammer a velocity."
         raise CaseError(text, remedy=remedy, path="bodies")

@@ -67,7 +67,7 @@ def places_of_contacts(scene: Scene) -> dict[str, list[float]]:
     """Return the places [m] of the contacts of each body that has any."""
     touched: dict[str, list[float]] = {}
     for contact in scene.contacts:
-        for point in (contact.left, contact.right):
+        for point in contact.faces:
             touched.setdefault(point.body, []).append(point.x)
     return touched
 
@@ -146,64 +146,113 @@ def force_scales(drawing: Drawing, pairs: list[tuple[int, int]], bonds: list[Bon
     return scales
 
 
+class Order(NamedTuple):
+    """Nodes, ends and contacts of a drawing in the order of their junctions."""
+
+    nodes: Ints  # of the drawing, in this order
+    ends: Ints
+    contacts: Ints
+    new_nodes: list[int]  # places in this order, by the number in the drawing
+    new_ends: list[int]
+    junctions: dict[str, Ints]  # of each node, end and contact, in this order
+    first: dict[str, Ints]  # number of the first node, end and contact of each junction, and beyond the last
+    counts: dict[str, Ints]  # of nodes, ends and contacts of each junction
+
+
+def ordered(drawing: Drawing, turns: Sequence[int]) -> Order:
+    """Return the order of a drawing by junction; ``turns`` order the contacts of one junction."""
+    junction = junctions(len(drawing.nodes), drawing.pairs)
+    of_ends, of_contacts = junction[drawing.end_nodes], junction[[a for a, _ in drawing.pairs]]
+    nodes, ends = np.argsort(junction, kind="stable"), np.argsort(of_ends, kind="stable")
+    contacts = np.lexsort((np.array(turns), of_contacts))
+    steps = np.arange(int(junction.max()) + 2)
+    ranges = {"node": junction[nodes], "end": of_ends[ends], "contact": of_contacts[contacts]}
+    first = {kind: np.searchsorted(of, steps) for kind, of in ranges.items()}
+    counts = {kind: of[1:] - of[:-1] for kind, of in first.items()}
+    return Order(nodes, ends, contacts, np.argsort(nodes).tolist(), np.argsort(ends).tolist(), ranges, first, counts)
+
+
 def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
     """Return the network of a scene and its log at t = 0; raises `CaseError` or `PairingError`."""
     bonds = bonds_of(scene, method)
     drawing = draw(scene)
-    nodes, members, pieces, end_nodes, pairs = drawing
-    junction = junctions(len(nodes), pairs)
-    of_ends, of_contacts = junction[end_nodes], junction[[a for a, _ in pairs]]
-    z = [segment.impedance for *_, segment in pieces for _ in range(2)]
-    transit = [length / segment.wave_speed for _, _, length, segment in pieces for _ in range(2)]
-    node_order, end_order = np.argsort(junction, kind="stable"), np.argsort(of_ends, kind="stable")
-    node_new, end_new = np.argsort(node_order).tolist(), np.argsort(end_order).tolist()
-    places = np.lexsort((np.array([bond.turn for bond in bonds]), of_contacts))
-    pairs, bonds = [pairs[c] for c in places], [bonds[c] for c in places]
+    order = ordered(drawing, [bond.turn for bond in bonds])
+    bonds = [bonds[c] for c in order.contacts]
+    z = [segment.impedance for *_, segment in drawing.pieces for _ in range(2)]
+    transit = [length / segment.wave_speed for _, _, length, segment in drawing.pieces for _ in range(2)]
+    log = log_of(order)
+    tolerance = MERGE_TOL * 2.0 * min(transit)
+    log.state["gravity"], log.state["duration"], log.state["tolerance"] = scene.gravity, scene.duration, tolerance
+    neglect_masses(drawing, z, tolerance)
+    write_nodes(log, drawing, order)
+    write_ends(log, drawing, order, z, transit)
+    write_contacts(log, scene, drawing, order, bonds, z)
+    if any(bond.branches is not None for bond in bonds):
+        log = with_branches(log, [bond.branches for bond in bonds])
+    layout = layout_of(drawing, order)
+    ends_with_loads = {
+        layout.nodes[name][0 if x == 0.0 else -1]: load for name in layout.links for x, load in scene.bodies[name].loads
+    }
+    return layout, with_first_pieces(scene, layout, loaded(log, ends_with_loads, scene.duration))
 
-    steps = np.arange(int(junction.max()) + 2)  # first node, end and contact of each junction, and beyond the last
-    ranges = {"node": junction[node_order], "end": of_ends[end_order], "contact": of_contacts[places]}
-    bounds = {kind: np.searchsorted(of, steps) for kind, of in ranges.items()}
-    counts = {kind: of[1:] - of[:-1] for kind, of in bounds.items()}
+
+def log_of(order: Order) -> Log:
+    """Return an empty log with its junctions."""
+    counts = order.counts
     rows = 2 * counts["node"] + 2 * counts["end"] + counts["contact"]
-    log = empty_log(len(rows), len(nodes), len(end_nodes), len(pairs), int(rows.max()))
-    for kind, of in bounds.items():
+    log = empty_log(len(rows), len(order.nodes), len(order.ends), len(order.contacts), int(rows.max()))
+    for kind, of in order.first.items():
         log.junctions[f"first_{kind}"], log.junctions[f"last_{kind}"] = of[:-1], of[1:]
     log.junctions["nodes"], log.junctions["ends"], log.junctions["rows"] = counts["node"], counts["end"], rows
     log.junctions["burst"] = -np.inf
-    tolerance = MERGE_TOL * 2.0 * min(transit)
-    log.state["gravity"], log.state["duration"], log.state["tolerance"] = scene.gravity, scene.duration, tolerance
+    return log
 
-    for node, impedance in zip(end_nodes, z, strict=True):
-        # A mass m delays an echo by 2 m/Z, here by less than the rounding of a round trip: it is neglected.
+
+def neglect_masses(drawing: Drawing, z: Sequence[float], tolerance: float) -> None:
+    """Leave out masses m that delay an echo, by 2 m/Z, by less than the rounding of a round trip."""
+    nodes = drawing.nodes
+    for node, impedance in zip(drawing.end_nodes, z, strict=True):
         if 0.0 < nodes[node].mass <= impedance * tolerance:
             nodes[node] = nodes[node]._replace(mass=0.0, v=0.0)
-    for name, column in zip(Node._fields, zip(*(nodes[n] for n in node_order), strict=True), strict=True):
+
+
+def write_nodes(log: Log, drawing: Drawing, order: Order) -> None:
+    """Write the nodes at t = 0."""
+    for name, column in zip(Node._fields, zip(*(drawing.nodes[n] for n in order.nodes), strict=True), strict=True):
         log.nodes[name] = column
-    log.nodes["junction"] = ranges["node"]
-    peer = np.array(end_new)[end_order ^ 1]
-    source = ranges["end"][peer]
-    log.ends["node"], log.ends["junction"] = [node_new[end_nodes[e]] for e in end_order], ranges["end"]
-    log.ends["impedance"], log.ends["transit"] = np.array((z, transit))[:, end_order]
-    log.ends["source"], log.ends["row"] = source, 2 * counts["node"][source] + peer - bounds["end"][source]
-    log.contacts["left"], log.contacts["right"] = [[node_new[pair[side]] for pair in pairs] for side in range(2)]
-    faces = [-1 if bond.face is None else node_new[pair[bond.face]] for pair, bond in zip(pairs, bonds, strict=True)]
-    log.contacts["face"], log.contacts["gap"] = faces, [scene.contacts[c].gap for c in places]
+    log.nodes["junction"] = order.junctions["node"]
+
+
+def write_ends(log: Log, drawing: Drawing, order: Order, z: Sequence[float], transit: Sequence[float]) -> None:
+    """Write the ends of rod pieces: node, impedance, transit time, and where the arriving wave is emitted."""
+    of_ends = order.junctions["end"]
+    peer = np.array(order.new_ends)[order.ends ^ 1]
+    source = of_ends[peer]
+    log.ends["node"], log.ends["junction"] = [order.new_nodes[drawing.end_nodes[e]] for e in order.ends], of_ends
+    log.ends["impedance"], log.ends["transit"] = np.array((z, transit))[:, order.ends]
+    log.ends["source"], log.ends["row"] = source, 2 * order.counts["node"][source] + peer - order.first["end"][source]
+
+
+def write_contacts(log: Log, scene: Scene, drawing: Drawing, order: Order, bonds: list[Bond], z: list[float]) -> None:
+    """Write the contacts: faces, gap, stiffness and damping, and the scale of their force."""
+    new, pairs = order.new_nodes, [drawing.pairs[c] for c in order.contacts]
+    log.contacts["left"], log.contacts["right"] = [[new[pair[side]] for pair in pairs] for side in range(2)]
+    faces = [-1 if bond.face is None else new[pair[bond.face]] for pair, bond in zip(pairs, bonds, strict=True)]
+    log.contacts["face"], log.contacts["gap"] = faces, [scene.contacts[c].gap for c in order.contacts]
     log.contacts["stiffness"] = [bond.stiffness for bond in bonds]
     log.contacts["damping"] = [bond.damping for bond in bonds]
     log.contacts["impedance"] = force_scales(drawing, pairs, bonds, z)
-    if any(bond.branches is not None for bond in bonds):
-        log = with_branches(log, [bond.branches for bond in bonds])
 
+
+def layout_of(drawing: Drawing, order: Order) -> Layout:
+    """Return where the pieces and nodes of each body, and the contacts, are in the log."""
     links: dict[str, list[Link]] = {}
-    for number, (name, x, length, segment) in enumerate(pieces):
-        ends = end_new[2 * number : 2 * number + 2]
-        links.setdefault(name, []).append(Link(x, length, segment, nodes[end_nodes[2 * number]].u, *ends))
-    layout = Layout(
+    for number, (name, x, length, segment) in enumerate(drawing.pieces):
+        ends = order.new_ends[2 * number : 2 * number + 2]
+        start = drawing.nodes[drawing.end_nodes[2 * number]].u
+        links.setdefault(name, []).append(Link(x, length, segment, start, *ends))
+    return Layout(
         {name: tuple(row) for name, row in links.items()},
-        {name: tuple(node_new[node] for node in row) for name, row in members.items()},
-        places,
+        {name: tuple(order.new_nodes[node] for node in row) for name, row in drawing.members.items()},
+        order.contacts,
     )
-    ends_with_loads = {
-        layout.nodes[name][0 if x == 0.0 else -1]: load for name in links for x, load in scene.bodies[name].loads
-    }
-    return layout, with_first_pieces(scene, layout, loaded(log, ends_with_loads, scene.duration))

@@ -16,7 +16,7 @@ from impactlab.scene.bodies import Rayleigh
 from impactlab.scene.facts import rods_of
 from impactlab.scene.method import Method, sides
 from impactlab.scene.problem import Point, Scene
-from impactlab.scene.recent import Recent
+from impactlab.scene.recent import KeepsResults
 from impactlab.types import Branches
 
 OVERLAP_TOL = 1.0e-9  # of the initial displacements: digits to which a preload and the gap that it closes are given
@@ -99,7 +99,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
     bonds = []
     for number, contact in enumerate(scene.contacts):
         path = f"contacts.{number}"
-        sides = (contact.left, contact.right)
+        sides = contact.faces
         if any(scene.bodies[point.body].bends for point in sides):
             raise CaseError(
                 f"contact {contact.name} meets a beam; the exact solver supports only rods",
@@ -117,14 +117,14 @@ def check(scene: Scene, method: Method) -> list[Bond]:
     return with_faces(scene, bonds)
 
 
-bonds_of = Recent(check, lambda _: True)
+bonds_of = KeepsResults(check, lambda _: True)
 """`check`, whose last results are kept: a run asks for them before its network is built, and there."""
 
 
 def check_hard(scene: Scene, number: int, opens: bool) -> None:
     """Raise `CaseError` where the force of a hard contact, or of a bond, does not follow from a face without mass."""
     contact, path = scene.contacts[number], f"contacts.{number}"
-    bare = any(massless(scene, point) for point in (contact.left, contact.right))
+    bare = any(massless(scene, point) for point in contact.faces)
     if not bare and not opens:
         raise CaseError(
             f"contact {contact.name}: both faces have mass; the force of a bond follows from the balance of a face "

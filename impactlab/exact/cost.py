@@ -33,7 +33,7 @@ MAX_POWER = 6.0  # power of time with which the cost may grow: fronts in rods of
 
 
 @dataclass
-class Begun:
+class StartedMarch:
     """A march over its first intervals, which `impactlab.exact.solve.solve` goes on with, once."""
 
     layout: Layout
@@ -56,7 +56,7 @@ def predicted_s(scene: Scene, method: Method) -> float:
     return begin(scene, method).predicted_s
 
 
-def begin(scene: Scene, method: Method) -> Begun:
+def begin(scene: Scene, method: Method) -> StartedMarch:
     """Return a march over the first intervals, with the predicted seconds of all.
 
     Raises
@@ -84,7 +84,7 @@ def begin(scene: Scene, method: Method) -> Begun:
             break
     marched = clock.perf_counter() - ready
     predicted = spent(log) if math.isnan(predicted) else predicted
-    return Begun(layout, log, status, predicted, ready - began, marched)
+    return StartedMarch(layout, log, status, predicted, ready - began, marched)
 
 
 def _extrapolated(counts: list[tuple[float, float]], duration: float) -> float:

@@ -96,7 +96,7 @@ def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -
 
 
 @EXACT_INLINE
-def next_touch(m: MarchArrays, j: int, n: int) -> float:
+def next_change_of_contact(m: MarchArrays, j: int, n: int) -> float:
     """Return the place in [-1, 1] of the first closing or opening, or end of a spring's overlap, 2 for none."""
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
@@ -154,7 +154,7 @@ def next_event(m: MarchArrays, j: int, n: int) -> float:
 
     The state holds its contact (or -1) and kind.
     """
-    place = next_touch(m, j, n)
+    place = next_change_of_contact(m, j, n)
     if m.junctions[j].branched == 1:
         m.state[0].place = place
         call(m.changes, m, j, n)

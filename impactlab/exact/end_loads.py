@@ -50,7 +50,7 @@ def force_at(m: MarchArrays, i: int, t: float) -> float:
 
 
 @EXACT_PART
-def push_nodes(m: MarchArrays, j: int, t0: float, t1: float) -> int:
+def write_end_loads(m: MarchArrays, j: int, t0: float, t1: float) -> int:
     """Write the loads on the nodes of junction j on [t0, t1]; return their number of coefficients."""
     longest = 1
     for i in range(m.junctions[j].first_node, m.junctions[j].last_node):

@@ -34,8 +34,8 @@ from impactlab.history.base import (
     within_run,
 )
 from impactlab.history.frame import carried_energy, touched_in
+from impactlab.history.no_contact import no_contact
 from impactlab.history.noise_floor import above_noise
-from impactlab.history.unmet import never_met
 from impactlab.history.waves import wave_body
 from impactlab.lazy import lazy
 from impactlab.metrics.grazing import near_grazing
@@ -54,13 +54,13 @@ GAPS = 2000  # instants at which the gap of faces that never met is read
 MIN_JUMP = 1.0e-9  # of the largest velocity: smaller ones are rounding
 
 
-def without_touch(history: AbstractHistory, contacts: Iterable[Contact]) -> Iterator[Warned]:
+def never_closed(history: AbstractHistory, contacts: Iterable[Contact]) -> Iterator[Warned]:
     """Give a warning for each of some contacts that was never closed in an exact history."""
     touched = touched_in(history)
     for contact in contacts:
         if contact.name not in touched:
             gaps = history.evaluate(np.linspace(0.0, history.duration, GAPS), f"gap:{contact.name}")
-            yield never_met(contact.name, contact.gap, gaps, math.inf)
+            yield no_contact(contact.name, contact.gap, gaps, math.inf)
 
 
 class Place(NamedTuple):
@@ -107,8 +107,7 @@ class ContinuousHistory(AbstractHistory):
 
     @cached_property
     def _exact_x(self) -> dict[str, float]:
-        touching = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
-        waves = [point for point in touching if point.body in self.layout.links]
+        waves = [point for point in self.scene.faces if point.body in self.layout.links]
         faces = [Probe(point.body, point.x, own) for point in waves for own in self.scene.bodies[point.body].quantities]
         return {probe.channel: probe.x for probe in (*faces, *self.scene.recorded_probes)}
 
@@ -176,7 +175,7 @@ class ContinuousHistory(AbstractHistory):
         names = [contact.name for contact in meeting] if np.isfinite(trip) else []
         texts = [near_grazing(self, name, trip) for name in names]
         found = [Warned("near_grazing", text) for text in texts if text is not None]
-        return [*found, *without_touch(self, meeting), *overstrained(self)]
+        return [*found, *never_closed(self, meeting), *overstrained(self)]
 
     def _find_spans(self) -> tuple[ContactSpan, ...]:
         found: list[tuple[str, float, float | None]] = []

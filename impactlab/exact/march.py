@@ -22,7 +22,7 @@ from impactlab.exact.arrays import (
     MarchArrays,
 )
 from impactlab.exact.crossings import next_event
-from impactlab.exact.end_loads import next_sample, push_nodes
+from impactlab.exact.end_loads import next_sample, write_end_loads
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log
@@ -153,7 +153,7 @@ def interval(m: MarchArrays, j: int) -> int:
         half = 0.5 * (t1 - t0)
         longest = arrivals(m, j, t0, t1)
         if junction.loaded == 1:
-            longest = max(longest, push_nodes(m, j, t0, t1))
+            longest = max(longest, write_end_loads(m, j, t0, t1))
         n = solve_nodes(m, j, half, longest)
         if n > 0:
             break
@@ -184,15 +184,22 @@ def interval(m: MarchArrays, j: int) -> int:
     return DONE
 
 
+@EXACT_PART
+def furthest_behind(m: MarchArrays) -> int:
+    """Return the junction whose clock is furthest behind; of several the first."""
+    j = len(m.junctions) - 1  # not a literal, which would be compiled as another type
+    for other in range(j - 1, -1, -1):
+        if m.junctions[other].clock <= m.junctions[j].clock:
+            j = other
+    return j
+
+
 @EXACT_ENTRY
 def advance(m: MarchArrays) -> int:
     """Advance all junctions to the end; return a status: DONE, an array that is full, or the reason of a stop."""
     state = m.state[0]
     while True:
-        j = len(m.junctions) - 1  # not a literal, which would be compiled as another type
-        for other in range(j - 1, -1, -1):
-            if m.junctions[other].clock <= m.junctions[j].clock:
-                j = other
+        j = furthest_behind(m)
         junction = m.junctions[j]
         if junction.clock >= state.duration - state.tolerance:
             return DONE

@@ -11,7 +11,7 @@ import numpy as np
 from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.exact.arrays import DONE, MORE_EVENTS, PAUSED, TOO_MANY, UNRESOLVED
 from impactlab.exact.build import build
-from impactlab.exact.cost import Begun
+from impactlab.exact.cost import StartedMarch
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, copied, grown
 from impactlab.exact.thinned import ThinnedHistory, Thinner
@@ -20,7 +20,7 @@ from impactlab.lazy import lazy
 from impactlab.numerics.addresses import COMPILED
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
-from impactlab.scene.recent import Recent
+from impactlab.scene.recent import KeepsResults
 from impactlab.scene.sizes import NUMBER, in_bytes, memory_limit
 from impactlab.types import Progress
 from impactlab.wall_time import spent_on
@@ -40,7 +40,7 @@ MAX_KEPT_NUMBERS = 100_000  # of a network that is kept for the next run of the 
 MAX_INTERVALS = 30_000_000  # some minutes, as an interval takes 0.5 to 10 us
 
 
-built = Recent(build, lambda made: COMPILED and room(made[1]) + made[1].memory.stack.size <= MAX_KEPT_NUMBERS)
+built = KeepsResults(build, lambda made: COMPILED and room(made[1]) + made[1].memory.stack.size <= MAX_KEPT_NUMBERS)
 
 
 def network(scene: Scene, method: Method) -> tuple[Layout, Log]:
@@ -63,7 +63,7 @@ def solve(
     method: Method,
     whole: bool = False,
     progress: Progress | None = None,
-    begun: Begun | None = None,
+    begun: StartedMarch | None = None,
 ) -> ContinuousHistory | ThinnedHistory:
     """Return the exact history of a scene.
 
@@ -117,7 +117,7 @@ def marched(
     log: Log,
     whole: bool,
     progress: Progress | None,
-    begun: Begun | None,
+    begun: StartedMarch | None,
 ) -> ContinuousHistory | ThinnedHistory:
     """Return the history of a march to the end; the other arguments are those of `solve`."""
     scene = run.scene

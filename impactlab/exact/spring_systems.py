@@ -107,21 +107,14 @@ def add_row(a: Array, force: Array, at: int, factor: float, row: Array, n: int, 
             force[at, k] += factor * row[q] * b[heavy + q - n, k]
 
 
-def coupled(m: MarchArrays, j: int, half: float) -> None:
-    """Velocities and displacements of groups tied by springs: m V' + D V + K U = load, U' = V.
-
-    Unknowns are the velocities of the groups with mass and U/half of all that can move; velocities of groups without
-    mass follow from them. U is returned as solved: integrating the velocity of a group on a stiff spring would multiply
-    rounding by that stiffness. ``state.resolved`` is 1 if the series converged.
-    """
-    state, junction = m.state[0], m.junctions[j]
-    nodes = junction.last_node - junction.first_node
-    heavy, moving = number_groups(m, j)
-    n = moving + heavy
-    damp, stiff, b = table(moving, moving), table(moving, moving), table(moving, ORDER)
-    a, force, first, y = table(n, n), table(n, ORDER), table(1, n), table(n, ORDER)
-    gather(m, j, damp, stiff, b, first)
-    combine = combined(damp, stiff, heavy, moving, half)
+@ALLOCATING_PART
+def write_equations(
+    m: MarchArrays, j: int, half: float, damp: Array, stiff: Array, combine: Array, b: Array, a: Array, force: Array
+) -> None:
+    """Write the matrix and the load of the unknowns: balances of groups with mass, then rates of displacements."""
+    junction = m.junctions[j]
+    moving, n = len(combine), len(a)
+    heavy = n - moving
     for g in range(junction.first_node, junction.last_node):
         i = m.nodes[g].place
         if 0 <= i < heavy:
@@ -133,13 +126,15 @@ def coupled(m: MarchArrays, j: int, half: float) -> None:
                 force[i, k] += scale * b[i, k]
     for i in range(moving):
         add_row(a, force, heavy + i, 1.0, combine[i], n, heavy, b)
-    state.resolved = 0
-    spent = table(1, 1)
-    resolved = solved(a, force, first, y, state.fastest, spent)
-    state.work += spent[0, 0]
-    if not resolved:
-        return
-    state.resolved = 1
+
+
+@ALLOCATING_PART
+def write_motion(m: MarchArrays, j: int, half: float, combine: Array, y: Array, b: Array, rows: Array) -> None:
+    """Write velocities and displacements of the groups into the rows of their nodes."""
+    junction = m.junctions[j]
+    nodes = junction.last_node - junction.first_node
+    moving, n = len(combine), len(y)
+    heavy = n - moving
     for g in range(junction.first_node, junction.last_node):
         i = m.nodes[g].place
         if i >= 0:
@@ -149,8 +144,33 @@ def coupled(m: MarchArrays, j: int, half: float) -> None:
                     total += combine[i, q] * y[q, k]
                 for q in range(n, n + moving - heavy):
                     total += combine[i, q] * b[heavy + q - n, k]
-                m.rows[g - junction.first_node, k] = total
-                m.rows[nodes + g - junction.first_node, k] = half * y[heavy + i, k]
+                rows[g - junction.first_node, k] = total
+                rows[nodes + g - junction.first_node, k] = half * y[heavy + i, k]
+
+
+def coupled(m: MarchArrays, j: int, half: float) -> None:
+    """Velocities and displacements of groups tied by springs: m V' + D V + K U = load, U' = V.
+
+    Unknowns are the velocities of the groups with mass and U/half of all that can move; velocities of groups without
+    mass follow from them. U is returned as solved: integrating the velocity of a group on a stiff spring would multiply
+    rounding by that stiffness. ``state.resolved`` is 1 if the series converged.
+    """
+    state = m.state[0]
+    heavy, moving = number_groups(m, j)
+    n = moving + heavy
+    damp, stiff, b = table(moving, moving), table(moving, moving), table(moving, ORDER)
+    a, force, first, y = table(n, n), table(n, ORDER), table(1, n), table(n, ORDER)
+    gather(m, j, damp, stiff, b, first)
+    combine = combined(damp, stiff, heavy, moving, half)
+    write_equations(m, j, half, damp, stiff, combine, b, a, force)
+    state.resolved = 0
+    spent = table(1, 1)
+    resolved = solved(a, force, first, y, state.fastest, spent)
+    state.work += spent[0, 0]
+    if not resolved:
+        return
+    state.resolved = 1
+    write_motion(m, j, half, combine, y, b, m.rows)
 
 
 _address: dict[bool, int] = {}  # one entry: arrays differ in size and never in type, and typing them takes 0.3 ms

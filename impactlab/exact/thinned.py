@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
 from impactlab.exact.energies import energies_at
-from impactlab.exact.history import ContinuousHistory, without_touch
+from impactlab.exact.history import ContinuousHistory, never_closed
 from impactlab.exact.link_results import followed, link_results, named
 from impactlab.exact.network import Layout, Log, without
 from impactlab.history.base import (
@@ -158,7 +158,7 @@ class Thinner:
         history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))
         history.links, history.changes = self.links, tuple(self.changes)
         history.fields = self.fields
-        history.warnings.extend(without_touch(history, [c for c in self.scene.contacts if c.name not in joined]))
+        history.warnings.extend(never_closed(history, [c for c in self.scene.contacts if c.name not in joined]))
         history.warnings.extend(overstrained(history))
         history.cost.steps = int(log.state["intervals"])
         return history
@@ -232,8 +232,7 @@ class Thinner:
 
 def _faces(scene: Scene) -> list[str]:
     """Return the channels of the faces in contact."""
-    points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
-    rods = [point for point in points if scene.bodies[point.body].elastic is not None]
+    rods = [point for point in scene.faces if scene.bodies[point.body].elastic is not None]
     return [Probe(point.body, point.x, kind).channel for point in rods for kind in ("displacement", "velocity")]
 
 

@@ -23,7 +23,7 @@ MIN_PART = 0.02  # of a unit direction: parameters with less do not take part in
 MAX_POWERS = ((8, 2), (11, 1))  # parameters, and the largest power that is tried for so many
 
 
-class Seen(NamedTuple):
+class Identifiability(NamedTuple):
     """Covariance of the unknowns, along the directions that signals determine and the others."""
 
     covariance: Array  # (n, n), along all directions
@@ -43,7 +43,7 @@ class Product(NamedTuple):
     upper: float
 
 
-def seen(jacobian: Array, spread: float, weights: Array) -> Seen:
+def seen(jacobian: Array, spread: float, weights: Array) -> Identifiability:
     """Return which directions of the unknowns signals determine.
 
     Parameters
@@ -68,7 +68,7 @@ def seen(jacobian: Array, spread: float, weights: Array) -> Seen:
         unseen = orth((unseen / np.linalg.norm(unseen, axis=1)[:, None]).T).T
     is_free = np.linalg.norm(unseen, axis=0) > MIN_PART
     parts = [(directions[rows].T * deviations[rows] ** 2) @ directions[rows] for rows in (slice(None), ~is_unseen)]
-    return Seen(parts[0], parts[1], unseen, is_free, weights)
+    return Identifiability(parts[0], parts[1], unseen, is_free, weights)
 
 
 def with_effects(jacobian: Array, spread: float) -> Array:
@@ -143,7 +143,7 @@ def named(row: Sequence[int], names: Sequence[str]) -> str:
     return " ".join(above or ["1"]) + (f"/{under}" if under else "")
 
 
-def products(found: Seen, paths: Sequence[str], values: Sequence[float], reach: float) -> list[Product]:
+def products(found: Identifiability, paths: Sequence[str], values: Sequence[float], reach: float) -> list[Product]:
     """Return the products of positive numbers that signals determine although they do not determine each of them.
 
     Parameters
@@ -174,7 +174,7 @@ def exponential(x: float) -> float:
     return math.exp(x) if x < MAX_LOGARITHM else math.inf
 
 
-def undetermined(found: Seen, paths: Sequence[str], made: Sequence[Product]) -> list[str]:
+def undetermined(found: Identifiability, paths: Sequence[str], made: Sequence[Product]) -> list[str]:
     """Return the parameters that signals do not determine, in words; empty where they determine all."""
     if not len(found.unseen):
         return []

@@ -11,7 +11,15 @@ from scipy.special import chdtrc, stdtrit  # as in scipy.stats, which takes half
 
 from impactlab.fits.bootstrap import Bootstrap, bootstrap
 from impactlab.fits.edges import Closings, change
-from impactlab.fits.identifiable import Seen, exponential, products, seen, short_names, undetermined, with_effects
+from impactlab.fits.identifiable import (
+    Identifiability,
+    exponential,
+    products,
+    seen,
+    short_names,
+    undetermined,
+    with_effects,
+)
 from impactlab.fits.loss import Loss, from_median
 from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
@@ -47,7 +55,7 @@ class Solution(NamedTuple):
     spread: float  # standard deviation of the residuals that the intervals take
     reach: float  # half an interval over a standard deviation, under the noise that is assumed
     widened: float  # of the reach, for correlated residuals
-    seen: Seen
+    seen: Identifiability
 
 
 def _neighbours(parts: Sequence[Array]) -> float:

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,14 +24,16 @@ from impactlab.fits.plots import (
 )
 from impactlab.fits.result import JACOBIAN, KINDS, METHODS, WIDENED, Fit, Fitted, Shown, case_files, in_words
 from impactlab.history.units import UNITS
+from impactlab.jobs.whole_files import write_whole
+from impactlab.printing import counted
 from impactlab.report import facts
-from impactlab.report.figure_files import inline, save, with_classes
+from impactlab.report.figure_files import Plate, saved_plates
 from impactlab.report.page import rendered
 from impactlab.report.provenance import of_case
 from impactlab.report.sketch import sketch
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 PAGE = "fit.html"
 POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹"
@@ -41,15 +43,6 @@ NOISE = {
     "std": "the standard deviation given for each sample",
 }
 LOSS = {"linear": "least squares", "huber": "Huber's loss, in which samples far off count less"}
-
-
-class Plate(NamedTuple):
-    """A figure of the page."""
-
-    name: str
-    title: str
-    caption: str
-    figure: Figure
 
 
 def plates(fit: Fit) -> Iterator[Plate]:
@@ -82,19 +75,14 @@ def plates(fit: Fit) -> Iterator[Plate]:
 
 def write_page(folder: Path, fit: Fit, command: str = "") -> None:
     """Write ``fit.html`` and ``figures/`` of a fit into a folder that has its other files."""
-    (folder / "figures").mkdir(exist_ok=True)
-    made, drawings = [], []
-    for plate in plates(fit):
-        made.append({"name": plate.name, "title": plate.title, "caption": plate.caption})
-        drawings.append(inline(save(plate.figure, folder / "figures", plate.name), f"{plate.title}. {plate.caption}"))
-    figures, rules = with_classes(drawings)
+    drawn, rules = saved_plates(folder, plates(fit))
     kinds = [kind for kind in KINDS if any(kind in each.intervals for each in fit.parameters)]
     scene, origin = fit.case.scene(), of_case(fit.case, command)
     text = rendered(
         "impactlab.fits",
         "page.html.j2",
         title=origin.title or fit.case.label,
-        kicker=f"impactlab · a fit of {len(fit.parameters)} number{'s' * (len(fit.parameters) != 1)}",
+        kicker=f"impactlab · a fit of {counted(len(fit.parameters), 'number')}",
         origin=origin,
         sketch=sketch(scene),
         facts=[*_facts(fit), *facts.scene_facts(scene)],
@@ -103,7 +91,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
         headings=[f"95 %, {METHODS[kind]}" for kind in kinds],
         rows=[_row(each, name_of(fit, each.path), kinds) for each in fit.parameters],
         products=[_product(each, kinds) for each in fit.determined],
-        plates=[{**plate, "svg": svg} for plate, svg in zip(made, figures, strict=True)],
+        plates=drawn,
         rules=rules,
         files=[
             *((name, "a fitted case: it runs") for name in case_files(fit)),
@@ -112,9 +100,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
             ("figures/", "SVG, PNG"),
         ],
     )
-    draft = folder / f"{PAGE}.part"
-    draft.write_text(text, encoding="utf-8")
-    draft.replace(folder / PAGE)
+    write_whole(folder / PAGE, text)
 
 
 def _row(each: Fitted, name: str, kinds: list[str]) -> dict[str, Any]:
@@ -158,7 +144,7 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
     found.append(("assumed", f"{NOISE[fit.assumed['noise']]}, {LOSS[fit.assumed['loss']]}"))
     if fit.bootstrap:
         count, seed, blocks = fit.bootstrap
-        each = " and ".join(f"{block} sample{'s' * (block > 1)}" for block in blocks)
+        each = " and ".join(counted(block, "sample") for block in blocks)
         found.append(("bootstrap", f"{count} resamples in blocks of {each}, seed {seed}"))
     return found
 

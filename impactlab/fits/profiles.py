@@ -33,7 +33,7 @@ class Profile(NamedTuple):
     better: Array | None = None  # unknowns (n,) with a loss below that of the solution
 
 
-class Walk(NamedTuple):
+class ProfileSteps(NamedTuple):
     """Data of the steps along a profile."""
 
     loss: Loss
@@ -85,7 +85,9 @@ def profile(
     is_seen : bool
         False where the signals do not determine the unknown: bounds of others that it runs into are no information.
     """
-    walk = Walk(loss, number, loss.at(solution), spread, limit, is_seen, _slope(loss.jacobian(solution), number))
+    walk = ProfileSteps(
+        loss, number, loss.at(solution), spread, limit, is_seen, _slope(loss.jacobian(solution), number)
+    )
     sides = [_side(walk, sign, deviation) for sign in (-1.0, 1.0)]
     points = [*reversed(sides[0][0][1:]), *sides[1][0]]
     least = min(points, key=lambda point: point.loss)
@@ -103,7 +105,7 @@ def _slope(jacobian: Array, number: int) -> Array:
     return np.insert(found, number, 1.0)
 
 
-def _side(walk: Walk, sign: float, deviation: float) -> tuple[list[Point], float]:
+def _side(walk: ProfileSteps, sign: float, deviation: float) -> tuple[list[Point], float]:
     """Return the points outward on one side and the place where the limit is passed, infinite if it is not."""
     number, loss = walk.number, walk.loss
     bound = float((loss.high if sign > 0.0 else loss.low)[number])
@@ -128,7 +130,7 @@ def _side(walk: Walk, sign: float, deviation: float) -> tuple[list[Point], float
     return points, sign * math.inf
 
 
-def _passed(walk: Walk, points: list[Point], outside: Point) -> list[Point]:
+def _passed(walk: ProfileSteps, points: list[Point], outside: Point) -> list[Point]:
     """Return points around the place where the limit is passed, the closest one last: by secants inside a bracket."""
     inside, found = points[-1], [outside]
     for _ in range(MAX_ROUNDS):
@@ -143,7 +145,7 @@ def _passed(walk: Walk, points: list[Point], outside: Point) -> list[Point]:
     return found
 
 
-def _meets_a_bound(walk: Walk, point: Point) -> bool:
+def _meets_a_bound(walk: ProfileSteps, point: Point) -> bool:
     """Return whether another unknown is at a bound, or would be beyond it on the line of the derivatives."""
     line = walk.base.x + walk.slope * (point.x[walk.number] - walk.base.x[walk.number])
     x = np.stack([point.x, line])

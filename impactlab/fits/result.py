@@ -16,6 +16,7 @@ import numpy as np
 from impactlab.casefile import Case
 from impactlab.fits.identifiable import Product
 from impactlab.lazy import above
+from impactlab.printing import aligned, plain
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -117,19 +118,18 @@ class Fit:
         made = {
             "schema_version": 1,
             "case": self.case.label,
-            "parameters": [each._asdict() for each in self.parameters],
+            "parameters": self.parameters,
             "assumed": self.assumed,
             "noise": self.noise,
             "autocorrelation": self.autocorrelation,
             "warnings": self.warnings,
             "undetermined": self.undetermined,
-            "determined": [each._asdict() for each in self.determined],
+            "determined": self.determined,
             "correlations": self.correlations.tolist(),
-            "profiles": [each._asdict() for each in self.profiles],
-            "bootstrap": None if self.bootstrap is None else self.bootstrap._asdict(),
+            "profiles": self.profiles,
+            "bootstrap": self.bootstrap,
         }
-        found: dict[str, Any] = _plain(made)
-        return found
+        return {key: plain(value) for key, value in made.items()}
 
     def to_csv(self) -> str:
         """Return a table of parameters, a row for each interval, and of products that are determined, in SI."""
@@ -175,9 +175,7 @@ class Fit:
                 rows.append((*first, between, "; ".join(filter(None, words))))
         for product in self.determined:
             rows.append((product.text, *in_words(product.value, product.lower, product.upper), "in SI units"))
-        widths = [max(len(row[k]) for row in rows) for k in range(4)]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-        return "\n".join([*lines, *self.warnings, *self.undetermined])
+        return "\n".join([*aligned(rows), *self.warnings, *self.undetermined])
 
 
 def case_files(fit: Fit) -> list[str]:
@@ -198,13 +196,3 @@ def in_words(value: float, lower: float, upper: float, size: float = 1.0) -> tup
     if all(is_open):
         return shown, "infinite"
     return shown, f"below {high}" if is_open[0] else f"above {low}" if is_open[1] else f"{low} to {high}"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

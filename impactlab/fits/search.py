@@ -50,7 +50,7 @@ def solved(problem: Problem, start: Array, loss: Any = "linear", scale: float = 
 def search(problem: Problem, chosen: Options) -> Any:
     """Return the solution of a fit as scipy gives it."""
     problem.smoothed = STAGES[0]
-    starts = aside(problem)
+    starts = on_both_sides(problem)
     for stage in STAGES:
         problem.smoothed = stage
         kept = _apart(solved(problem, each, tolerance=COARSE) for each in starts)
@@ -148,7 +148,7 @@ def moved_to_effect(problem: Problem, found: Any) -> Any:
     return polished(problem, best.x) if best.cost < found.cost * (1.0 - NEAR) else found
 
 
-def aside(problem: Problem) -> list[Array]:
+def on_both_sides(problem: Problem) -> list[Array]:
     """Return the best starts among those with parameters to both sides of the given ones, with their trigger times.
 
     Where a trial takes a run of its own, the given start alone.

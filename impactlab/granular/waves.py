@@ -16,6 +16,7 @@ import numpy as np
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory
 from impactlab.prefixes import prefixed, prefixed_range
+from impactlab.printing import counted
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.types import Array
 
@@ -36,7 +37,7 @@ class LeadingWave:
         if not count:
             return "<LeadingWave along no contact>"
         return (
-            f"<LeadingWave along {count} contact{'s' if count > 1 else ''}, "
+            f"<LeadingWave along {counted(count, 'contact')}, "
             f"{prefixed_range(self.times[0], self.times[-1], 's')}: largest forces "
             f"{prefixed(self.forces[0], 'N')} in the first, {prefixed(self.forces[-1], 'N')} in the last>"
         )

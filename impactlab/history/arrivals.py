@@ -23,7 +23,7 @@ def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
     arrival = {contact.name: 0.0 if _moves(scene, contact) else math.inf for contact in scene.contacts}
     if not any(arrival.values()):
         return arrival
-    points = [(contact.name, point) for contact in scene.contacts for point in (contact.left, contact.right)]
+    points = [(contact.name, point) for contact in scene.contacts for point in contact.faces]
     for name, point in points:
         arrival[name] = min(arrival[name], _from_sources(scene, models, point))
     ways = list(_ways(scene, models, points))
@@ -54,7 +54,7 @@ def _ways(scene: Scene, models: Models, points: Sequence[tuple[str, Point]]) -> 
 
 def _moves(scene: Scene, contact: Contact) -> bool:
     """Return whether the faces of a contact may move against each other from the start."""
-    bodies = [scene.bodies[point.body] for point in (contact.left, contact.right)]
+    bodies = [scene.bodies[point.body] for point in contact.faces]
     still = bodies[0].velocity == bodies[1].velocity
     # A clamped body that moves at the start strikes its own clamp.
     held = any(body.is_held and body.velocity != 0.0 for body in bodies)

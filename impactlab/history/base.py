@@ -154,7 +154,7 @@ def places_on(body: Body, x: ArrayLike) -> Array:
     return np.asarray(np.clip(places, 0.0, body.length))
 
 
-class Cased(Protocol):
+class HasCase(Protocol):
     """The case that a run is of, as far as histories read it: `impactlab.Case`."""
 
     @property
@@ -192,7 +192,7 @@ class AbstractHistory(Views, ABC):
     energy: EnergyBook
     warnings: list[Warned]
     cost: Cost
-    case: Cased | None = None  # None of a scene that was run without a case
+    case: HasCase | None = None  # None of a scene that was run without a case
     choice: Choice | None = None  # of a run with a tolerance: the method chosen, and why
     load_impulses: Mapping[str, float] = {}  # N s, of loads over time as the run has taken them, by body
     _spans: tuple[tuple[ContactSpan, ...], dict[str, list[tuple[int, ContactSpan]]]] | None = (

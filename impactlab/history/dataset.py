@@ -17,7 +17,7 @@ import numpy as np
 
 from impactlab import __version__
 from impactlab.errors import NO_ROOM, ExtraError, ImpactlabError
-from impactlab.history.base import AbstractHistory, Cased, ContactSpan, Cost, EnergyBook, Event, Warned
+from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, HasCase, Warned
 from impactlab.history.energy import CarriedEnergy
 from impactlab.history.instruments import Measured, measured_signals
 from impactlab.history.sampled import BodyFields, Facts, SampledHistory, body_fields, channels_of, facts_of
@@ -247,7 +247,7 @@ def has_reference(path: Path) -> bool:
         return bool(REFERENCE in opened.groups)
 
 
-def to_history(dataset: xarray.Dataset, run: Simulation, case: Cased | None) -> SampledHistory:
+def to_history(dataset: xarray.Dataset, run: Simulation, case: HasCase | None) -> SampledHistory:
     """Return the history that a dataset holds, of a scene, its method and its case."""
     kept = json.loads(dataset.attrs["run"])
     values = {}

@@ -39,19 +39,19 @@ class Floor(NamedTuple):
     arrival: float  # s, before which no wave can reach the contact
 
 
-class Reach(NamedTuple):
+class InteractingGroups(NamedTuple):
     """Groups of interacting bodies and first arrivals of waves: known before a run."""
 
     groups: dict[str, int]  # number of the group of bodies that a contact is in
     arrivals: dict[str, float]  # s, before which nothing can have reached a contact
 
 
-def reach_of(scene: Scene, models: Models) -> Reach:
+def reach_of(scene: Scene, models: Models) -> InteractingGroups:
     """Return groups and first arrivals of contacts; kept with the scene, as runs of one scene share them."""
     key = "reach", tuple(name for name, model in models.items() if model.theory)  # no other fact of a model matters
     if key not in scene.derived:
-        scene.derived[key] = Reach(_groups_of(scene, groups(scene)), first_arrivals(scene, models))
-    found: Reach = scene.derived[key]
+        scene.derived[key] = InteractingGroups(_groups_of(scene, groups(scene)), first_arrivals(scene, models))
+    found: InteractingGroups = scene.derived[key]
     return found
 
 
@@ -226,7 +226,7 @@ def _events(
             yield begin, number, close._replace(time=begin)
 
 
-def _floors(spans: Sequence[ContactSpan], share: float, reach: Reach) -> dict[str, Floor]:
+def _floors(spans: Sequence[ContactSpan], share: float, reach: InteractingGroups) -> dict[str, Floor]:
     """Return the floor of each contact: shares of the largest force and impulse among the bodies that it joins."""
     forces, impulses = dict[int, float](), dict[int, float]()
     for span in spans:
@@ -249,7 +249,7 @@ def _groups_of(scene: Scene, joined: Sequence[Group]) -> dict[str, int]:
     group_of = {name: number for number, group in enumerate(joined) for name in group.bodies}
     return {
         contact.name: max(
-            (group_of[p.body] for p in (contact.left, contact.right) if scene.bodies[p.body].moves),
+            (group_of[p.body] for p in contact.faces if scene.bodies[p.body].moves),
             default=-1,
         )
         for contact in scene.contacts

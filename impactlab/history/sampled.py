@@ -16,12 +16,12 @@ from impactlab.errors import ImpactlabError, closest
 from impactlab.history.base import (
     END_ROUNDING,
     AbstractHistory,
-    Cased,
     ContactSpan,
     Cost,
     EnergyBook,
     Event,
     Field,
+    HasCase,
     Warned,
     places_on,
     within_run,
@@ -55,7 +55,7 @@ class Facts(NamedTuple):
     warnings: list[Warned]
     cost: Cost
     integrator_used: bool
-    case: Cased | None
+    case: HasCase | None
     listed: tuple[str, ...]  # its channels; others may have values beside them
     measured: dict[int, Measured]  # signals of instruments, by number of the probe
 
@@ -161,8 +161,8 @@ def facts_of(history: AbstractHistory) -> Facts:
 def channels_of(history: AbstractHistory) -> list[str]:
     """Return the channels of a history, with the motion of faces in contact."""
     names = list(history.values if isinstance(history, SampledHistory) else history.channels())
-    points = [point for contact in history.scene.contacts for point in (contact.left, contact.right)]
-    for body, x in dict.fromkeys((p.body, p.x) for p in points if history.scene.bodies[p.body].elastic is not None):
+    scene = history.scene
+    for body, x in dict.fromkeys((p.body, p.x) for p in scene.faces if scene.bodies[p.body].elastic is not None):
         for quantity in ("displacement", "velocity"):
             name = f"{quantity}:{body}@{x:.6g}"
             with suppress(ImpactlabError):

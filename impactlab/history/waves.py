@@ -121,7 +121,7 @@ def _contacts_at(scene: Scene, body: WaveBody, x: float) -> list[str]:
     slack = SAME_PLACE * body.length
     if not any(abs(place - x) <= slack and end.kind == "free" and not end.is_loaded for place, end in body.ends):
         return []
-    points = {contact.name: (contact.left, contact.right) for contact in scene.contacts}
+    points = {contact.name: contact.faces for contact in scene.contacts}
     touching = (any(p.body == body.name and abs(p.x - x) <= slack for p in both) for both in points.values())
     return list(itertools.compress(points, touching))
 

@@ -140,7 +140,7 @@ def of_history(
 def _end_towards(history: AbstractHistory, bar: str, other: str) -> float:
     """Return the end x [m] of a bar from which contacts lead to the other bar."""
     bodies, contacts = history.scene.bodies, history.scene.contacts
-    pairs = [pair for each in contacts for pair in ((each.left, each.right), (each.right, each.left))]
+    pairs = [pair for each in contacts for pair in (each.faces, (each.right, each.left))]
     found = []
     for end in (0.0, float(bodies[bar].length)):
         reached = {beyond.body for here, beyond in pairs if here.body == bar and here.x == end}

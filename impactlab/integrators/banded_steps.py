@@ -10,11 +10,18 @@ travel.
 from __future__ import annotations
 
 from impactlab.integrators.alpha_passes import correct, predict
-from impactlab.numerics.banded_kernels import add_matrix, factorise, in_motion, in_springs, pull, solve
-from impactlab.numerics.chain_forces import pull_chain
+from impactlab.numerics.banded_kernels import (
+    add_matrix,
+    factorise,
+    in_motion,
+    in_springs,
+    pull,
+    solve,
+)
+from impactlab.numerics.chain_forces import write_chain_forces
 from impactlab.numerics.compiling import UNPACK
-from impactlab.numerics.subnormals import restore_tiny, take_tiny_as_zero
-from impactlab.numerics.three_bands import LEAST, pull_three
+from impactlab.numerics.subnormals import flush_subnormals, restore_subnormals
+from impactlab.numerics.three_bands import LEAST, write_three_band_forces
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
@@ -59,9 +66,9 @@ def free_forces(parameters: Array, factors: Array, u: Array, v: Array, force: Ar
     load, springs, _, dashpots, _, _ = split(parameters)
     loaded = parameters[LOADED] != 0.0
     if stiff == 1 and wide == 1 and n > 1:
-        pull_chain(springs, window(factors, 2 * n, n), u, force)
+        write_chain_forces(springs, window(factors, 2 * n, n), u, force)
     elif stiff == 3 and n >= LEAST:
-        pull_three(n, springs, u, force)
+        write_three_band_forces(n, springs, u, force)
     else:
         for i in range(n):
             force[i] = 0.0
@@ -106,7 +113,7 @@ def alpha_free(parameters: Array, state: Array) -> None:
     (1 - am) a_new + am a = (1 - af) w_new + af w, M w = load - C v - K u at the same instant, and Newmark's formulas
     with a. The state is u, v, a, and unless am = af = 0 also w and y, where (1 - am) y_new + am y = u_new - u.
     """
-    before = take_tiny_as_zero()
+    before = flush_subnormals()
     n, _, _, _, wide = sizes(parameters)
     dt, af, am, beta, gamma = parameters[DT], parameters[AF], parameters[AM], parameters[BETA], parameters[GAMMA]
     _, _, _, _, _, factors = split(parameters)
@@ -121,7 +128,7 @@ def alpha_free(parameters: Array, state: Array) -> None:
         for i in range(n):
             u[i] += new_u * a[i]
             v[i] += new_v * a[i]
-        restore_tiny(before)
+        restore_subnormals(before)
         return
     w, y = window(state, 3 * n, n), window(state, 4 * n, n)
     share, of_w, of_a = (1.0 - af) / (1.0 - am), af / (1.0 - am), am / (1.0 - am)
@@ -129,7 +136,7 @@ def alpha_free(parameters: Array, state: Array) -> None:
     free_forces(parameters, factors, u, v, w)
     solve(n, wide, factors, w)
     correct((share * new_u, share * new_v, share, 1.0 / (1.0 - am)), u, v, a, w, y)
-    restore_tiny(before)
+    restore_subnormals(before)
 
 
 def alpha_derive(parameters: Array, state: Array) -> None:
@@ -155,7 +162,7 @@ def theta_free(parameters: Array, state: Array) -> None:
 
     v_theta = theta v_new + (1 - theta) v and u_theta likewise.
     """
-    before = take_tiny_as_zero()
+    before = flush_subnormals()
     n, _, _, _, wide = sizes(parameters)
     dt, theta = parameters[DT], parameters[THETA]
     _, _, _, _, _, factors = split(parameters)
@@ -169,7 +176,7 @@ def theta_free(parameters: Array, state: Array) -> None:
     for i in range(n):
         u[i] += rest * v[i] + whole * gained[i]
         v[i] += dt * gained[i]
-    restore_tiny(before)
+    restore_subnormals(before)
 
 
 def theta_retime(parameters: Array, dt: float) -> None:
@@ -189,7 +196,7 @@ def theta_retime(parameters: Array, dt: float) -> None:
 
 def bathe_free(parameters: Array, state: Array) -> None:
     """Step of the composite scheme: the trapezoidal rule over a first part, then the three-point backward formula."""
-    before = take_tiny_as_zero()
+    before = flush_subnormals()
     n, _, _, _, wide = sizes(parameters)
     dt, part = parameters[DT], parameters[PART]
     _, _, _, _, _, factors = split(parameters)
@@ -218,4 +225,4 @@ def bathe_free(parameters: Array, state: Array) -> None:
     for i in range(n):
         u[i] += lag * lag * gained[i]
         v[i] += lag * gained[i]
-    restore_tiny(before)
+    restore_subnormals(before)

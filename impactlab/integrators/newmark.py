@@ -15,7 +15,7 @@ from impactlab.integrators.flat_matrices import has_coupled_damping
 from impactlab.integrators.theta import theta_step
 from impactlab.models.base import Operators
 from impactlab.numerics.compiling import UNPACK
-from impactlab.numerics.subnormals import restore_tiny, take_tiny_as_zero
+from impactlab.numerics.subnormals import flush_subnormals, restore_subnormals
 from impactlab.types import Array, option
 
 AVERAGE = 0.25, 0.5  # beta and gamma of the average acceleration
@@ -34,7 +34,7 @@ def free(parameters: Array, state: Array) -> None:
 
     Its equation is (M + gamma dt C + beta dt^2 K) a = load - C v - K u; coupled ones go through `banded_steps`.
     """
-    before = take_tiny_as_zero()  # modes fade away
+    before = flush_subnormals()  # modes fade away
     n, dt, beta, gamma = int(parameters[N]), parameters[DT], parameters[BETA], parameters[GAMMA]
     load, _, damping, stiffness, pivot = split(parameters)
     u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
@@ -46,7 +46,7 @@ def free(parameters: Array, state: Array) -> None:
         a[i] = pivot[i] * (load[i] - stiffness[i] * u[i] - damping[i] * v[i])
         u[i] += new_u * a[i]
         v[i] += new_v * a[i]
-    restore_tiny(before)
+    restore_subnormals(before)
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:

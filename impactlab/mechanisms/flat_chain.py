@@ -16,7 +16,7 @@ from impactlab.scene.bodies import Link, Mechanism
 from impactlab.types import Array
 
 
-class Packed(NamedTuple):
+class PackedChain(NamedTuple):
     """A chain in numbers. Its coordinates: link by link the angle where it is free or driven, psi's, then phi's."""
 
     parameters: Array  # of `terms`
@@ -34,7 +34,7 @@ def angle_kind(mechanism: Mechanism, number: int) -> int:
     return at.FIXED if clamped else at.OWN
 
 
-def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> Packed:
+def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> PackedChain:
     """Return a chain in numbers; raise `CaseError` where its slide is out of reach at t = 0."""
     links = mechanism.links
     kinds = [angle_kind(mechanism, number) for number in range(len(links))]
@@ -85,7 +85,7 @@ def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> Pac
     out += [np.array([at.SHORTENED, number, 0.0, 0.0, 0.0]) for number in mechanism.bent]
     head[at.ROOM_AT] = at.CHAIN + sum(array.size for array in out)
     parameters = np.concatenate([head, *out, np.zeros(len(links) * at.size_of(n) + room)])
-    return Packed(parameters, stiffness, position, velocity, tuple(angles))
+    return PackedChain(parameters, stiffness, position, velocity, tuple(angles))
 
 
 def integrals_of(link: Link, shapes: FlexibleLink | None) -> Integrals:

@@ -27,7 +27,7 @@ from impactlab.mechanisms.layout import (
     XI,
     Y2,
     Constants,
-    Spot,
+    PlaceNumbers,
     Work,
     X,
     Y,
@@ -108,7 +108,9 @@ def spun(k: Constants, w: Work, p: Array, v: Array, na: int) -> tuple[float, flo
 
 
 @MERGED
-def add_own_mass(mass: Array, n: int, first: int, k: Constants, w: Work, end: Spot, heavy: float, na: int) -> None:
+def add_own_mass(
+    mass: Array, n: int, first: int, k: Constants, w: Work, end: PlaceNumbers, heavy: float, na: int
+) -> None:
     """Add the mass of the shapes among themselves, with that of a point of some mass at the end."""
     m, nb = end.along.size, end.along.size - na
     for i in range(m):
@@ -147,7 +149,16 @@ def add_outer(mass: Array, w: Work, turn: Array, led: int, reach: int) -> None:
 
 @MERGED
 def add_link(
-    P: Array, link: int, room: int, k: Constants, w: Work, end: Spot, p: Array, v: Array, mass: Array, force: Array
+    P: Array,
+    link: int,
+    room: int,
+    k: Constants,
+    w: Work,
+    end: PlaceNumbers,
+    p: Array,
+    v: Array,
+    mass: Array,
+    force: Array,
 ) -> float:
     """Add mass and forces of one link; return the work of its gravity and torque [J]."""
     na, m, first, n = int(P[link + AXIAL]), end.along.size, int(P[link + FIRST]), force.size

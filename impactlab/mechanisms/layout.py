@@ -36,7 +36,7 @@ class Constants(NamedTuple):
     slopes: Array  # at the end
 
 
-class Spot(NamedTuple):
+class PlaceNumbers(NamedTuple):
     """A place of a link: six numbers in its frame, and rows along e and across it over the shapes."""
 
     at: Array  # (6,) xi, deflection, their rates, and their accelerations at constant rates
@@ -86,9 +86,9 @@ def constants(P: Array, link: int) -> Constants:
 
 
 @UNPACK
-def spot(P: Array, at: int, m: int) -> Spot:
+def spot(P: Array, at: int, m: int) -> PlaceNumbers:
     """Return a place that is written from a number on."""
-    return Spot(P[at : at + SPOT], P[at + SPOT : at + SPOT + m], P[at + SPOT + m : at + SPOT + 2 * m])
+    return PlaceNumbers(P[at : at + SPOT], P[at + SPOT : at + SPOT + m], P[at + SPOT + m : at + SPOT + 2 * m])
 
 
 @UNPACK

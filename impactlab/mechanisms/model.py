@@ -41,14 +41,14 @@ KERNELS = ((steps.derive, DERIVE), (steps.free, FREE), (steps.columns, COLUMNS))
 OWN_READINGS: tuple[Quantity, ...] = ("displacement", "velocity", "moment")
 
 
-class Turned(NamedTuple):
+class LargestTurn(NamedTuple):
     """The fastest turning of a mechanism in a run."""
 
     rate: float  # rad/s
     acceleration: float  # rad/s2
 
 
-AT_REST = Turned(0.0, 0.0)
+AT_REST = LargestTurn(0.0, 0.0)
 
 
 @ENTRY
@@ -119,7 +119,7 @@ class MechanismModel(AbstractDiscreteModel):
                 path="solve.integrator",
             )
 
-    def gains_energy(self, dt: float, impulses: bool, turned: Turned = AT_REST) -> float:
+    def gains_energy(self, dt: float, impulses: bool, turned: LargestTurn = AT_REST) -> float:
         """Return the bound on the energy that its steps may add in a motion, over the reference energy.
 
         It is of second order in dt; where a law gives impulses, terms are taken with the rates before them: of first.
@@ -211,7 +211,7 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
     )
 
 
-def energy_bound(motion: Motion, dt: float, impulses: bool, turned: Turned = AT_REST) -> float:
+def energy_bound(motion: Motion, dt: float, impulses: bool, turned: LargestTurn = AT_REST) -> float:
     """Return the bound on the energy that a step of the midpoint rule may add: see `MechanismModel.gains_energy`."""
     highest, rate = motion.frequency, max(motion.rate, turned.rate)
     bound = GAIN * min(highest * dt, MAX_TURNED) ** 2 + TURN_GAIN * (rate * dt) ** 2

@@ -24,7 +24,7 @@ from impactlab.mechanisms.layout import (
     XI,
     XI1,
     Y2,
-    Spot,
+    PlaceNumbers,
     X,
     Y,
     add,
@@ -36,7 +36,7 @@ from impactlab.types import Array
 
 @MERGED
 def write_place(
-    P: Array, link: int, shapes: Array, sq: Array, sd: Array, x: float, p: Array, v: Array, room: int, to: Spot
+    P: Array, link: int, shapes: Array, sq: Array, sd: Array, x: float, p: Array, v: Array, room: int, to: PlaceNumbers
 ) -> None:
     """Write a place of a link, at x [m] along it, where psi and phi are ``shapes`` and S q is ``sq``.
 
@@ -59,7 +59,7 @@ def write_place(
 
 
 @MERGED
-def write_row(P: Array, link: int, room: int, place: Spot, to_x: float, to_y: float, out: Array) -> None:
+def write_row(P: Array, link: int, room: int, place: PlaceNumbers, to_x: float, to_y: float, out: Array) -> None:
     """Write the row of a place along a direction, over the coordinates of the chain."""
     n, m, first = out.size, place.along.size, int(P[link + FIRST])
     c, s = P[room + COS], P[room + SIN]
@@ -76,7 +76,7 @@ def write_row(P: Array, link: int, room: int, place: Spot, to_x: float, to_y: fl
 
 
 @MERGED
-def slide(P: Array, link: int, room: int, n: int, end: Spot, v: Array) -> None:
+def slide(P: Array, link: int, room: int, n: int, end: PlaceNumbers, v: Array) -> None:
     """Give the last link the angle that leaves its end on the slide, with its row and its acceleration.
 
     The end is that with no rate and no acceleration of the link; it is written again after this.
@@ -100,7 +100,7 @@ def slide(P: Array, link: int, room: int, n: int, end: Spot, v: Array) -> None:
 
 
 @MERGED
-def follow(P: Array, before: int, old: int, room: int, n: int, end: Spot) -> None:
+def follow(P: Array, before: int, old: int, room: int, n: int, end: PlaceNumbers) -> None:
     """Give a link its origin: the end of the link before it."""
     c, s = P[old + COS], P[old + SIN]
     P[room + X] = P[old + X] + c * end.at[XI] - s * end.at[ACROSS]

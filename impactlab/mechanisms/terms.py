@@ -64,7 +64,7 @@ from impactlab.types import Array
 
 
 @MERGED
-def turn_link(P: Array, link: int, before: int, room: int, old: int, n: int, p: Array, v: Array) -> None:
+def set_link_angle(P: Array, link: int, before: int, room: int, old: int, n: int, p: Array, v: Array) -> None:
     """Give a link the angle of its coordinate, or of the end before it.
 
     One on a slide gets it later.
@@ -159,7 +159,7 @@ def chain_terms(
             ma, mb, at = int(P[before + AXIAL]), int(P[before + BENDING]), int(P[before + FIRST])
             turn, q = P[old + ROWS + 2 * n : old + ROWS + 3 * n], p[at + ma : at + ma + mb]
             done += twist(-P[link + TORQUE], constants(P, before).slopes, P[old + TH], turn, q, at + ma, force)
-        turn_link(P, link, before, room, old, n, p, v)
+        set_link_angle(P, link, before, room, old, n, p, v)
         w = work_of(P, place_at, na, nb, n)
         first = int(P[link + FIRST])
         contract(k, w, p[first : first + na + nb], v[first : first + na + nb], na, mass.size > 0)

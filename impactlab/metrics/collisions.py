@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan
-from impactlab.metrics.third_bodies import Others, pull
+from impactlab.metrics.third_bodies import Others, link_impulse
+from impactlab.printing import counted
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -87,7 +88,7 @@ def memory(scene: Scene, pair: Sequence[str]) -> float:
     return max(scene.bodies[name].slowest_period for name in pair)
 
 
-class Given(NamedTuple):
+class OtherImpulses(NamedTuple):
     """Impulses on a body, arrays over its contacts in order of their starts."""
 
     starts: Array  # s
@@ -97,7 +98,7 @@ class Given(NamedTuple):
     links: tuple[tuple[str, float], ...]  # contacts that may pull, which have no periods, with the sign of their force
 
 
-def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> Given:
+def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> OtherImpulses:
     """Return the impulses that a body was given by its contacts; ``channels`` are those of the history."""
     own = [each for _, each in scene.met_by(name)]
     signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in own}
@@ -105,7 +106,7 @@ def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozense
     met = [contact for contact, sign in signs.items() if sign != 0.0]
     spans = sorted(history.spans_of(met), key=lambda span: span.start)
     impulses = (signs[span.contact] * span.impulse for span in spans)
-    return Given(
+    return OtherImpulses(
         np.array([span.start for span in spans]),
         np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0]),
         np.array([0.0, *itertools.accumulate(impulses)]),
@@ -117,7 +118,7 @@ def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozense
 def _collision(
     scene: Scene,
     history: AbstractHistory,
-    given_to: Mapping[str, Given],
+    given_to: Mapping[str, OtherImpulses],
     others: Others,
     pair: tuple[str, str],
     spans: list[ContactSpan],
@@ -138,16 +139,12 @@ def _collision(
     why = why or others.part_in(pair, (start, until), sum(span.impulse for span in spans))
     if why is None and (approach is None or leaves is None):
         why = f"the speed of '{striker if speeds[0] is None else other}' is not known at that time"
+    # A third body that still drives the other one into the striker makes the approach: its speed is of an instant.
+    driven = why is None and abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
+    if driven and (third := others.touched(other, pair, before, start)):
+        why = f"'{third}' drives '{other}' into '{striker}'"
     if why is None and approach is not None and leaves is not None:
-        rounding = MIN_APPROACH * max(scene.fastest, abs(leaves))
-        # A third body that still drives the other one into the striker makes the approach: its speed is of an instant.
-        driven = abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
-        if driven and (third := others.touched(other, pair, before, start)):
-            why = f"'{third}' drives '{other}' into '{striker}'"
-        elif approach <= rounding:
-            why = "their mean speeds do not approach each other"
-        elif leaves < -rounding:
-            why = "their mean speeds still approach each other after the last contact"
+        why = _no_approach(scene, approach, leaves)
     return Collision(
         bodies="|".join(pair),
         sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),
@@ -169,6 +166,14 @@ def _collision(
     )
 
 
+def _no_approach(scene: Scene, approach: float, leaves: float) -> str | None:
+    """Return why the speeds of approach and exit [m/s] make no restitution; None where they do."""
+    rounding = MIN_APPROACH * max(scene.fastest, abs(leaves))
+    if approach <= rounding:
+        return "their mean speeds do not approach each other"
+    return "their mean speeds still approach each other after the last contact" if leaves < -rounding else None
+
+
 def _difference(values: Sequence[float | None], factor: float) -> float | None:
     """Return a factor times the first value less the second; None where one is missing."""
     first, second = values
@@ -187,7 +192,7 @@ def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
 
 
 def mean_velocity(
-    scene: Scene, history: AbstractHistory, name: str, time: float, given: Given | None = None
+    scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses | None = None
 ) -> float | None:
     """Return the momentum of a body over its mass [m/s], None where unknown.
 
@@ -204,7 +209,7 @@ def mean_velocity(
     if not by_record and not (given.links and time >= history.duration and "momentum" in given.recorded):
         impulse = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
         impulse += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
-        impulse += sum(sign * pull(history, link, time) for link, sign in given.links)
+        impulse += sum(sign * link_impulse(history, link, time) for link, sign in given.links)
         return body.velocity + (float(given.impulses[begun]) + impulse) / mass
     # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
     if "velocity" in given.recorded and body.elastic is None and time < history.duration:
@@ -214,7 +219,7 @@ def mean_velocity(
     return float(history.evaluate([time], f"momentum:{name}")[0]) / mass
 
 
-def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: Given) -> float | None:
+def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses) -> float | None:
     """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests except for its vibration."""
     return 0.0 if scene.bodies[name].is_held else mean_velocity(scene, history, name, time, given)
 
@@ -229,7 +234,7 @@ def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) ->
 
 
 def _energy_change(
-    scene: Scene, history: AbstractHistory, name: str, start: float, end: float, given: Given
+    scene: Scene, history: AbstractHistory, name: str, start: float, end: float, given: OtherImpulses
 ) -> float | None:
     """Return the growth of the energy of a body between two times [J].
 
@@ -256,7 +261,7 @@ def _largest_gap(history: AbstractHistory, contact: str, openings: Sequence[tupl
 def sentence(each: Mapping[str, Any]) -> str:
     """Return a collision of a summary in one line, for people."""
     closed = each["end"] is None
-    count = f"{each['sub_impacts']} sub-impact{'s' if each['sub_impacts'] != 1 else ''}"
+    count = counted(each["sub_impacts"], "sub-impact")
     until = "on, still in contact" if closed else f"to {each['end']:.6g} s"
     parts = [f"{each['bodies']}: {count}, {each['start']:.6g} s {until}", f"impulse {each['impulse']:.6g} N s"]
     if each["restitution"] is not None:
@@ -297,9 +302,7 @@ def agreement_texts(entries: Sequence[Mapping[str, Any]]) -> list[str]:
         pairs = [each for each in entries if each["resolved"] is resolved]
         texts += [str(each["text"]) for each in pairs[:MAX_PAIRS]]
         if rest := pairs[MAX_PAIRS:]:
-            text = (
-                f"{len(rest)} more pair{'s' if len(rest) > 1 else ''} of bodies: {verdict} on the number of sub-impacts"
-            )
+            text = f"{counted(len(rest), 'more pair')} of bodies: {verdict} on the number of sub-impacts"
             if resolved:
                 text += f", impulses within {100.0 * max(each['impulses_within'] for each in rest):.2g} %"
             texts.append(text + " (each of them: --json)")

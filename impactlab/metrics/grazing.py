@@ -10,7 +10,7 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.scene.facts import field_acceleration
 
-MAX_NEAR_GAP = 0.10  # of the largest gap of the flight so far: a smaller minimum is nearly a touch
+MAX_NEAR_GAP = 0.10  # of the largest gap of the flight so far: a smaller minimum is nearly a contact
 MIN_CONTACT = 0.07  # round trips: a shorter contact nearly did not happen
 MIN_MEETING_RATE = 0.1  # of the fastest rate of a flight; its square is the share of the way that is left
 MIN_TOUCH = 1e-4  # of the largest impulse of a contact: a smaller one is a ripple
@@ -22,7 +22,7 @@ MAX_SAMPLES = 50_000  # of a flight
 MAX_RUN_SAMPLES = 1_000_000  # of all flights together
 
 
-class Touch(NamedTuple):
+class MergedPeriod(NamedTuple):
     """A contact period, with the short openings of chattering faces inside it."""
 
     start: float  # s
@@ -30,27 +30,27 @@ class Touch(NamedTuple):
     impulse: float  # N s
 
 
-def touches_of(history: AbstractHistory, contact_name: str, quiet: float) -> list[Touch]:
-    """Return the touches of a contact, merged where no flight lies between them.
+def merged_periods(history: AbstractHistory, contact_name: str, quiet: float) -> list[MergedPeriod]:
+    """Return the periods of a contact, merged where no flight lies between them.
 
     A flight takes longer than ``quiet`` [s], and its gap grows beyond a thousandth of the widest one. With quiet = 0
     every opening is a flight.
     """
     spans = history.spans(contact_name)
     widest: float | None = None  # found where it is needed
-    touches: list[Touch] = []
+    merged: list[MergedPeriod] = []
     for span in spans:
-        last = touches[-1] if touches else None
+        last = merged[-1] if merged else None
         joined = last is not None and (last.end is None or span.start - last.end <= quiet)
         if last is not None and last.end is not None and not joined and quiet > 0.0:
             opening = _widest(history, contact_name, last.end, span.start)
             widest = history.largest(f"gap:{contact_name}") if widest is None else widest
             joined = opening <= MIN_FLIGHT * widest
         if last is not None and joined:
-            touches[-1] = Touch(last.start, span.end, last.impulse + span.impulse)
+            merged[-1] = MergedPeriod(last.start, span.end, last.impulse + span.impulse)
         else:
-            touches.append(Touch(span.start, span.end, span.impulse))
-    return touches
+            merged.append(MergedPeriod(span.start, span.end, span.impulse))
+    return merged
 
 
 def _widest(history: AbstractHistory, contact_name: str, start: float, end: float) -> float:
@@ -78,29 +78,29 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
     dt : float, optional
         Step [s] of a stepped run: contacts shorter than three steps are left to chance and not reported.
     """
-    touches = touches_of(history, contact_name, max(10.0 * dt, MIN_CONTACT * round_trip) if dt > 0.0 else 0.0)
-    strongest = max((abs(touch.impulse) for touch in touches), default=0.0)
-    for touch in touches:
-        if touch.end is None or (dt > 0.0 and abs(touch.impulse) <= MIN_TOUCH * strongest):
+    contacts = merged_periods(history, contact_name, max(10.0 * dt, MIN_CONTACT * round_trip) if dt > 0.0 else 0.0)
+    strongest = max((abs(contact.impulse) for contact in contacts), default=0.0)
+    for contact in contacts:
+        if contact.end is None or (dt > 0.0 and abs(contact.impulse) <= MIN_TOUCH * strongest):
             continue
-        if 3.0 * dt <= touch.end - touch.start < MIN_CONTACT * round_trip:
-            lasts = (touch.end - touch.start) / round_trip
+        if 3.0 * dt <= contact.end - contact.start < MIN_CONTACT * round_trip:
+            lasts = (contact.end - contact.start) / round_trip
             return (
-                f"{contact_name}: the contact at {touch.start:.6g} s lasts only {lasts:.3g} round trips; "
+                f"{contact_name}: the contact at {contact.start:.6g} s lasts only {lasts:.3g} round trips; "
                 "a small change of the case or of the method may make it vanish"
             )
-    periods = [(touch.start, history.duration if touch.end is None else touch.end) for touch in touches]
+    periods = [(each.start, history.duration if each.end is None else each.end) for each in contacts]
     if text := _slow_meeting(history, contact_name, periods, round_trip, dt):
         return text
-    return _missed_touch(history, contact_name, periods, round_trip)
+    return _missed_contact(history, contact_name, periods, round_trip)
 
 
-def _missed_touch(
-    history: AbstractHistory, contact_name: str, touches: Sequence[tuple[float, float]], round_trip: float
+def _missed_contact(
+    history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float
 ) -> str | None:
-    """Return the text for the first flight after a touch (start, end) in which the faces nearly meet, or None."""
-    for number, (_, end) in enumerate(touches):
-        until = touches[number + 1][0] if number + 1 < len(touches) else history.duration
+    """Return the text for the first flight after a period of contact in which the faces nearly meet, or None."""
+    for number, (_, end) in enumerate(periods):
+        until = periods[number + 1][0] if number + 1 < len(periods) else history.duration
         if end >= until:
             continue
         count = int(min(MAX_SAMPLES, 16 + SAMPLES * (until - end) / round_trip))
@@ -123,8 +123,8 @@ def _missed_touch(
     return None
 
 
-def grazing_kick(history: AbstractHistory, contact_name: str, round_trip: float, dt: float) -> str | None:
-    """Return the text of the warning ``near_grazing`` for a law of kicks, or None.
+def grazing_impulse(history: AbstractHistory, contact_name: str, round_trip: float, dt: float) -> str | None:
+    """Return the text of the warning ``near_grazing`` for a law of impulses, or None.
 
     A kick lasts no time and faces that ring under kicks nearly touch all the time: of the signs of `near_grazing` only
     the slow meeting counts. A kick follows from the speed of its instant, which is then least certain: a step dt before
@@ -135,16 +135,16 @@ def grazing_kick(history: AbstractHistory, contact_name: str, round_trip: float,
 
 
 def _slow_meeting(
-    history: AbstractHistory, contact_name: str, touches: Sequence[tuple[float, float]], round_trip: float, dt: float
+    history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float, dt: float
 ) -> str | None:
-    """Return the text for the first touch (start, end) whose faces come to rest against each other, or None."""
+    """Return the text for the first period of contact whose faces come to rest against each other, or None."""
     before, scene = 0.0, history.scene
     least = MIN_GAP * history.duration * (scene.fastest + field_acceleration(scene) * history.duration)
-    most = min(MAX_SAMPLES, MAX_RUN_SAMPLES // max(1, len(touches)))
-    for start, end in touches:
+    most = min(MAX_SAMPLES, MAX_RUN_SAMPLES // max(1, len(periods)))
+    for start, end in periods:
         begin, before = before, end
         if start - begin <= max(10.0 * dt, MIN_CONTACT * round_trip):
-            continue  # touches in quick succession: chatter, not flights
+            continue  # contacts in quick succession: chatter, not flights
         count = int(min(16 + most, 16 + SAMPLES * (start - begin) / round_trip))
         gap = history.evaluate(np.linspace(begin, start, count), f"gap:{contact_name}")
         rates = np.diff(gap)

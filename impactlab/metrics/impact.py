@@ -11,7 +11,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.frame import frames as frames_of
 from impactlab.history.frame import touched_in
 from impactlab.metrics.norms import ZERO, force_channels, largest, midpoints
-from impactlab.scene.momentum import Seen, balance
+from impactlab.scene.momentum import BodyMomentum, balance
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -123,6 +123,6 @@ def momentum_error(
         momentum = history.evaluate(np.append(t, history.duration), f"momentum:{name}")
         energy = float(np.max(np.abs(history.energy.bodies[name])))
         given = history.load_impulses.get(name)
-        seen = Seen(float(momentum[0]), float(momentum[-1]), float(np.max(np.abs(momentum))), energy)
+        seen = BodyMomentum(float(momentum[0]), float(momentum[-1]), float(np.max(np.abs(momentum))), energy)
         errors.append(balance(scene, name, impulses, history.duration, seen, given).error)
     return largest(errors)

@@ -36,7 +36,7 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
         return
     met: dict[str, list[tuple[Contact, float]]] = {body.name: [] for body in (*rods, *beams)}
     for contact in scene.contacts:
-        for point in (contact.left, contact.right):
+        for point in contact.faces:
             if point.body in met:
                 met[point.body].append((contact, point.x))
     links = {link.name: max(abs(link.largest), abs(link.smallest)) for link in history.links}
@@ -63,7 +63,7 @@ def _found_limits(scene: Scene) -> dict[str, float] | None:
         if loaded or abs(rod.velocity) > MAX_STRAIN * min(segment.wave_speed for segment in rod.segments):
             return None
         for _, contact in scene.met_by(rod.name):
-            for x in (point.x for point in (contact.left, contact.right) if point.body == rod.name):
+            for x in contact.places_on(rod.name):
                 limit = MAX_STRAIN / _strain_at(rod, x)
                 limits[contact.name] = min(limits[contact.name], limit)
     return limits

@@ -53,8 +53,7 @@ def force_channels(scene: Scene) -> tuple[str, ...]:
 
 
 def _face_channels(scene: Scene, elastic: bool) -> tuple[str, ...]:
-    points = (point for contact in scene.contacts for point in (contact.left, contact.right))
-    faces = ((scene.bodies[point.body], point.x) for point in points)
+    faces = ((scene.bodies[point.body], point.x) for point in scene.faces)
     moving = (body.face_channel(x) for body, x in faces if body.moves and (body.elastic is not None) == elastic)
     return tuple(dict.fromkeys(moving))
 
@@ -315,7 +314,7 @@ ORDER = (
 """The order in which a summary names the metrics; those of plugins follow by name."""
 
 
-def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[str, Metric]:
+def installed(asked: Iterable[str] = ()) -> dict[str, Metric]:
     """Return impactlab's metrics and the requested ones of plugins, by name.
 
     A plugin's metric that is not requested is not imported.
@@ -325,9 +324,9 @@ def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[
     PluginError
         If a requested metric is not installed, or cannot be used.
     """
-    known = registry() if parts is None else parts
+    known = registry()
     own = Registry(entry for entry in known.entries if entry.group == METRICS.name and is_own(entry.value))
-    if parts is None and not own.entries:
+    if not own.entries:
         raise PluginError(
             "no metric is registered, not even those of impactlab: its installation is older than they are",
             remedy="Install impactlab again (pip install .).",

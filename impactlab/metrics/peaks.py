@@ -238,7 +238,7 @@ def _starts(scene: Scene, touches: Sequence[Event], contact: Contact) -> tuple[s
 def _trips(scene: Scene, contact: Contact) -> list[list[float]]:
     """Return the time to and fro in each segment of the two bodies that have waves [s], the nearest first."""
     found = []
-    for point in (contact.left, contact.right):
+    for point in contact.faces:
         body = scene.bodies[point.body].waves
         if body is not None:
             near = [2.0 * segment.length / segment.wave_speed for segment in body.segments]

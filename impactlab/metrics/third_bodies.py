@@ -68,7 +68,9 @@ class Others:
             if {*bodies} == {*pair}:
                 continue
             if (contact.group or contact.name) in self._links:
-                met = abs(pull(self._history, contact.name, end) - pull(self._history, contact.name, start))
+                met = abs(
+                    link_impulse(self._history, contact.name, end) - link_impulse(self._history, contact.name, start)
+                )
             else:
                 met = self._periods(contact.name).given_in(start, end)
             third = bodies[bodies[0] == name]
@@ -86,7 +88,7 @@ class Others:
         return self._known[contact]
 
 
-def pull(history: AbstractHistory, link: str, time: float) -> float:
+def link_impulse(history: AbstractHistory, link: str, time: float) -> float:
     """Return the impulse of the force of a link up to a time [N s]."""
     middles = max(0.0, time) * (np.arange(PULL_SAMPLES) + 0.5) / PULL_SAMPLES
     return float(np.mean(history.evaluate(middles, f"force:{link}"))) * max(0.0, time)

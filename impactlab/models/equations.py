@@ -73,7 +73,7 @@ class AbstractEquations(ABC):
         return {}
 
 
-class Place(NamedTuple):
+class EquationRange(NamedTuple):
     """Where one of several equations stands."""
 
     state: slice  # in positions and their rates
@@ -86,12 +86,12 @@ class SeveralEquations(AbstractEquations):
     """Equations of bodies that only contacts couple, one after the other."""
 
     def __init__(self, each: Sequence[AbstractEquations]) -> None:
-        self._each: list[tuple[AbstractEquations, Place]] = []
+        self._each: list[tuple[AbstractEquations, EquationRange]] = []
         self.parts = {}
         n = self.n_dof = self.powers = 0
         for one in each:
             to = n + one.position.size, self.n_dof + one.n_dof, self.powers + one.powers
-            place = Place(slice(n, to[0]), slice(self.n_dof, to[1]), slice(self.powers, to[2]))
+            place = EquationRange(slice(n, to[0]), slice(self.n_dof, to[1]), slice(self.powers, to[2]))
             shift = self.n_dof
             self.parts |= {name: slice(shift + part.start, shift + part.stop) for name, part in one.parts.items()}
             self._each.append((one, place))

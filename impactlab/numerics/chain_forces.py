@@ -12,14 +12,14 @@ from impactlab.types import Array
 
 
 @IN_ORDER
-def pull_even(count: int, spring: float, u: Array, force: Array) -> None:
+def write_equal_forces(count: int, spring: float, u: Array, force: Array) -> None:
     """Write the forces on a run of equal nodes; ``u`` (count + 2,) holds the neighbours as well."""
     for i in range(count):
         force[i] = spring * ((u[i] - u[i + 1]) + (u[i + 2] - u[i + 1]))
 
 
 @IN_ORDER
-def pull_each(count: int, ground: Array, bands: Array, u: Array, force: Array) -> None:
+def write_unequal_forces(count: int, ground: Array, bands: Array, u: Array, force: Array) -> None:
     """Write the forces on nodes that differ; ``u`` (count + 2,) and ``bands`` (count + 1,) begin one node before."""
     for i in range(count):
         here = u[i + 1]
@@ -27,7 +27,7 @@ def pull_each(count: int, ground: Array, bands: Array, u: Array, force: Array) -
 
 
 @IN_ORDER
-def pull_chain(springs: Array, runs: Array, u: Array, force: Array) -> None:
+def write_chain_forces(springs: Array, runs: Array, u: Array, force: Array) -> None:
     """Write the forces of springs (to the ground, then between neighbours, less than zero; flat) on all nodes.
 
     There are at least two nodes; the runs are those of `impactlab.numerics.chain_solve.write_runs` with these springs.
@@ -41,8 +41,8 @@ def pull_chain(springs: Array, runs: Array, u: Array, force: Array) -> None:
         count = min(end, n - 1) - done
         beside, into = window(u, done - 1, count + 2), window(force, done, count)
         if runs[1 + run] > 0.0:
-            pull_even(count, -bands[done], beside, into)
+            write_equal_forces(count, -bands[done], beside, into)
         else:
-            pull_each(count, window(ground, done, count), window(bands, done - 1, count + 1), beside, into)
+            write_unequal_forces(count, window(ground, done, count), window(bands, done - 1, count + 1), beside, into)
         done = end
     force[n - 1] = -ground[n - 1] * u[n - 1] - bands[n - 2] * (u[n - 2] - u[n - 1])

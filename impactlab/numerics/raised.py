@@ -19,7 +19,7 @@ _keepers = threading.local()
 _before: list[Any] = []  # the hook that was there, for each call of `keep_raised` under way
 
 
-class Kept:
+class FirstException:
     """The first exception of compiled functions, None so far; ``react`` is called at each."""
 
     def __init__(self, react: Callable[[], None]) -> None:
@@ -31,14 +31,14 @@ class keep_raised:  # noqa: N801 - a context, as those of contextlib
     """Keep the first exception that compiled functions raise inside, and call ``react`` at each, in place of printing.
 
     Other threads, and other exceptions that cannot be raised, keep the hook that was there before. The value of the
-    context is a `Kept`.
+    context is a `FirstException`.
     """
 
     def __init__(self, react: Callable[[], None]) -> None:
-        self._kept = Kept(react)
+        self._kept = FirstException(react)
 
-    def __enter__(self) -> Kept:
-        self._outer: Kept | None = getattr(_keepers, "kept", None)
+    def __enter__(self) -> FirstException:
+        self._outer: FirstException | None = getattr(_keepers, "kept", None)
         with _lock:
             if not _before:
                 _before.append(sys.unraisablehook)

@@ -20,15 +20,15 @@ WORD, WHOLE, BYTE = ir.IntType(32), ir.IntType(64), ir.IntType(8)
 _typing, _lowering = cast(tuple[Any, Any], (type_callable, lower_builtin))
 
 
-def take_tiny_as_zero() -> int:
-    """Let this thread take numbers below 2.2e-308 for zero; return the state for `restore_tiny`.
+def flush_subnormals() -> int:
+    """Let this thread take numbers below 2.2e-308 for zero; return the state for `restore_subnormals`.
 
     This holds in compiled code on processors of the x86 family; elsewhere nothing changes.
     """
     return 0
 
 
-def restore_tiny(before: int) -> None:
+def restore_subnormals(before: int) -> None:
     """Let this thread reckon with tiny numbers as it did before."""
 
 
@@ -64,7 +64,7 @@ def _restore(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
     return context.get_dummy_value()
 
 
-_typing(take_tiny_as_zero)(lambda context: lambda: types.int64)  # noqa: ARG005 - numba's signature
-_typing(restore_tiny)(lambda context: lambda before: types.none)  # noqa: ARG005
-_lowering(take_tiny_as_zero)(_take)
-_lowering(restore_tiny, types.Integer)(_restore)
+_typing(flush_subnormals)(lambda context: lambda: types.int64)  # noqa: ARG005 - numba's signature
+_typing(restore_subnormals)(lambda context: lambda before: types.none)  # noqa: ARG005
+_lowering(flush_subnormals)(_take)
+_lowering(restore_subnormals, types.Integer)(_restore)

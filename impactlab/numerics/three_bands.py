@@ -104,7 +104,7 @@ def solve_three(n: int, pivot: Array, bands: Array, x: Array) -> None:
 
 
 @IN_ORDER
-def pull_three(n: int, springs: Array, u: Array, force: Array) -> None:
+def write_three_band_forces(n: int, springs: Array, u: Array, force: Array) -> None:
     """Write the forces of springs (to the ground, then three bands less than zero or not; flat) at displacements u.
 
     All bands in one pass over the inner rows; of at least seven rows.

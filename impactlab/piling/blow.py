@@ -149,7 +149,7 @@ def largest_stresses(history: AbstractHistory, pile: Pile) -> tuple[Peak, Peak]:
     times = history.field_times(name)
     if times is None:
         times = np.array(history.scene.field_times)
-    links = np.array([point.x for each in pile.soil for point in (each.left, each.right) if point.body == name])
+    links = np.array([x for each in pile.soil for x in each.places_on(name)])
     jumps = np.r_[links, np.cumsum([segment.length for segment in pile.body.segments[:-1]])]
     before = jumps[(jumps > 0.0) & (jumps < pile.body.length)] - BESIDE * pile.body.length
     x = np.union1d(history.field(name, float(times[0]), "stress").x, before)

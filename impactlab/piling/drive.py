@@ -20,6 +20,7 @@ from impactlab.piling.pile import Pile, pile_of
 from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.piling.static_rest import Rest, check_at_rest, rest_of
 from impactlab.prefixes import prefixed
+from impactlab.printing import counted
 from impactlab.scene.bodies import Table
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
@@ -50,7 +51,7 @@ class Driving:
 
     def __repr__(self) -> str:
         count = len(self.blows)
-        named = f"{count} blow{'s' if count != 1 else ''}"
+        named = counted(count, "blow")
         if not count:
             return f"<Driving of {named}>"
         last, rate = self.blows[-1], self.blows_per_metre

@@ -26,7 +26,7 @@ from impactlab.fits.signals import Signal
 from impactlab.fits.trials import Trials, Values
 from impactlab.history.base import AbstractHistory
 from impactlab.piling.case_method import first_peak
-from impactlab.piling.measured import Driven, checked, driven_by, soil_path, written_out
+from impactlab.piling.measured import CaseUnderForce, checked, driven_by, soil_path, written_out
 from impactlab.piling.signs import check_length, check_work, warn_of_offsets, warn_of_proportion, warn_of_times
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
@@ -162,7 +162,7 @@ def match(
     return Match(capacity, named, case.with_settings(values, by="match()"), fit.case, t, measured, computed, fit)
 
 
-def _warn_if_unusual(driven: Driven, time: Array, force: Array, velocity: Array) -> None:
+def _warn_if_unusual(driven: CaseUnderForce, time: Array, force: Array, velocity: Array) -> None:
     """Issue an `UnusualValue` of signals whose units or offsets may be wrong."""
     pile = driven.case.scene().elastic[driven.body].waves
     assert pile is not None  # noqa: S101 - a rod

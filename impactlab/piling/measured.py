@@ -27,7 +27,7 @@ MIN_SAMPLES = 16
 TOP = ("schema_version", "title", "source", "bodies", "contacts", "solve", "gravity")  # keys that are kept
 
 
-class Driven(NamedTuple):
+class CaseUnderForce(NamedTuple):
     """A case of a pile without hammer, its head under a measured force."""
 
     case: Case
@@ -79,7 +79,7 @@ def written_out(case: Case, free: Iterable[str]) -> Case:
         return Case.from_dict(expand(with_tables(case.document.data)).data, case.name)
 
 
-def driven_by(case: Case, time: Array, force: Array) -> Driven:
+def driven_by(case: Case, time: Array, force: Array) -> CaseUnderForce:
     """Return the case with the hammer taken away and a measured force [N] on the head, compression positive.
 
     The pile is at rest at the first sample. Bodies that no contact still joins to the pile are left out, and with
@@ -92,7 +92,7 @@ def driven_by(case: Case, time: Array, force: Array) -> Driven:
     kept = {body.name}
     for _ in numbers:  # bodies joined to the pile by what is left
         for number, contacts in enumerate(numbers):
-            names = {point.body for each in contacts for point in (each.left, each.right)}
+            names = {point.body for each in contacts for point in each.faces}
             if number not in gone and names & {name for name in kept if run.scene.bodies[name].moves}:
                 kept |= names
     blocks: dict[int, int] = {}
@@ -112,7 +112,7 @@ def driven_by(case: Case, time: Array, force: Array) -> Driven:
     x = 0.0 if from_left else body.length
     data["probes"] = [{"body": body.name, "at": x, "quantity": "velocity"}]
     made = Case.from_dict(data, f"{case.name}_head")
-    return Driven(made, body.name, direction, f"velocity:{body.name}@{x:.6g}", blocks)
+    return CaseUnderForce(made, body.name, direction, f"velocity:{body.name}@{x:.6g}", blocks)
 
 
 def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
@@ -126,7 +126,7 @@ def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
     except CaseError:
         ends = {0.0: body.left, body.length: body.right}
         loaded = [x for x, end in ends.items() if end.is_loaded]
-        toes = {point.x for each in soil for point in (each.left, each.right) if point.body == body.name} & {*ends}
+        toes = {x for each in soil for x in each.places_on(body.name)} & {*ends}
         heads = loaded or [x for x in ends if toes and x not in toes]
         if len(heads) != 1:
             raise CaseError(

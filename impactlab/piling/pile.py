@@ -41,7 +41,7 @@ class Pile(NamedTuple):
 
     def place(self, contact: Contact) -> float:
         """Return the place x of a contact on the pile [m]."""
-        return next(point.x for point in (contact.left, contact.right) if point.body == self.body.name)
+        return contact.places_on(self.body.name)[0]
 
 
 def pile_of(run: Simulation) -> Pile:
@@ -76,7 +76,7 @@ def soil_of(run: Simulation) -> tuple[WaveBody, tuple[Contact, ...]]:
     scene, laws = run.scene, run.method.laws
     soil = tuple(contact for contact in scene.contacts if isinstance(laws.get(contact.name), Smith))
     rods = {name: body.waves for name, body in scene.elastic.items() if body.waves is not None}
-    held = {point.body for contact in soil for point in (contact.left, contact.right) if point.body in rods}
+    held = {point.body for contact in soil for point in contact.faces if point.body in rods}
     names = sorted(held) or [*rods]
     if len(names) != 1:
         raise CaseError(
@@ -88,13 +88,13 @@ def soil_of(run: Simulation) -> tuple[WaveBody, tuple[Contact, ...]]:
 
 
 def _x_on(contact: Contact, body: WaveBody) -> float | None:
-    return next((point.x for point in (contact.left, contact.right) if point.body == body.name), None)
+    return next(iter(contact.places_on(body.name)), None)
 
 
 def _struck_at(run: Simulation, contact: Contact, body: WaveBody) -> float | None:
     """Return the end x [m] of the pile at which a body other than soil or a wall meets it; None elsewhere."""
     x = _x_on(contact, body)
-    others = [run.scene.bodies[point.body] for point in (contact.left, contact.right) if point.body != body.name]
+    others = [run.scene.bodies[point.body] for point in contact.faces if point.body != body.name]
     if x not in (0.0, body.length) or not others or isinstance(run.method.laws.get(contact.name), Smith):
         return None
     return x if others[0].moves else None

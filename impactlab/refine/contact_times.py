@@ -11,7 +11,7 @@ from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.scene.facts import field_acceleration, impedance_of, rods_of
 from impactlab.scene.method import Method, stiffness_of
 from impactlab.scene.problem import Contact, Point, Scene
-from impactlab.scene.recent import Recent
+from impactlab.scene.recent import KeepsResults
 
 
 class Times(NamedTuple):
@@ -29,7 +29,7 @@ def _all_times(scene: Scene, method: Method) -> dict[str, Times]:
     }
 
 
-times_of = Recent(_all_times, lambda _times: True, limited=False)
+times_of = KeepsResults(_all_times, lambda _times: True, limited=False)
 """Times of all contacts of a scene under the laws of a method, by name; found once."""
 
 

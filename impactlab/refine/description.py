@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 
-from impactlab.exact.cost import Begun
+from impactlab.exact.cost import StartedMarch
 from impactlab.history.base import AbstractHistory
 from impactlab.refine import cost
 from impactlab.refine.cost import Cost
@@ -54,7 +54,7 @@ class Description:
     finding: Callable[[int], float] = lambda _n: 0.0  # s, predicted, of modes of a mesh, which are found first
     alike: bool = False  # whether runs differ in their step alone, so that one set-up serves all
     alone: float = math.inf  # error that one run states, over its predicted one; inf where two are needed
-    begun: Begun | None = None  # of the exact solver: its march over the first intervals
+    begun: StartedMarch | None = None  # of the exact solver: its march over the first intervals
 
     def words(self, fineness: int) -> str:
         """Return the description with its fineness, for people."""

@@ -9,7 +9,7 @@ import time as clock
 from collections.abc import Callable
 from functools import partial
 
-from impactlab.exact.cost import Begun
+from impactlab.exact.cost import StartedMarch
 from impactlab.history.base import AbstractHistory
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Simulation, is_exact
@@ -25,7 +25,7 @@ Check = Callable[[], None]  # of a run, once; raises `StepError` where it broke 
 
 
 def run(
-    made: Simulation, progress: Progress | None, begun: Begun | None, like: Simulation | None
+    made: Simulation, progress: Progress | None, begun: StartedMarch | None, like: Simulation | None
 ) -> tuple[AbstractHistory, Check]:
     """Return the history of a run without warnings, and its check, which is left to be called.
 

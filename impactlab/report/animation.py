@@ -23,7 +23,7 @@ from impactlab.history.sampling import frame_times
 from impactlab.report import mechanism
 from impactlab.report.diagram import MEANING
 from impactlab.report.signals import UNITS
-from impactlab.report.stage import Spot, frames, layout, shown_load
+from impactlab.report.stage import BodyPlace, frames, layout, shown_load
 from impactlab.report.style import GRID, INK, MUTED, PALETTE, PAPER, Unit, clock, drawn, scaled
 from impactlab.scene.bodies import Body, ElasticBody, Wall
 from impactlab.scene.problem import Scene
@@ -195,7 +195,7 @@ class _Place:
         self.factor = SHOWN_MOTION * self.whole / (max([*moved, *gaps]) or 1.0)
         self.across = 0.35 / (SHOWN_MOTION * self.whole)  # of the upper axes, per length of the train
 
-    def left(self, spot: Spot) -> float:
+    def left(self, spot: BodyPlace) -> float:
         """Return the left end of a body that has not moved."""
         return spot.x + spot.icons * self.icon + self.factor * spot.gap
 
@@ -261,7 +261,7 @@ def _lying(place: _Place, left: float, body: ElasticBody, u: Array, height: floa
     return corners
 
 
-def _standing(place: _Place, spot: Spot, body: ElasticBody, u: Array) -> Corners:
+def _standing(place: _Place, spot: BodyPlace, body: ElasticBody, u: Array) -> Corners:
     """Return the outline of a rod that stands on a beam, from its face outwards."""
     at = place.left(place.spots[spot.beside]) + spot.at
     x, nodes = np.linspace(0.0, body.length, CELLS + 1), np.linspace(0.0, body.length, u.shape[1])
@@ -317,7 +317,7 @@ def _icon(axes: Axes, place: _Place, start: float, width: float, body: Body, u: 
     return step
 
 
-def _ball(axes: Axes, place: _Place, spot: Spot, u: Array | None) -> Step:
+def _ball(axes: Axes, place: _Place, spot: BodyPlace, u: Array | None) -> Step:
     """Draw a mass above or below the beam that it meets."""
     at = place.left(place.spots[spot.beside]) + spot.at
     (ball,) = axes.plot([], [], "o", color=INK, markersize=13, clip_on=False, zorder=0.9, gid=MOVING)  # behind the beam

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from impactlab.history.base import AbstractHistory
+from impactlab.printing import counted
 from impactlab.refine.reference_record import Reference
 from impactlab.report import facts, page_figures
-from impactlab.report.counts import counted
 from impactlab.report.drawn_part import drawn_part
 from impactlab.report.figure_files import FigureFiles
 from impactlab.report.page import Page, write_page
@@ -62,7 +62,7 @@ def write_comparison(
     page = Page(
         command="compare",
         options=f" --methods {names}",
-        kicker=f"impactlab · {counted(len(comparison['rows']))} compared",
+        kicker=f"impactlab · {counted(len(comparison['rows']), 'method')} compared",
         method=[],
         findings=facts.findings(comparison),
         table=comparison,

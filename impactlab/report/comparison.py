@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from impactlab.metrics.collisions import agreement_texts, agreements
-from impactlab.report.counts import counted
+from impactlab.printing import counted
 from impactlab.report.summary import SCHEMA_VERSION, has_numbers
 
 
@@ -158,7 +158,7 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
         left_out.append(name)
         lines = _aligned(rows, names)
     reference = comparison["reference"]
-    title = f"{comparison['case']}: {counted(len(rows))}" + (f" against {reference}" if reference else "")
+    title = f"{comparison['case']}: {counted(len(rows), 'method')}" + (f" against {reference}" if reference else "")
     below = agreement_texts(comparison.get("collisions", ()))
     below += [f"all methods: {code}" for code in shared]
     below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,6 +13,7 @@ from impactlab.history.advice import warning_lines
 from impactlab.history.base import SERIOUS
 from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
+from impactlab.printing import plain
 from impactlab.scene.method import Simulation, is_exact
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def say(text: str) -> None:
 def print_json(document: Any) -> None:
     """Print one JSON document on standard output; a number that is not finite becomes null."""
     of_ascii = "utf" not in (sys.stdout.encoding or "utf-8").lower()  # others may lack a letter, and JSON escapes it
-    text = json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=of_ascii)
+    text = json.dumps(plain(document), indent=1, allow_nan=False, ensure_ascii=of_ascii)
     # File names may hold bytes that are not text.
     print(text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True)
 
@@ -101,28 +101,13 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         collisions, lambda each: f"  collision {sentence(each)}", "collisions", lambda each: each["impulse"]
     )
     lines += _at_end(summary["final"]["bodies"])
-    for name, turn in summary.get("rotation", {}).items():
-        facts = [f"{_number(turn[key])} {unit}{words}" for key, unit, words in STEADY if key in turn]
-        unchecked = "; not checked: its momentum, which the centrifugal force changes"
-        lines.append(f"  rotating  {name}: " + ", ".join(facts) + unchecked * turn["momentum_unchecked"])
+    lines += [_rotation(name, turn) for name, turn in summary.get("rotation", {}).items()]
     energy = summary["energy"]
     lines.append(
         f"  energy    {_number(energy['initial'])} J to {_number(energy['final'])} J, "
         f"largest gain {_percent(energy['largest_gain'])}, loss {_percent(energy['largest_loss'])}"
     )
-    errors = summary["errors"] or {}
-    about = ("reference", "reference_uncertainty")
-    shown = {key: value for key, value in errors.items() if key not in about and value is not None}
-    if shown and method["dt"] is None and max(v for k, v in shown.items() if k != "momentum_error") == 0.0:
-        lines.append(f"  errors    none: this is the exact solution ({errors['reference']})")
-    elif shown:
-        known = errors.get("reference_uncertainty")
-        against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
-        main = [f"{key.replace('_', ' ')} {_percent(shown[key])}" for key in MAIN_ERRORS if key in shown]
-        rest = ["more: --json"] if len(main) < len(shown) else []
-        lines.append(f"  errors    against {against}: " + ", ".join(main + rest))
-    elif summary["errors"] is None:
-        lines.append(f"  errors    {summary['reference']['text']}")
+    lines += _errors(summary)
     if summary.get("choice"):
         lines += choice.choice_lines(summary["choice"])
     cost = summary["cost"]
@@ -132,6 +117,32 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     others = [warned for warned in summary["warnings"] if warned not in serious]
     lines += [f"  warning   {line}" for line in warning_lines(others)]
     return "\n".join(lines)
+
+
+def _rotation(name: str, turn: Mapping[str, Any]) -> str:
+    """Return the line of the steady state of a rotating body."""
+    facts = [f"{_number(turn[key])} {unit}{words}" for key, unit, words in STEADY if key in turn]
+    unchecked = "; not checked: its momentum, which the centrifugal force changes"
+    return f"  rotating  {name}: {', '.join(facts)}{unchecked if turn['momentum_unchecked'] else ''}"
+
+
+def _errors(summary: Mapping[str, Any]) -> list[str]:
+    """Return the line of the errors against the reference, or of why there is none."""
+    errors = summary["errors"]
+    if errors is None:
+        return [f"  errors    {summary['reference']['text']}"]
+    about = ("reference", "reference_uncertainty")
+    shown = {key: value for key, value in errors.items() if key not in about and value is not None}
+    if not shown:
+        return []
+    of_motion = max((value for key, value in shown.items() if key != "momentum_error"), default=None)
+    if summary["method"]["dt"] is None and of_motion == 0.0:
+        return [f"  errors    none: this is the exact solution ({errors['reference']})"]
+    known = errors.get("reference_uncertainty")
+    against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
+    main = [f"{key.replace('_', ' ')} {_percent(shown[key])}" for key in MAIN_ERRORS if key in shown]
+    rest = ["more: --json"] if len(main) < len(shown) else []
+    return [f"  errors    against {against}: " + ", ".join(main + rest)]
 
 
 def wall_time(summary: Mapping[str, Any]) -> str:
@@ -190,14 +201,6 @@ def tree_text(tree: Any, indent: int = 0) -> str:
         else:
             lines.append(f"{pad}{key}: {_plain(value)}")
     return "\n".join(lines)
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _event(event: Mapping[str, Any]) -> str:

@@ -36,7 +36,7 @@ def drawn_part(scene: Scene) -> DrawnPart:
         return DrawnPart(scene, "")
     numbers = np.unique(np.linspace(0, count - 1, MAX_DRAWN).round().astype(int))
     contacts = tuple(scene.contacts[number] for number in numbers)
-    named = {point.body for contact in contacts for point in (contact.left, contact.right)}
+    named = {point.body for contact in contacts for point in contact.faces}
     named |= {probe.body for probe in scene.probes} | set(scene.elastic)
     bodies = {name: body for name, body in scene.bodies.items() if name in named or body.changes}
     words = (

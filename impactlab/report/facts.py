@@ -11,6 +11,7 @@ from typing import Any
 
 from impactlab.metrics.collisions import agreement_texts
 from impactlab.plugins import kind_of
+from impactlab.printing import counted
 from impactlab.report.comparison import cell, in_round_trips, model_label
 from impactlab.report.style import scaled
 from impactlab.report.summary import STEPPED, has_numbers
@@ -241,7 +242,7 @@ def instant(time: float) -> str:
 
 def collision(each: Mapping[str, Any]) -> str:
     """Return a collision of a summary in one sentence, values with the prefix that makes them short."""
-    count = f"{each['sub_impacts']} sub-impact{'s' if each['sub_impacts'] != 1 else ''}"
+    count = counted(each["sub_impacts"], "sub-impact")
     ended = each["end"] is not None
     until = f"to {instant(each['end'])}" if ended else "on, still in contact at the end of the run"
     parts = [

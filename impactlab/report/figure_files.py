@@ -6,7 +6,7 @@ import io
 import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -48,6 +48,26 @@ def figure_files(formats: str | None, width: str | None, folder: Path | None = P
                 f"{option} has no value {wrong[0][:40]!r}", remedy=f"Allowed: {', '.join(known)}.", path=option
             )
     return FigureFiles(names, width or "", every=True) if formats or width else FigureFiles()
+
+
+class Plate(NamedTuple):
+    """A figure of a page, with its title and how to read it."""
+
+    name: str  # of its files
+    title: str
+    caption: str
+    figure: Figure
+
+
+def saved_plates(folder: Path, plates: Iterable[Plate]) -> tuple[list[dict[str, str]], str]:
+    """Write the figures of a page into its folder ``figures``; return them for its template, and their style rules."""
+    (folder / "figures").mkdir(exist_ok=True)
+    made, drawings = [], []
+    for name, title, caption, figure in plates:
+        made.append({"name": name, "title": title, "caption": caption})
+        drawings.append(inline(save(figure, folder / "figures", name), f"{title}. {caption}".strip()))
+    figures, rules = with_classes(drawings)
+    return [{**plate, "svg": svg} for plate, svg in zip(made, figures, strict=True)], rules
 
 
 @drawn

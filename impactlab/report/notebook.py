@@ -13,8 +13,8 @@ import numpy as np
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import END_ROUNDING, SERIOUS, AbstractHistory, ContactSpan
 from impactlab.history.sampling import page_times
+from impactlab.printing import counted
 from impactlab.report import diagram, facts, plots, signals
-from impactlab.report.counts import counted
 from impactlab.report.figure_files import inline, to_svg
 from impactlab.report.sketch import sketch
 from impactlab.report.style import PALETTE, Trace, traces
@@ -177,7 +177,7 @@ def of_comparison(
         f"{name}: {each.code}: {each.text}" for name, h in rows.items() for each in h.warnings if each.code in SERIOUS
     ]
     return _block(
-        _heading(str(document["case"]), f"{counted(len(document['rows']))} compared"),
+        _heading(str(document["case"]), f"{counted(len(document['rows']), 'method')} compared"),
         *map(_warning, serious),
         f'<div class="wide"><table><tr>{top}</tr>{"".join(lines)}</table></div>',
         _figure(lambda: plot_comparison(rows, references), "Signals of the methods"),

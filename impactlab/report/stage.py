@@ -22,7 +22,7 @@ PLACES, NODES = 121, 25  # along a body: of its load, of its displacement
 LANE = 0.12  # of the whole length, between bodies that never meet end to end
 
 
-class Spot(NamedTuple):
+class BodyPlace(NamedTuple):
     """Where a body stands: its left end along the train, and the bodies before it."""
 
     x: float  # m, along the train
@@ -33,7 +33,7 @@ class Spot(NamedTuple):
     at: float = 0.0  # m, where on it
 
 
-def layout(scene: Scene) -> dict[str, Spot]:
+def layout(scene: Scene) -> dict[str, BodyPlace]:
     """Return the spot of every body: rows of bodies that meet at contacts, one row after the other."""
     left, spots = dict.fromkeys(scene.bodies), {}
     total = sum(body.length for body in scene.bodies.values()) or 1.0
@@ -64,9 +64,9 @@ def _first(scene: Scene, left: Mapping[str, Any]) -> str:
     return [*beams, *free, *left][0]
 
 
-def _row(scene: Scene, first: str) -> dict[str, Spot]:
+def _row(scene: Scene, first: str) -> dict[str, BodyPlace]:
     """Return the bodies that contacts join to the first, in metres and icons from it."""
-    row, queue = {first: Spot(0.0, 0, 0.0)}, deque([first])
+    row, queue = {first: BodyPlace(0.0, 0, 0.0)}, deque([first])
     while queue:
         name = queue.popleft()
         for contact in scene.contacts:
@@ -78,16 +78,16 @@ def _row(scene: Scene, first: str) -> dict[str, Spot]:
     return row
 
 
-def _next(scene: Scene, spot: Spot, contact: Contact, side: int) -> Spot:
+def _next(scene: Scene, spot: BodyPlace, contact: Contact, side: int) -> BodyPlace:
     """Return the spot of the body on one side of a contact: 1 to the right (or above a beam), -1 to the left."""
-    here, there = (contact.left, contact.right) if side > 0 else (contact.right, contact.left)
+    here, there = contact.faces if side > 0 else (contact.right, contact.left)
     if scene.bodies[here.body].bends and not scene.bodies[there.body].bends:
-        return Spot(spot.x + here.x, 0, side * contact.gap, here.body, side, here.x)
+        return BodyPlace(spot.x + here.x, 0, side * contact.gap, here.body, side, here.x)
     if spot.beside:
         return spot._replace(gap=spot.gap + side * contact.gap)
     left = scene.bodies[contact.left.body]
     icons = side * (1 if left.length == 0.0 else 0)
-    return Spot(spot.x + here.x - there.x, spot.icons + icons, spot.gap + side * contact.gap)
+    return BodyPlace(spot.x + here.x - there.x, spot.icons + icons, spot.gap + side * contact.gap)
 
 
 def described(scene: Scene) -> list[dict[str, Any]]:

@@ -6,8 +6,6 @@ The keys are a contract with the scripts of users: keys may be added, never remo
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,6 +15,7 @@ from impactlab.history.base import AbstractHistory, ContactSpan, Event
 from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import kind_of
+from impactlab.printing import plain
 from impactlab.refine.outlook import Outlook, of
 from impactlab.refine.reference_record import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
@@ -28,7 +27,6 @@ from impactlab.types import Relative
 from impactlab.wall_time import REFERENCE, spent_on
 
 SCHEMA_VERSION = 1
-PLAIN = (str, int, bool, type(None))  # types that a summary takes as they are
 COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of runs that came to their end
 PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides those of its history
 VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is reported
@@ -210,22 +208,3 @@ def extremes(history: AbstractHistory, channel: str) -> dict[str, float]:
     grid = np.linspace(0.0, history.duration, PROBE_POINTS)
     values = history.evaluate(np.concatenate((grid, history.turning_times(channel))), channel)
     return {"min": float(values.min()), "max": float(values.max()), "final": float(values[PROBE_POINTS - 1])}
-
-
-def plain(value: Any) -> Any:
-    """Return a value of plain Python types; a number that is not finite becomes None."""
-    if type(value) in PLAIN or (type(value) is float and math.isfinite(value)):  # most of a long run's events
-        return value
-    match value:
-        case Mapping():
-            return {str(key): plain(item) for key, item in value.items()}
-        case str() | bool() | int() | None:
-            return value
-        case float() | np.floating():
-            return float(value) if math.isfinite(value) else None
-        case np.bool_() | np.integer():
-            return value.item()
-        case Iterable():
-            return [plain(item) for item in value]
-        case _:
-            return str(value)

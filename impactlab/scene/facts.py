@@ -41,8 +41,7 @@ def on_end(body: Body, point: Point | Probe) -> bool:
 
 def struck_on_ends(scene: Scene) -> bool:
     """Return whether no contact lies at an inner point of a rod."""
-    points = (point for contact in scene.contacts for point in (contact.left, contact.right))
-    return all(on_end(scene.bodies[point.body], point) for point in points)
+    return all(on_end(scene.bodies[point.body], point) for point in scene.faces)
 
 
 def is_coupled(rod: WaveBody) -> bool:
@@ -58,8 +57,7 @@ def split_at_contacts(scene: Scene) -> Scene:
     """
     bodies = dict(scene.bodies)
     for body in scene.elastic.values():
-        points = (point for contact in scene.contacts for point in (contact.left, contact.right))
-        places = sorted({point.x for point in points if point.body == body.name and not on_end(body, point)})
+        places = sorted({point.x for point in scene.faces if point.body == body.name and not on_end(body, point)})
         bodies[body.name] = dataclasses.replace(body, segments=tuple(cut_at(body.segments, places)))
     return dataclasses.replace(scene, bodies=bodies)
 
@@ -160,14 +158,14 @@ def steady_facts(scene: Scene) -> dict[str, dict[str, Any]]:
 def impedance_of(scene: Scene, contact: Contact) -> float:
     """Return the impedance [N s/m] of a contact's rods in series; inf without one."""
     compliances = 0.0
-    for point in (contact.left, contact.right):
+    for point in contact.faces:
         compliances += 1.0 / scene.bodies[point.body].impedance_at(point.x)
     return math.inf if compliances == 0.0 else 1.0 / compliances
 
 
 def striker_of(scene: Scene, contact: Contact) -> float:
     """Return the reduced mass [kg] of a contact's rigid bodies; inf without one."""
-    masses = [scene.bodies[point.body].rigid_mass for point in (contact.left, contact.right)]
+    masses = [scene.bodies[point.body].rigid_mass for point in contact.faces]
     shares = sum(1.0 / mass for mass in masses if math.isfinite(mass))
     return 1.0 / shares if shares > 0.0 else math.inf
 

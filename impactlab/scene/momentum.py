@@ -11,7 +11,7 @@ import numpy as np
 from impactlab.scene.problem import Scene
 
 
-class Seen(NamedTuple):
+class BodyMomentum(NamedTuple):
     """Momentum and energy of a body over a run."""
 
     start: float  # N s
@@ -34,7 +34,7 @@ class Balance(NamedTuple):
 
 
 def balance(
-    scene: Scene, name: str, impulses: Sequence[float], time: float, seen: Seen, loaded: float | None = None
+    scene: Scene, name: str, impulses: Sequence[float], time: float, seen: BodyMomentum, loaded: float | None = None
 ) -> Balance:
     """Return the balance of a free body over [0, time].
 

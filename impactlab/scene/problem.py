@@ -44,6 +44,15 @@ class Contact:
         """Name used in channels and events: ``hammer|rod.left``."""
         return f"{self.left.label}|{self.right.label}"
 
+    @property
+    def faces(self) -> tuple[Point, Point]:
+        """The left and the right face."""
+        return self.left, self.right
+
+    def places_on(self, body: str) -> list[float]:
+        """Return the places x [m] of its faces on a body: none, one, or two of a body that meets itself."""
+        return [face.x for face in self.faces if face.body == body]
+
 
 @dataclass(frozen=True)
 class Probe:
@@ -113,8 +122,13 @@ class Scene:
 
         Sums over several bodies follow it, so that their bits do not change with the order of keys.
         """
-        touching = [point.body for contact in self.contacts for point in (contact.left, contact.right)]
+        touching = [point.body for point in self.faces]
         return {name: self.bodies[name] for name in dict.fromkeys((*touching, *sorted(self.bodies)))}
+
+    @cached_property
+    def faces(self) -> tuple[Point, ...]:
+        """Faces of all contacts, the left and the right one of each."""
+        return tuple(face for contact in self.contacts for face in contact.faces)
 
     @cached_property
     def touching(self) -> dict[str, list[tuple[int, int]]]:

@@ -113,7 +113,7 @@ def odd_loads(scene: Scene) -> Iterator[str]:
 
 def lone_bodies(scene: Scene) -> Iterator[str]:
     """Give a sentence for the bodies of a case of several that no contact names."""
-    named = {point.body for contact in scene.contacts for point in (contact.left, contact.right)}
+    named = {point.body for point in scene.faces}
     lone = [name for name in scene.bodies if name not in named]
     if lone and len(scene.bodies) > 1:
         more = f" and {len(lone) - MAX_NAMES} more" if len(lone) > MAX_NAMES else ""

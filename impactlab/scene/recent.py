@@ -13,7 +13,7 @@ MOST = 8  # results that are kept
 Made = TypeVar("Made")
 
 
-class Recent(Generic[Made]):
+class KeepsResults(Generic[Made]):
     """A function of scene and method that keeps its last results.
 
     Scenes and methods are frozen, so the same objects have the same result; they are kept with it, so that no other

@@ -25,7 +25,7 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
             yield Warned("stocky_beam", text)
     yield from sagging(history)
     for contact in scene.contacts:
-        beams = [body for body in (scene.bodies[point.body] for point in (contact.left, contact.right)) if body.bends]
+        beams = [body for body in (scene.bodies[point.body] for point in contact.faces) if body.bends]
         spans = history.spans(contact.name)
         if beams and spans:
             if laws[contact.name].hard:

@@ -23,7 +23,7 @@ MAX_BEAM_MODES = 5000  # analytic ones, 0.15 ms each to find
 
 def check_bodies(scene: Scene, method: Method) -> None:
     """Raise `CaseError` where bodies in coordinates are too large, before any is built."""
-    ports = Counter(point.body for contact in scene.contacts for point in (contact.left, contact.right))
+    ports = Counter(point.body for point in scene.faces)
     adaptive = isinstance(method.integrator, AbstractAdaptive)
     total, largest, count_of_bodies, named, field = 0.0, 0.0, 0, "", ""
     for body, model in modelled(scene, method):

@@ -75,7 +75,9 @@ class AbstractRecordedHistory(AbstractHistory):
         self.warnings, self.cost = [], Cost()
         self.built = built
         self._slopes: dict[str, Array] = {}  # of forces that were read
-        self._along: dict[tuple[str, Quantity, bool], Along] = {}  # of fields that were read: grid, places given last
+        self._along: dict[
+            tuple[str, Quantity, bool], FieldRows
+        ] = {}  # of fields that were read: grid, places given last
         self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
 
     def __getstate__(self) -> dict[str, Any]:
@@ -182,8 +184,7 @@ class AbstractRecordedHistory(AbstractHistory):
         mass alone, where the compliance beyond the coordinates is large.
         """
         built = self.built[body]
-        points = (point for _, each in self.scene.met_by(body) for point in (each.left, each.right))
-        for x in {point.x for point in points if point.body == body}:
+        for x in {x for _, each in self.scene.met_by(body) for x in each.places_on(body)}:
             channel = built.body.face_channel(x)
             at = np.flatnonzero(np.abs(places - x) <= SAME_PLACE * built.body.length)
             if at.size == 0 or channel not in self.recorded or built.model.left_out(x, "displacement", x) <= 0.0:
@@ -199,7 +200,7 @@ class AbstractRecordedHistory(AbstractHistory):
         if body not in self.built:
             raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(self.built)}", remedy="Name one of these.")
 
-    def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> Along:
+    def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> FieldRows:
         """Return places and the rows of a quantity there; those of the body's own grid, and of the last x, are kept."""
         key, kept = (body, read, x is None), self._along.get((body, read, x is None))
         if kept is not None and x is None:
@@ -209,7 +210,7 @@ class AbstractRecordedHistory(AbstractHistory):
             rows = rows_of([self._row(body, float(place), read) for place in places])
             elastic = self.scene.bodies[body].elastic
             delays = np.array([0.0 if elastic is None else elastic.retardation(float(x), read) for x in places])
-            kept = self._along[key] = Along(places, rows, delays if delays.any() else None)
+            kept = self._along[key] = FieldRows(places, rows, delays if delays.any() else None)
         return kept
 
     def _row(self, body: str, x: float, read: Quantity) -> Array:
@@ -232,7 +233,7 @@ class Rows(NamedTuple):
         return np.asarray(np.bincount(self.row, self.value * motion[self.column], self.rows), float)
 
 
-class Along(NamedTuple):
+class FieldRows(NamedTuple):
     """What a field of a quantity is read with."""
 
     places: Array  # (n,) m

@@ -11,19 +11,20 @@ from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.energy import LEAST_ENERGY
 from impactlab.history.frame import frames, in_frame, touched_in
-from impactlab.history.unmet import never_met
-from impactlab.mechanisms.model import MechanismModel, Turned
-from impactlab.metrics.grazing import grazing_kick, near_grazing
+from impactlab.history.no_contact import no_contact
+from impactlab.mechanisms.model import LargestTurn, MechanismModel
+from impactlab.metrics.grazing import grazing_impulse, near_grazing
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
 from impactlab.scene.facts import moving_faces
 from impactlab.scene.method import laws_of
-from impactlab.scene.momentum import Seen, balance
+from impactlab.scene.momentum import BodyMomentum, balance
 from impactlab.scene.precision import LOST_DIGITS, all_finite
 from impactlab.scene.problem import Contact
 from impactlab.simulate import approximate_modes, beam_warnings, mechanism_warnings, probe_warnings
 from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.closing_times import unplaced
 from impactlab.simulate.mesh_rounding import NOTHING, rounded
 from impactlab.simulate.pairing import energy_bound
 from impactlab.simulate.resolvability import unresolved
@@ -31,7 +32,6 @@ from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
 from impactlab.simulate.stepping import loop, readout
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.preparation import FAULT_OF_LAW, law_raised, self_stepping
-from impactlab.simulate.touch_times import unplaced
 from impactlab.types import Array, Level
 
 RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
@@ -70,7 +70,7 @@ def add_warnings(history: AbstractHistory) -> None:
     found += [*mechanism_warnings.warnings(history), *probe_warnings.after(history)]
     found += approximate_modes.warnings(history)
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
-    found += without_touch(history, meeting)
+    found += never_closed(history, meeting)
     gain = gain_of(history)
     if beyond(history, gain, GAIN_WARN):
         found.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the reference energy"))
@@ -88,7 +88,7 @@ def add_warnings(history: AbstractHistory) -> None:
     found += [*dropped_in_maps(history), *overstrained(history)]
     if scene.round_trip > 0.0:
         for contact in meeting:
-            graze = near_grazing if laws[contact.name].answers_force else grazing_kick
+            graze = near_grazing if laws[contact.name].answers_force else grazing_impulse
             if (text_or_none := graze(history, contact.name, scene.round_trip, history.dt or 0.0)) is not None:
                 found.append(Warned("near_grazing", text_or_none))
     history.warnings.extend(found)
@@ -131,7 +131,7 @@ def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
         )
 
 
-def without_touch(history: AbstractRecordedHistory, contacts: Sequence[Contact]) -> Iterator[Warned]:
+def never_closed(history: AbstractRecordedHistory, contacts: Sequence[Contact]) -> Iterator[Warned]:
     """Give a warning for each contact without an event."""
     touched = {event.contact for event in history.events}
     if all(contact.name in touched for contact in contacts):
@@ -140,7 +140,7 @@ def without_touch(history: AbstractRecordedHistory, contacts: Sequence[Contact])
     travel = max(map(extent, gaps.values()), default=0.0)
     for contact in contacts:
         if contact.name not in touched:
-            yield never_met(contact.name, contact.gap, gaps[contact.name], travel)
+            yield no_contact(contact.name, contact.gap, gaps[contact.name], travel)
 
 
 def extent(values: Array) -> float:
@@ -239,12 +239,12 @@ def pushed_out(history: AbstractRecordedHistory) -> str | None:
     return None
 
 
-def fastest(history: AbstractRecordedHistory, model: MechanismModel) -> Turned:
+def fastest(history: AbstractRecordedHistory, model: MechanismModel) -> LargestTurn:
     """Return the largest rate and angular acceleration of a mechanism in a run."""
     names = [f"rate:{each.name}" for each in model.part.readings if each.is_angle]
     rates = [history.recorded[name] for name in names if name in history.recorded]
     changes = [np.abs(np.diff(each.values)) / np.diff(each.times) for each in rates]
-    return Turned(
+    return LargestTurn(
         max((float(np.max(np.abs(each.values))) for each in rates), default=0.0),
         max((float(np.max(each, initial=0.0)) for each in changes), default=0.0),
     )
@@ -316,7 +316,9 @@ def check_momentum(
         if not body.is_free or (isinstance(model, AbstractSelfStepping) and not model.books_momentum):
             continue
         momentum, energies = (history.recorded[f"{kind}:{name}"].values for kind in ("momentum", "energy"))
-        seen = Seen(momentum[0], momentum[-1], *(np.maximum.reduce(np.abs(each)) for each in (momentum, energies)))
+        seen = BodyMomentum(
+            momentum[0], momentum[-1], *(np.maximum.reduce(np.abs(each)) for each in (momentum, energies))
+        )
         found = balance(history.scene, name, impulses, time, seen, loads.get(name))
         error = abs(found.changed - found.given)
         if found.error > MOMENTUM_TOL and error > rounded(history, time).get(name, NOTHING).momentum:

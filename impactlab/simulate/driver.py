@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from impactlab.exact.cost import Begun
+from impactlab.exact.cost import StartedMarch
 from impactlab.history.base import AbstractHistory
 from impactlab.lazy import lazy
 from impactlab.scene.method import Method, Simulation, is_exact
@@ -23,7 +23,7 @@ def run(
     method: Method,
     progress: Progress | None = None,
     with_warnings: bool = True,
-    begun: Begun | None = None,
+    begun: StartedMarch | None = None,
     like: Simulation | None = None,
 ) -> AbstractHistory:
     """Run a scene under a method and return its history.

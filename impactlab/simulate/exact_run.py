@@ -6,7 +6,7 @@ import time as clock
 from collections.abc import Iterator
 
 from impactlab.exact.contact_kinds import bonds_of
-from impactlab.exact.cost import Begun
+from impactlab.exact.cost import StartedMarch
 from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.models.continuous.model import Continuous
@@ -14,7 +14,7 @@ from impactlab.plugins import kind_of
 from impactlab.scene.method import Method
 from impactlab.scene.precision import in_precision, quietly
 from impactlab.scene.problem import Scene
-from impactlab.scene.recent import Recent
+from impactlab.scene.recent import KeepsResults
 from impactlab.scene.sizes import check_records
 from impactlab.types import Progress
 from impactlab.wall_time import spent_on
@@ -31,10 +31,10 @@ def check(scene: Scene, method: Method) -> tuple[Warned, ...]:
     return (*unused, *_not_stepped(method), *_exactly_hard(method), *_not_counted(method))
 
 
-checked = Recent(check, lambda _: True)
+checked = KeepsResults(check, lambda _: True)
 
 
-def run(scene: Scene, method: Method, progress: Progress | None, begun: Begun | None) -> AbstractHistory:
+def run(scene: Scene, method: Method, progress: Progress | None, begun: StartedMarch | None) -> AbstractHistory:
     """Return the history of the exact solver; arguments and errors as of `impactlab.simulate.driver.run`."""
     began = clock.perf_counter()
     with spent_on("set-up"):

@@ -80,7 +80,7 @@ def on_continuous_beam(scene: Scene, contact: Contact, own: Own) -> bool:
     """Return whether one face of a contact is a self-stepping beam, without mass."""
     if not own:
         return False
-    names = (point.body for point in (contact.left, contact.right))
+    names = (point.body for point in contact.faces)
     return any(name in own and scene.bodies[name].bends for name in names)
 
 

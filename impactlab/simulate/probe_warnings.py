@@ -30,7 +30,7 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
     for name, body in scene.elastic.items():
         model = _pressed(built[name])
         lacking = _lacking(body, model)
-        loads = {point.x for _, each in scene.met_by(name) for point in (each.left, each.right) if point.body == name}
+        loads = {x for _, each in scene.met_by(name) for x in each.places_on(name)}
         loads |= {x for x, end in body.ends if end.is_loaded}
         found: dict[str, float] = {}
         for probe in scene.probes:

@@ -44,7 +44,7 @@ def resolution(history: AbstractRecordedHistory, contact: Contact, *, beams: boo
     Of beams the step alone counts unless ``beams``.
     """
     times = [history.dt or 0.0]
-    for point in (contact.left, contact.right):
+    for point in contact.faces:
         body, highest = history.scene.bodies[point.body], history.built[point.body].system.highest_frequency
         if (body.waves is not None or (beams and body.bends)) and highest > 0.0:
             times.append(math.pi / highest)
@@ -96,7 +96,7 @@ def _too_compliant(history: AbstractRecordedHistory, contact: Contact) -> Iterat
     scene, method = history.scene, history.method
     if not is_relative(method.laws[contact.name]) or (stiffness := stiffness_of(scene, method, contact)) is None:
         return
-    compliance = sum(scene.bodies[point.body].static_compliance for point in (contact.left, contact.right))
+    compliance = sum(scene.bodies[point.body].static_compliance for point in contact.faces)
     if compliance > 0.0 and 1.0 / stiffness > COMPLIANCE_WARN * compliance * (1.0 + 1e-9):
         text = (
             f"{contact.name}: the compliance of the spring of {stiffness:.3g} N/m is "
@@ -117,7 +117,7 @@ def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: fl
     if not dashpot > 0.0 or dt is None or not isinstance(scheme, AbstractIntegrator) or not scheme.needs_diagonal_mass:
         return
     of_waves, of_nodes = 0.0, 0.0  # mobilities, m/(N s)
-    for point in (contact.left, contact.right):
+    for point in contact.faces:
         body, built = history.scene.bodies[point.body], history.built[point.body]
         heavy = any(end.kind == "mass" and end.value > 0.0 for x, end in body.ends if x == point.x)
         if body.waves is None or heavy:
@@ -151,7 +151,7 @@ def _few_modes(history: AbstractRecordedHistory, contact: Contact) -> Iterator[W
     stiffness = _stiffness(history, contact)
     if not stiffness or stiffness == math.inf or is_relative(history.method.laws[contact.name]):
         return
-    for point in (contact.left, contact.right):
+    for point in contact.faces:
         body, built = history.scene.bodies[point.body], history.built[point.body]
         if not isinstance(built.model, ModalBody) or built.system.phases is not None:
             continue

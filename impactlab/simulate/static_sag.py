@@ -83,8 +83,7 @@ def _share_of_sag(sag: Array, weight: Array, system: Operators, duration: float)
 
 def _places(history: AbstractRecordedHistory, beam: Beam) -> Iterator[tuple[float, str]]:
     """Give the places of a beam [m] whose displacement is recorded, and their channels."""
-    points = (point for contact in history.scene.contacts for point in (contact.left, contact.right))
-    places = [point.x for point in points if point.body == beam.name]
+    places = [point.x for point in history.scene.faces if point.body == beam.name]
     places += [probe.x for probe in history.scene.recorded_probes if probe.body == beam.name]
     for x in dict.fromkeys(places):
         if (channel := beam.face_channel(x)) in history.recorded:

@@ -17,7 +17,7 @@ from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.numerics.raised import keep_raised
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import Scene
-from impactlab.scene.recent import Recent
+from impactlab.scene.recent import KeepsResults
 from impactlab.simulate import needed_kernels
 from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
 from impactlab.simulate.plan import Plan, is_stepped, prepare
@@ -67,7 +67,7 @@ class Prepared:
         return self._made
 
 
-ready = Recent(Prepared, lambda made: made.can_repeat)
+ready = KeepsResults(Prepared, lambda made: made.can_repeat)
 
 
 def prepared_like(like: Simulation, scene: Scene, method: Method) -> tuple[Plan, Assembly | None]:

@@ -25,8 +25,16 @@ from impactlab.plugins import QUANTITIES, Registry
 from impactlab.scene.method import Simulation
 from impactlab.sweeps import quantities as ours
 from impactlab.sweeps.axes import Points
-from impactlab.sweeps.batch_numbers import Differs, NotServed, inner_points, numbers_of, over_all, prove, within_limits
-from impactlab.sweeps.quantities import Asked
+from impactlab.sweeps.batch_numbers import (
+    BatchMismatch,
+    NotServed,
+    inner_points,
+    numbers_of,
+    over_all,
+    prove,
+    within_limits,
+)
+from impactlab.sweeps.quantities import WantedQuantity
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -45,7 +53,7 @@ Values = Sequence[Sequence[float]]
 """Values of each quantity at a point."""
 
 
-class Found(NamedTuple):
+class BatchResults(NamedTuple):
     """Results of consecutive points."""
 
     first: int
@@ -67,13 +75,13 @@ class Batch:
         grid: Points,
         base: marcher.Built,
         case: Case,
-        wanted: Sequence[Asked],
+        wanted: Sequence[WantedQuantity],
         refused: NDArray[np.bool_],
     ) -> None:
         self.refused = refused  # (points,), by the case: left to runs of their own
         self.run, self.pattern, self.numbers = run, base.pattern, over_all(case, grid, base)
         self.count = grid.count
-        self.asked = sum({points.ASKED[each.name] for each in wanted if each.name in points.ASKED})
+        self.asked = sum({points.WANTED[each.name] for each in wanted if each.name in points.WANTED})
         self.columns = [columns_of(each, self.pattern) for each in wanted]
         self.seconds = 0.0  # of a point
         self._own = threading.local()
@@ -93,17 +101,17 @@ class Batch:
         table[~served] = np.nan
         return tuple(table[:, columns] for columns in self.columns), served
 
-    def found(self, first: int, last: int) -> Found:
+    def found(self, first: int, last: int) -> BatchResults:
         """Return the results of consecutive points."""
-        return Found(first, *self.at(range(first, last)))
+        return BatchResults(first, *self.at(range(first, last)))
 
-    def chunks(self, firsts: Sequence[int], size: int, workers: int) -> Iterator[Found]:
+    def chunks(self, firsts: Sequence[int], size: int, workers: int) -> Iterator[BatchResults]:
         """Give the results of chunks of points by their first ones, computed by so many threads."""
         if workers < 2:
             for first in firsts:
                 yield self.found(first, min(first + size, self.count))
             return
-        waiting: deque[Future[Found]] = deque()
+        waiting: deque[Future[BatchResults]] = deque()
         with ThreadPoolExecutor(workers) as pool:
             try:
                 for first in firsts:
@@ -117,7 +125,9 @@ class Batch:
                     future.cancel()
 
 
-def batch_of(case: Case, grid: Points, wanted: Sequence[Asked], single: Callable[[int], Values | None]) -> Batch | str:
+def batch_of(
+    case: Case, grid: Points, wanted: Sequence[WantedQuantity], single: Callable[[int], Values | None]
+) -> Batch | str:
     """Return the batch of a sweep, or why it has none.
 
     Parameters
@@ -127,7 +137,7 @@ def batch_of(case: Case, grid: Points, wanted: Sequence[Asked], single: Callable
     """
     try:
         return _batch(case, grid, wanted, single)
-    except Differs as reason:
+    except BatchMismatch as reason:
         LOG.warning("each point is a run of its own, as %s: please report this fault of impactlab", reason)
         return str(reason)
     except NotServed as reason:
@@ -136,7 +146,7 @@ def batch_of(case: Case, grid: Points, wanted: Sequence[Asked], single: Callable
         return f"the case is refused at a corner of the grid: {error.text}"
 
 
-def _batch(case: Case, grid: Points, wanted: Sequence[Asked], single: Callable[[int], Values | None]) -> Batch:
+def _batch(case: Case, grid: Points, wanted: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> Batch:
     if grid.count < MIN_POINTS:
         raise NotServed(f"fewer than {MIN_POINTS} points")
     words = [axis.path for axis in grid.axes if not axis.is_numeric]
@@ -154,13 +164,13 @@ def _batch(case: Case, grid: Points, wanted: Sequence[Asked], single: Callable[[
     return batch
 
 
-def is_ours(each: Asked, registry: Registry) -> bool:
+def is_ours(each: WantedQuantity, registry: Registry) -> bool:
     """Return whether a quantity is one that a batch reads."""
     known = (*points.OF_CONTACT, *points.OF_PAIR, *points.OF_BODY, *points.OF_WHOLE)
     return each.name in known and registry.load(QUANTITIES, each.name) is getattr(ours, each.name)
 
 
-def columns_of(each: Asked, pattern: Pattern) -> NDArray[np.int64]:
+def columns_of(each: WantedQuantity, pattern: Pattern) -> NDArray[np.int64]:
     """Return the columns of a quantity in the results of a point."""
     at = 0
     for names, count in marcher.parts_of(pattern):
@@ -170,8 +180,8 @@ def columns_of(each: Asked, pattern: Pattern) -> NDArray[np.int64]:
     raise KeyError(each.name)
 
 
-def _try(batch: Batch, count: int, asked: Sequence[Asked], single: Callable[[int], Values | None]) -> None:
-    """Run some points on their own, too, and take the time of others; raises `Differs` where they differ."""
+def _try(batch: Batch, count: int, asked: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> None:
+    """Run some points on their own, too, and take the time of others; raises `BatchMismatch` where they differ."""
     chosen = inner_points(count)
     values, served = batch.at(chosen)
     if not served.any():
@@ -182,7 +192,9 @@ def _try(batch: Batch, count: int, asked: Sequence[Asked], single: Callable[[int
             scale = float(np.max(np.abs(table[served]), initial=0.0, where=np.isfinite(table[served])))
             floor = TRIED_TOL * scale + (ROUNDING if each.unit == "1" else 0.0)
             if not np.allclose(table[place], own, rtol=TRIED_TOL, atol=floor, equal_nan=True):
-                raise Differs(f"{each.name} of point {chosen[place]} is {table[place]} in a batch, {own} in a run")
+                raise BatchMismatch(
+                    f"{each.name} of point {chosen[place]} is {table[place]} in a batch, {own} in a run"
+                )
         if wanted is None:
             raise NotServed(f"point {chosen[place]} has no values on its own")
     began = time.perf_counter()

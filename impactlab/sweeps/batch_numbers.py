@@ -33,11 +33,11 @@ class NotServed(Exception):  # noqa: N818 - a reason, no fault: the points are t
     """Why a sweep is not done in a batch."""
 
 
-class Differs(NotServed):
+class BatchMismatch(NotServed):
     """A batch gave another value than a run of its own: a fault of this code, which its users should know."""
 
 
-class OnAxis(NamedTuple):
+class AxisEntries(NamedTuple):
     """An axis as entries of the vector."""
 
     entries: list[int]
@@ -61,7 +61,7 @@ def numbers_of(case: Case) -> marcher.Built:
     return made
 
 
-def on_axis(case: Case, axis: Axis, others: Mapping[str, Any], base: marcher.Built) -> OnAxis:
+def on_axis(case: Case, axis: Axis, others: Mapping[str, Any], base: marcher.Built) -> AxisEntries:
     """Return the entries of the vector that the values of an axis replace.
 
     An axis whose values are entries themselves, as masses are, is built at some of them; others at all. ``others`` are
@@ -81,14 +81,14 @@ def on_axis(case: Case, axis: Axis, others: Mapping[str, Any], base: marcher.Bui
     found = vectors(places)
     entries = np.flatnonzero(np.any(found != base.vector, axis=0)).tolist()
     if np.array_equal(found[:, entries], np.repeat(distinct[places, None], len(entries), axis=1)):
-        return OnAxis(entries, np.repeat(si[:, None], len(entries), axis=1))
+        return AxisEntries(entries, np.repeat(si[:, None], len(entries), axis=1))
     if len(distinct) > MAX_BUILT:
         raise NotServed(
             f"{axis.path} has more than {MAX_BUILT} values, none of which is a number of the network itself"
         )
     found = vectors(range(len(distinct)))
     entries = np.flatnonzero(np.any(found != base.vector, axis=0)).tolist()
-    return OnAxis(entries, found[:, entries][back])
+    return AxisEntries(entries, found[:, entries][back])
 
 
 def over_all(case: Case, grid: Points, base: marcher.Built) -> points.Numbers:

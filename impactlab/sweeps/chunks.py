@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
+from impactlab.jobs.whole_files import DRAFT, write_whole
 from impactlab.sweeps.shards import LOCK, SHARD_LOCKS, Shard, held
 from impactlab.types import Array
 
-CONTENT, CHUNKS, DRAFT = "sweep.json", "chunks", ".part"
+CONTENT, CHUNKS = "sweep.json", "chunks"
 RESULTS = ("sweep.nc", "table.csv", "uncertainty.json", "figures", "index.html", "case.yaml", "citations.bib")
 OURS = (LOCK, SHARD_LOCKS, CONTENT, CHUNKS, *RESULTS, f"*{DRAFT}")
 MAY_DIFFER = ("command", "date", "chunk")  # of two sweeps with the same results
@@ -130,9 +131,7 @@ def opened(path: Path, content: Mapping[str, Any], shard: Shard | None = None) -
         if (path / CONTENT).exists():
             _refuse_other(path, content)
         else:
-            draft = path / f"{CONTENT}{DRAFT}"
-            draft.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-            draft.replace(path / CONTENT)
+            write_whole(path / CONTENT, json.dumps(content, indent=1) + "\n")
         if shard is None:  # no other program writes
             for draft in path.rglob(f"*{DRAFT}"):
                 draft.unlink(missing_ok=True)

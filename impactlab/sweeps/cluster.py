@@ -43,7 +43,7 @@ Job = tuple[int, int]
 """The first point and the one after the last."""
 
 
-class Ended(NamedTuple):
+class JobOutcome(NamedTuple):
     """The outcome of a job on the cluster."""
 
     job: Job
@@ -208,11 +208,11 @@ class Cluster:
 
     def _ended(
         self, jobs: Sequence[Job], limit: float, at_once: int = 0, on: Mapping[Job, str] | None = None
-    ) -> Iterator[Ended]:
+    ) -> Iterator[JobOutcome]:
         """Give the outcomes of jobs as they come; ``at_once`` of them wait or run, by default one for each worker."""
         waiting, done = deque(jobs), SimpleQueue[str]()
         busy: dict[str, tuple[Job, Future, float]] = {}
-        watch = Watch(self.client, self.address)
+        watch = ConnectionWatch(self.client, self.address)
         try:
             while waiting or busy:
                 while waiting and len(busy) < (at_once or watch.workers()):
@@ -243,26 +243,26 @@ class Cluster:
         function = _timed if job[0] == job[1] or worker is not None else _chunk
         return self.client.submit(function, self.whole, self.expected, *job, pure=False, **only)
 
-    def _outcome(self, job: Job, future: Future, limit: float) -> Ended:
+    def _outcome(self, job: Job, future: Future, limit: float) -> JobOutcome:
         """Return the outcome of a job that ended, or whose time is over; its result is released."""
         from distributed import KilledWorker
 
         if not future.done():
             self._restart_worker_of(future)
-            return Ended(job, "hung", f"no answer after {limit:g} s")
+            return JobOutcome(job, "hung", f"no answer after {limit:g} s")
         if future.status == "finished":
             try:
-                return Ended(job, "done", future.result(timeout=ANSWER_S))
+                return JobOutcome(job, "done", future.result(timeout=ANSWER_S))
             except (OSError, TimeoutError) as error:  # its worker died before the result was fetched
-                return Ended(job, "crashed", f"the result was lost: {error}")
+                return JobOutcome(job, "crashed", f"the result was lost: {error}")
         fault = future.exception() if future.status == "error" else None
         if isinstance(fault, KilledWorker) and str(fault.task) in self.sent and len(self.sent) < MAX_SENT:
             # Workers died while they received the sweep: the scheduler gives it up, and with it all jobs.
             if self.whole.status == "error":
                 self.whole = self._send()
-            return Ended(job, "again", "")
+            return JobOutcome(job, "again", "")
         if isinstance(fault, KilledWorker):
-            return Ended(job, "crashed", "the worker process ended")
+            return JobOutcome(job, "crashed", "the worker process ended")
         if fault is None:
             raise _gone(self.address)
         raise SweepError(f"a worker of the cluster at {self.address} failed: {type(fault).__name__}: {fault}")
@@ -274,7 +274,7 @@ class Cluster:
             self.client.restart_workers(busy, timeout=ANSWER_S, raise_for_error=False)
 
 
-class Watch:
+class ConnectionWatch:
     """Looks after the connection to a cluster and the number of its workers."""
 
     def __init__(self, client: Client, address: str) -> None:

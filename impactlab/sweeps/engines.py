@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.jobs.process_pool import outcomes
-from impactlab.sweeps.batch import Batch, Found
+from impactlab.sweeps.batch import Batch, BatchResults
 from impactlab.sweeps.chunks import ENGINES, STATUSES, Chunk
 from impactlab.sweeps.points import Row, Sweep, chunk_of, missing, row
 
@@ -92,7 +92,7 @@ def _alone(made: Sweep, numbers: Sequence[int], workers: int) -> dict[int, Row]:
 
 def _batched(made: Sweep, batch: Batch, firsts: Sequence[int], size: int, workers: int) -> Iterator[Chunk]:
     """Give the chunks that begin at certain points, marched by a batch; points that it leaves are run on their own."""
-    waiting: list[Found] = []
+    waiting: list[BatchResults] = []
     for found in batch.chunks(firsts, size, workers):
         if workers > 0 and not found.served.all():
             waiting.append(found)
@@ -103,7 +103,7 @@ def _batched(made: Sweep, batch: Batch, firsts: Sequence[int], size: int, worker
         yield _completed(found, rows)
 
 
-def _completed(found: Found, rows: Mapping[int, Row]) -> Chunk:
+def _completed(found: BatchResults, rows: Mapping[int, Row]) -> Chunk:
     """Return the chunk of points of a batch, with the rows of those that it left."""
     status = np.full(len(found.served), STATUSES.index("completed"), np.int8)
     reason = [""] * len(status)

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from impactlab.jobs.whole_files import write_whole
 from impactlab.report import facts
-from impactlab.report.figure_files import inline, save, with_classes
+from impactlab.report.figure_files import Plate, saved_plates
 from impactlab.report.page import rendered
 from impactlab.report.provenance import Provenance
 from impactlab.report.sketch import sketch
@@ -52,18 +53,15 @@ def write_page(folder: Path, found: xarray.Dataset, scene: Scene, origin: Proven
     dims = [str(dim) for dim in found["status"].dims]
     is_drawn = dims != ["point"] and len(dims) <= 2
     names = [name for name in map(str, found.data_vars) if name not in ABOUT and not _sampled(found, name)]
-    (folder / "figures").mkdir(exist_ok=True)
-    plates, drawings = [], []
+    plates, panels = [], {}
     for name in [name for name in names if found[name].size] if is_drawn else ():
         figure = plot_sweep(found, name)
         title, *more = re.split("[;:]", str(found[name].attrs["long_name"]), maxsplit=1)
         caption = f"{more[0].strip().capitalize()}. " if more else ""
         caption += CAPTION_LINE if len(dims) == 1 else CAPTION_MAP
-        plates.append({"name": name, "title": title, "caption": caption, "panels": _panels(figure)})
-        drawings.append(inline(save(figure, folder / "figures", name), f"{title}. {caption}"))
-    figures, rules = with_classes(drawings)
-    for plate, svg in zip(plates, figures, strict=True):
-        plate["svg"] = svg
+        plates.append(Plate(name, title, caption, figure))
+        panels[name] = _panels(figure)
+    drawn, rules = saved_plates(folder, plates)
     (folder / "case.yaml").write_text(origin.case_yaml.rstrip() + "\n", encoding="utf-8")
     (folder / "citations.bib").write_text(origin.citations.rstrip() + "\n", encoding="utf-8")
     every, data = _data(found, names, again, is_drawn=is_drawn)
@@ -75,7 +73,7 @@ def write_page(folder: Path, found: xarray.Dataset, scene: Scene, origin: Proven
         origin=origin,
         sketch=sketch(scene),
         facts=[*_facts(found), *facts.scene_facts(scene)],
-        plates=plates,
+        plates=[{**each, "panels": panels[each["name"]]} for each in drawn],
         rules=rules,
         every=every,
         lacking=[name for name in map(str, found.data_vars) if _sampled(found, name)],
@@ -89,9 +87,7 @@ def write_page(folder: Path, found: xarray.Dataset, scene: Scene, origin: Proven
         ],
         data=data,
     )
-    draft = folder / "index.html.part"
-    draft.write_text(text, encoding="utf-8")
-    draft.replace(folder / "index.html")
+    write_whole(folder / "index.html", text)
 
 
 def _sampled(found: xarray.Dataset, name: str) -> bool:

@@ -23,7 +23,7 @@ from impactlab.sweeps import axes
 from impactlab.sweeps.axes import Points
 from impactlab.sweeps.batch import Batch, batch_of
 from impactlab.sweeps.chunks import ENGINES, STATUSES, Chunk
-from impactlab.sweeps.quantities import Asked, values
+from impactlab.sweeps.quantities import WantedQuantity, values
 
 MAX_REASON = 300  # characters
 LOG = logging.getLogger("impactlab")
@@ -35,7 +35,7 @@ class Sweep:
 
     case: Case
     points: Points
-    wanted: tuple[Asked, ...]
+    wanted: tuple[WantedQuantity, ...]
 
     @cached_property
     def batch(self) -> Batch | None:
@@ -126,7 +126,7 @@ def missing(made: Sweep, status: str, reason: str) -> Row:
     return Row(STATUSES.index(status), text, [[math.nan] * each.size for each in made.wanted])
 
 
-def chunk_of(first: int, rows: Sequence[Row], wanted: Sequence[Asked]) -> Chunk:
+def chunk_of(first: int, rows: Sequence[Row], wanted: Sequence[WantedQuantity]) -> Chunk:
     """Return the chunk of consecutive points."""
     tables = tuple(np.array([each.values[k] for each in rows], dtype=float) for k in range(len(wanted)))
     status = np.array([each.status for each in rows], np.int8)

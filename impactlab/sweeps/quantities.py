@@ -36,7 +36,7 @@ def quantity(unit: str, over: str = WHOLE) -> Callable[[F], F]:
     return stated
 
 
-class Asked(NamedTuple):
+class WantedQuantity(NamedTuple):
     """A quantity of a sweep with its place in the result."""
 
     name: str
@@ -63,7 +63,7 @@ class Asked(NamedTuple):
 
 def asked(
     scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry: Registry, also: Sequence[Scene] = ()
-) -> tuple[Asked, ...]:
+) -> tuple[WantedQuantity, ...]:
     """Return quantities by name, with their labels in a scene, and behind them those that other scenes have beside.
 
     Raises
@@ -80,7 +80,7 @@ def asked(
         if isinstance(name, Sampled):
             unit = UNITS.get(name.channel.partition(":")[0], "")
             times = tuple(float(time) for time in name.times)
-            found.append(Asked(name.channel, unit, name.channel, "time", times))
+            found.append(WantedQuantity(name.channel, unit, name.channel, "time", times))
             continue
         function = registry.load(QUANTITIES, name)
         over = getattr(function, "over", WHOLE)
@@ -90,7 +90,7 @@ def asked(
         for other in also:
             labels += [label for label in labels_of(other, over) if label not in known]
             known.update(labels)
-        found.append(Asked(name, getattr(function, "unit", ""), describe(function), over, tuple(labels)))
+        found.append(WantedQuantity(name, getattr(function, "unit", ""), describe(function), over, tuple(labels)))
     twice = [each.name for number, each in enumerate(found) if each.name in [other.name for other in found[:number]]]
     if twice:
         raise CaseError(f"{shown(twice[0])} is named twice", remedy="Name it once.")
@@ -113,7 +113,9 @@ def labels_of(scene: Scene, over: str) -> tuple[str, ...]:
     return tuple(name for name, body in scene.bodies.items() if body.moves) if over == BODY else ()
 
 
-def values(scene: Scene, history: AbstractHistory, wanted: Sequence[Asked], registry: Registry) -> list[list[float]]:
+def values(
+    scene: Scene, history: AbstractHistory, wanted: Sequence[WantedQuantity], registry: Registry
+) -> list[list[float]]:
     """Return the values of each quantity of a run; NaN where a label has none.
 
     A contact whose name holds a place, as in ``rod.at(0.15)``, keeps the name that it has in the first scene.
@@ -136,7 +138,7 @@ def values(scene: Scene, history: AbstractHistory, wanted: Sequence[Asked], regi
     return rows
 
 
-def _labels_there(scene: Scene, each: Asked) -> Sequence[str]:
+def _labels_there(scene: Scene, each: WantedQuantity) -> Sequence[str]:
     """Return the labels of a quantity as a scene names them."""
     own, known = labels_of(scene, each.over), set(each.labels)
     lost = [label for label in own if label not in known]

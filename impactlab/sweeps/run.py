@@ -15,11 +15,12 @@ import numpy as np
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.errors import CaseError, ImpactlabError, SweepError
+from impactlab.jobs.whole_files import whole
 from impactlab.report.provenance import of_case
 from impactlab.scene.problem import Scene
 from impactlab.sweeps import axes
 from impactlab.sweeps.axes import Points
-from impactlab.sweeps.chunks import CONTENT, DRAFT, Chunk, Folder, opened, refuse_folder
+from impactlab.sweeps.chunks import CONTENT, Chunk, Folder, opened, refuse_folder
 from impactlab.sweeps.cluster import connected
 from impactlab.sweeps.engines import computed, size_of_chunk
 from impactlab.sweeps.interrupts import remembered
@@ -220,13 +221,10 @@ def kept_words(result: Result, folder: Folder | None) -> str:
 
 def write(folder: Folder, found: xarray.Dataset, made: Sweep, command: str, repeat: str) -> None:
     """Write ``sweep.nc``, ``table.csv`` and the page with its figures into the folder."""
-    for name, save in (
-        ("sweep.nc", lambda path: found.to_netcdf(path, engine="h5netcdf")),
-        ("table.csv", lambda path: write_table(found, path)),
-    ):
-        draft = folder.path / f"{name}{DRAFT}"
-        save(draft)
-        draft.replace(folder.path / name)
+    with whole(folder.path / "sweep.nc") as draft:
+        found.to_netcdf(draft, engine="h5netcdf")
+    with whole(folder.path / "table.csv") as draft:
+        write_table(found, draft)
     write_page(folder.path, found, made.case.scene(), of_case(made.case, command), repeat)
 
 

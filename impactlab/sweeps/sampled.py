@@ -55,7 +55,7 @@ def channels(scene: Scene) -> Iterator[str]:
     for contact in scene.contacts:
         yield f"force:{contact.name}"
         yield f"gap:{contact.name}"
-        for face in (contact.left, contact.right):
+        for face in contact.faces:
             if scene.bodies[face.body].elastic is not None:
                 yield f"displacement:{face.body}@{face.x:.6g}"
                 yield f"velocity:{face.body}@{face.x:.6g}"

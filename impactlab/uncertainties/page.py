@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
+from impactlab.jobs.whole_files import write_whole
 from impactlab.report import facts
-from impactlab.report.figure_files import inline, save, with_classes
+from impactlab.report.figure_files import Plate, saved_plates
 from impactlab.report.page import rendered
 from impactlab.report.provenance import Provenance
 from impactlab.report.sketch import sketch
@@ -29,14 +29,7 @@ INDICES = (
 
 def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenance) -> None:
     """Write ``index.html`` and ``figures/`` of an uncertainty into its folder."""
-    (folder / "figures").mkdir(exist_ok=True)
-    plates, drawings = [], []
-    for name, title, caption, figure in _figures(found):
-        plates.append({"name": name, "title": title, "caption": caption})
-        drawings.append(inline(save(figure, folder / "figures", name), f"{title}. {caption}".strip()))
-    figures, rules = with_classes(drawings)
-    for plate, svg in zip(plates, figures, strict=True):
-        plate["svg"] = svg
+    plates, rules = saved_plates(folder, _figures(found))
     text = rendered(
         "impactlab.uncertainties",
         "page.html.j2",
@@ -59,23 +52,21 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
             *([("figures/", "SVG, PNG")] if plates else []),
         ],
     )
-    draft = folder / "index.html.part"
-    draft.write_text(text, encoding="utf-8")
-    draft.replace(folder / "index.html")
+    write_whole(folder / "index.html", text)
 
 
-def _figures(found: Uncertainty) -> list[tuple[str, str, str, Any]]:
-    """Return name, title, caption and figure of each plate of the page."""
+def _figures(found: Uncertainty) -> list[Plate]:
+    """Return the figures of the page."""
     plates = []
     if found.shares:
-        plates.append(("contacts", "Number of periods of contact", COUNTS, found.plot("contacts")))
+        plates.append(Plate("contacts", "Number of periods of contact", COUNTS, found.plot("contacts")))
     if found.known_indices:
-        plates.append(("indices", "Sobol indices", INDICES, found.plot_indices()))
+        plates.append(Plate("indices", "Sobol indices", INDICES, found.plot_indices()))
     captions = {True: BAND, False: CAPTION}
     for name in dict.fromkeys(each.quantity for each in found.spreads if each.varies and each.quantity != "contacts"):
         sampled = ":" in name
         title = name if sampled else re.split("[;:]", str(found.data[name].attrs["long_name"]))[0]
-        plates.append((re.sub(r"\W+", "_", name), title, captions.get(sampled, ""), found.plot(name)))
+        plates.append(Plate(re.sub(r"\W+", "_", name), title, captions.get(sampled, ""), found.plot(name)))
         captions.pop(sampled, None)  # the first figure of a kind explains it
     return plates
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from impactlab.errors import CaseError
+from impactlab.printing import aligned, plain
 from impactlab.uncertainties.distributions import Uncertain
 from impactlab.uncertainties.plots import plot_counts, plot_indices, plot_spreads
 from impactlab.uncertainties.records import Estimate, Index, Share, Spread
@@ -136,13 +137,12 @@ class Uncertainty:
             dict(zip(names, (each.path, each.text, each.unit, each.mean, each.deviation), strict=True))
             for each in self.uncertain
         ]
-        found = {
+        found: dict[str, Any] = {
             "schema_version": 1, "case": self.case, "samples": self.samples, "seed": self.seed, "vary": vary,
             "percents": self.percents, "quantities": self.spreads, "contacts": self.shares, "indices": self.indices,
             "warnings": self.warnings,
         }  # fmt: skip
-        plain: dict[str, Any] = _plain(found)
-        return plain
+        return {key: plain(value) for key, value in found.items()}
 
     @property
     def tables(self) -> list[Rows]:
@@ -153,9 +153,7 @@ class Uncertainty:
         counted = f"{self.samples} samples, seed {self.seed}; ± and intervals: 95 %"
         lines = [counted, *(f"{each.path} = {each.text}" for each in self.uncertain)]
         for rows in self.tables:
-            widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-            cells = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in rows]
-            lines += ["", *("  ".join(row).rstrip() for row in cells)]
+            lines += ["", *aligned(rows)]
         return "\n".join([*lines, *(f"\n{text}" for text in self.warnings)])
 
     def __repr__(self) -> str:
@@ -187,17 +185,6 @@ class Uncertainty:
 def _is_printed(of: Spread | Index) -> bool:
     """Return whether a value stands in the printed tables: those of sampled channels are too many."""
     return ":" not in of.quantity
-
-
-def _plain(value: Any) -> Any:
-    """Return records as mappings, NaN as None."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if hasattr(value, "_asdict"):
-        return {name: _plain(each) for name, each in value._asdict().items()}
-    if isinstance(value, dict):
-        return {name: _plain(each) for name, each in value.items()}
-    return [_plain(each) for each in value] if isinstance(value, (list, tuple)) else value
 
 
 def _number(value: float, digits: int) -> str:

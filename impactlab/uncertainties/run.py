@@ -15,10 +15,10 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError, ImpactlabError
+from impactlab.jobs.whole_files import write_whole
 from impactlab.measurement.inputs import in_si, listed
 from impactlab.report.provenance import of_case
 from impactlab.sweeps import Sampled, sweep
-from impactlab.sweeps.chunks import DRAFT
 from impactlab.sweeps.run import kept_in
 from impactlab.types import Progress
 from impactlab.uncertainties.design import check_samples, design
@@ -125,9 +125,7 @@ def _percents(given: Sequence[float]) -> tuple[float, ...]:
 
 
 def _write(folder: Path, found: Uncertainty, case: Case, command: str) -> None:
-    draft = folder / f"uncertainty.json{DRAFT}"
-    draft.write_text(json.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
-    draft.replace(folder / "uncertainty.json")
+    write_whole(folder / "uncertainty.json", json.dumps(found.to_dict(), indent=1) + "\n")
     scene = case.scene()
     with contextlib.suppress(ImpactlabError):
         scene = at_means(case, found.uncertain).scene()

@@ -15,7 +15,7 @@ from scipy.linalg import solve_banded
 from scipy.special import erfcx
 
 import impactlab as il
-from impactlab.casefile.endless import BEND_STEPS, CURVATURE
+from impactlab.casefile.infinite_ends import BEND_STEPS, CURVATURE
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.dispersive_identification import DispersiveIdentification

@@ -23,7 +23,7 @@ from impactlab.bench.report.automatic import automatic_sheet, choices
 from impactlab.bench.report.findings import certainty_words, findings
 from impactlab.bench.report.fronts import front_of
 from impactlab.bench.report.live import bench_data
-from impactlab.bench.report.method_styles import leaders, looks, power, within
+from impactlab.bench.report.method_styles import leaders, power, styles_of, within
 from impactlab.bench.report.overview import SHADES
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.ranking import judged, profile, ranking
@@ -426,7 +426,7 @@ def test_all_figures_are_drawn_where_formats_are_given(tmp_path: Path) -> None:
 
 def test_the_live_diagram_holds_every_completed_run_to_three_digits(tmp_path: Path) -> None:
     scenes = scenes_of(tmp_path, HAND)
-    data = json.loads(zlib.decompress(base64.b64decode(bench_data(scenes, looks(scenes)))))
+    data = json.loads(zlib.decompress(base64.b64decode(bench_data(scenes, styles_of(scenes)))))
     methods = [method["name"] for method in data["methods"]]
     assert [title for title, _ in data["upwards"]][: data["errors"]] == [BOTH.title, *(norm.title for norm in NORMS)]
     for scene, shown in zip(scenes, data["scenes"], strict=True):
@@ -555,7 +555,7 @@ def test_tables_with_holes_are_reported_all_the_same(tmp_path: Path, rows: list[
 def test_a_figure_names_its_leaders_and_only_them(tmp_path: Path) -> None:
     rows = [*HAND, *(made("a", f"crowd_{i}", 0, 20.0 + i, 0.5) for i in range(25))]
     scenes = scenes_of(tmp_path, rows)
-    figure = precision(scenes[0], NORMS[0], looks(scenes))
+    figure = precision(scenes[0], NORMS[0], styles_of(scenes))
     words = {text.get_text() for axis in figure.axes for text in axis.texts}
     assert {"quick", "slow", "exact"} <= words
     assert not any(word.startswith("crowd") for word in words)

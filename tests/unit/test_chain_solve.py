@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from impactlab.numerics import chain_solve, lanes
 from impactlab.numerics.banded import full
 from impactlab.numerics.banded_kernels import factorise, solve
-from impactlab.numerics.chain_forces import pull_chain
+from impactlab.numerics.chain_forces import write_chain_forces
 from impactlab.numerics.compiling import plain
 from impactlab.types import Array
 
@@ -60,10 +60,10 @@ def test_forces_along_the_runs_are_those_of_the_matrix(pieces: list[tuple[int, f
     n = mass.size
     factors, u = factors_of(matrix_of(mass, springs, 1.0), springs), np.random.default_rng(seed).standard_normal(n)
     force = np.full(n, np.nan)
-    pull_chain(springs, factors[2 * n :].copy(), u, force)
+    write_chain_forces(springs, factors[2 * n :].copy(), u, force)
     stiffness = matrix_of(np.zeros(n), springs, 2.0)
     assert np.abs(force + full(stiffness) @ u).max() <= 1e-14
-    pull_chain(springs, factors[2 * n :].copy(), np.full(n, 1e9), force)
+    write_chain_forces(springs, factors[2 * n :].copy(), np.full(n, 1e9), force)
     assert np.abs(force[:-1]).max() == 0.0  # travel alone stretches no spring
 
 

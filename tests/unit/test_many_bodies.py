@@ -16,7 +16,7 @@ from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.exact.build import junctions
 from impactlab.history.frame import frames, groups
-from impactlab.report.counts import counted
+from impactlab.printing import counted
 from impactlab.report.drawn_part import MAX_DRAWN, drawn_part
 from impactlab.simulate.plan import prepare
 
@@ -134,7 +134,7 @@ def test_a_long_chain_is_one_group_found_once() -> None:
 
 
 def test_one_method_is_not_counted_as_methods() -> None:
-    assert (counted(1), counted(9)) == ("1 method", "9 methods")
+    assert (counted(1, "method"), counted(9, "method")) == ("1 method", "9 methods")
 
 
 def test_the_table_of_a_sweep_of_a_chain_is_cut_on_the_screen(tmp_path):

@@ -10,7 +10,7 @@ from impactlab.contact.power_law import Hertz
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.modal import Modal
 from impactlab.numerics.addresses import COMPILED
-from impactlab.numerics.subnormals import ON_X86, restore_tiny, take_tiny_as_zero
+from impactlab.numerics.subnormals import ON_X86, flush_subnormals, restore_subnormals
 from impactlab.scene import Contact, Mass, Rayleigh, Rod, Segment
 from impactlab.scene.method import StepRule
 from impactlab.testing.scenes import FREE, face, simulation
@@ -28,10 +28,10 @@ def halve(values: np.ndarray) -> None:
 
 @numba.njit
 def halve_inside(values: np.ndarray) -> None:
-    before = take_tiny_as_zero()
+    before = flush_subnormals()
     for i in range(values.size):
         values[i] *= 0.5
-    restore_tiny(before)
+    restore_subnormals(before)
 
 
 @needs_it

@@ -13,10 +13,11 @@ import impactlab as il
 from impactlab import api
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.plugins import kind_of
+from impactlab.printing import plain
 from impactlab.report.comparison import cell, comparison, table, table_rows
 from impactlab.report.console import summary_text
 from impactlab.report.facts import method_facts
-from impactlab.report.summary import describe, extremes, plain, summarise
+from impactlab.report.summary import describe, extremes, summarise
 from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import UNIT, mass_on_rod

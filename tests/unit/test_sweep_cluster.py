@@ -158,7 +158,7 @@ def test_a_point_that_hangs_on_a_cluster_is_one_row(monkeypatch):
 def test_a_point_that_waited_behind_one_that_hung_is_tried_again(outcomes, expected, monkeypatch):
     made = object.__new__(cluster.Cluster)
     given = iter(outcomes)
-    ended = lambda _self, jobs, *_: iter([cluster.Ended(jobs[0], next(given), "told")])  # noqa: E731
+    ended = lambda _self, jobs, *_: iter([cluster.JobOutcome(jobs[0], next(given), "told")])  # noqa: E731
     monkeypatch.setattr(cluster.Cluster, "_ended", ended)
     monkeypatch.setattr(cluster, "missing", lambda _made, status, _text: status)
     monkeypatch.setattr(cluster, "chunk_of", lambda _first, rows, _wanted: rows[0])

@@ -175,7 +175,7 @@ def test_random_scenes_have_the_networks_events_and_quantities_of_single_runs(se
             continue
         runs.append(other)
     march, built = batch_of(runs)
-    rows, states = march.results(np.arange(4), sum(points.ASKED.values()))
+    rows, states = march.results(np.arange(4), sum(points.WANTED.values()))
     for number, each in enumerate(runs):
         if not built[number].pattern.same_as(built[0].pattern):
             continue

@@ -7,7 +7,7 @@ import pytest
 
 from impactlab.numerics.banded import full, grounded, multiply
 from impactlab.numerics.banded_kernels import factorise, solve
-from impactlab.numerics.three_bands import pull_three
+from impactlab.numerics.three_bands import write_three_band_forces
 from impactlab.types import Array
 
 
@@ -34,7 +34,7 @@ def test_both_ends_meet_in_the_solution_of_the_dense_matrix(n: int) -> None:
 def test_forces_of_all_bands_are_those_of_the_matrix(n: int) -> None:
     banded, u, force = matrix(n), np.random.default_rng(2).standard_normal(n), np.full(n, np.nan)
     springs = np.concatenate((grounded(banded), banded[1:].ravel()))
-    pull_three(n, springs, u, force)
+    write_three_band_forces(n, springs, u, force)
     assert force == pytest.approx(-multiply(banded, u), rel=1e-13, abs=1e-13)
-    pull_three(n, np.concatenate((np.zeros(n), springs[n:])), np.full(n, 1e9), force)
+    write_three_band_forces(n, np.concatenate((np.zeros(n), springs[n:])), np.full(n, 1e9), force)
     assert not force.any()  # travel alone stretches no spring

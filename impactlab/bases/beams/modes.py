@@ -11,7 +11,7 @@ import numpy as np
 from impactlab.bases.base import Coordinates, even_grid, quadrature
 from impactlab.bases.beams.kept import elastic_modes
 from impactlab.bases.beams.roots import Held
-from impactlab.bases.beams.shapes import Layout, sines_alone
+from impactlab.bases.beams.shapes import Layout, are_sines
 from impactlab.bases.beams.statics import WORDS, BeamStatics
 from impactlab.bases.beams.waves import BeamNumbers, even_odd, field, quantity_of, shapes_at
 from impactlab.errors import CaseError
@@ -53,7 +53,7 @@ class BeamModes(Coordinates):
         )
         self._squared, self._waves, shares = elastic_modes(numbers, self._kinds, modes)
         self._shares = shares / np.sqrt(line_mass * unit)
-        self._sines = sines_alone(shares)
+        self._sines = are_sines(shares)
         self._rotary = numbers.rotary * layout.unit**2
         self._rigid = rigid_motions(self._kinds, self._rotary)
         self._scales = (1.0, 1.0 / unit, segment.bending_stiffness / unit**2, segment.bending_stiffness / unit**3)

@@ -118,7 +118,7 @@ def null_vectors(matrix: Array) -> Array:
     return np.asarray(np.linalg.svd(matrix)[2][:, -1, :].T)
 
 
-def sines_alone(shares: Array) -> bool:
+def are_sines(shares: Array) -> bool:
     """Return whether modes are sines from a pinned end: both ends are pinned, and no mode is above the cut-off."""
     return not np.count_nonzero(shares[:3])
 
@@ -126,7 +126,7 @@ def sines_alone(shares: Array) -> bool:
 def normalised(beam: BeamNumbers, carried: Waves, shares: Array, layout: Layout) -> Array:
     """Return shares (4, n) such that the integral of w2 + r2 theta2 over the beam is 1."""
     (p, q), (t, u) = carried.squares, carried.turning
-    if sines_alone(shares):
+    if are_sines(shares):
         d, e = even_odd(q, 1.0)
         total = (shares[3] * q) ** 2 * (0.5 * (d * e - 1.0) / q)
         total = total + beam.rotary * ((shares[3] * u) ** 2 * (0.5 * (d * e + 1.0)))

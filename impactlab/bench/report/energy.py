@@ -6,8 +6,17 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from impactlab.bench.report.method_styles import End, Looks, decades, distinct, draw_family, name_ends, room_beside
+from impactlab.bench.report.method_styles import (
+    End,
+    MethodStyles,
+    decades,
+    distinct,
+    draw_family,
+    name_ends,
+    room_beside,
+)
 from impactlab.bench.report.views import Clock, Family, SceneRows
+from impactlab.printing import counted
 from impactlab.report.style import MUTED, Margins, drawn, grid, log_axis
 
 if TYPE_CHECKING:
@@ -23,7 +32,7 @@ Panel = tuple[str, str, Clock]
 
 
 @drawn
-def energy(scene: SceneRows, look: Looks) -> Figure:
+def energy(scene: SceneRows, styles: MethodStyles) -> Figure:
     """Return the largest gain and the largest loss of the energy balance of every family, against its steps.
 
     Named are those that gain or lose most at their finest level: a part independent of the step is the method's own.
@@ -32,30 +41,30 @@ def energy(scene: SceneRows, look: Looks) -> Figure:
         ("energy gained", "share of the reference energy", lambda row: row.energy_gain),
         ("energy lost without a booking", "share of the reference energy", lambda row: row.energy_loss),
     )
-    return _against_steps(scene, look, panels, 1e-6, 10.0)
+    return _against_steps(scene, styles, panels, 1e-6, 10.0)
 
 
 @drawn
-def oscillation(scene: SceneRows, look: Looks) -> Figure:
+def oscillation(scene: SceneRows, styles: MethodStyles) -> Figure:
     """Return the oscillation of the contact force of every family, and its error away from jumps, against its steps."""
     panels = (
         ("force oscillation", "total variation in excess, in peaks", lambda row: row.force_oscillation),
         ("force, error away from jumps", "relative L2", lambda row: row.force_away_from_jumps),
     )
-    return _against_steps(scene, look, panels, 1e-4, 1e5)
+    return _against_steps(scene, styles, panels, 1e-4, 1e5)
 
 
-def _against_steps(scene: SceneRows, look: Looks, panels: Sequence[Panel], low: float, high: float) -> Figure:
+def _against_steps(scene: SceneRows, styles: MethodStyles, panels: Sequence[Panel], low: float, high: float) -> Figure:
     """Return a figure over steps per round trip, a panel for each number, names beside each; axes within limits."""
     worst = [_worst(scene, of) for _, _, of in panels]
     named = list(dict.fromkeys(method for found in worst for method in found))
-    look = distinct(named, look)
+    styles = distinct(named, styles)
     figure, rows = grid(len(panels), 1, 2.0, Margins(right=room_beside(named), down=0.5))
     for (axes,), (title, label, of), found in zip(rows, panels, worst, strict=True):
         values = [value for row in scene.rows if row.completed and (value := of(row)) is not None and value > low]
         floor = max(low, 10.0 ** math.floor(math.log10(min(values, default=0.1))))
         top = min(high, 10.0 ** math.ceil(math.log10(max(values, default=1.0)) + 0.05))
-        _panel(axes, scene, look, of, found, floor, top)
+        _panel(axes, scene, styles, of, found, floor, top)
         axes.set_title(title)
         axes.set_ylabel(label)
     trips = any(row.round_trips for row in scene.rows)
@@ -79,7 +88,7 @@ def _line(family: Family, of: Clock) -> list[tuple[float, float]]:
 
 
 def _panel(
-    axes: Axes, scene: SceneRows, look: Looks, of: Clock, named: Sequence[str], floor: float, top: float
+    axes: Axes, scene: SceneRows, styles: MethodStyles, of: Clock, named: Sequence[str], floor: float, top: float
 ) -> None:
     ends, quiet = [], 0
     for family in scene.families:
@@ -88,15 +97,15 @@ def _panel(
             continue
         quiet += all(value < ROUNDING for _, value in line)
         shown = [(x, min(max(value, floor), top)) for x, value in line]
-        draw_family(axes, family, look, family.method in named, shown, clip_on=False)
+        draw_family(axes, family, styles, family.method in named, shown, clip_on=False)
         if family.method in named:
-            ends.append(End(*shown[-1], family.method, look[family.method].colour))
+            ends.append(End(*shown[-1], family.method, styles[family.method].colour))
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(floor / 1.6, top)
     decades(axes.yaxis)
     log_axis(axes.xaxis)
     if quiet:
-        text = f"{quiet} method{'s' if quiet > 1 else ''} at rounding, on the floor"
+        text = f"{counted(quiet, 'method')} at rounding, on the floor"
         axes.set_title(text, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
     name_ends(axes, ends)

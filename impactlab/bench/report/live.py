@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from impactlab.bench.report.method_styles import SHAPES, Looks, methods_by_look
+from impactlab.bench.report.method_styles import SHAPES, MethodStyles, methods_by_style
 from impactlab.bench.report.scene_sheets import slug
 from impactlab.bench.report.views import AUTOMATIC, BOTH, CLOCKS, NORMS, SceneRows, error
 from impactlab.bench.schema import BASE, Row
@@ -29,11 +29,11 @@ SIDEWAYS: tuple[tuple[str, str, Callable[[Row], float | None]], ...] = (
 )
 
 
-def bench_data(scenes: Sequence[SceneRows], look: Looks) -> str:
+def bench_data(scenes: Sequence[SceneRows], styles: MethodStyles) -> str:
     """Return the data of all scenes as base64 of deflated JSON, as bench.js reads it."""
-    methods = methods_by_look(scenes, look)
+    methods = methods_by_style(scenes, styles)
     text = {
-        "methods": [_method(name, scenes, look) for name in methods],
+        "methods": [_method(name, scenes, styles) for name in methods],
         "upwards": [[title, label] for title, label, _ in UPWARDS],
         "errors": 1 + len(NORMS),  # how many of them are errors
         "sideways": [[title, unit] for title, unit, _ in SIDEWAYS],
@@ -43,9 +43,9 @@ def bench_data(scenes: Sequence[SceneRows], look: Looks) -> str:
     return base64.b64encode(packed).decode("ascii")
 
 
-def _method(name: str, scenes: Sequence[SceneRows], look: Looks) -> dict[str, Any]:
+def _method(name: str, scenes: Sequence[SceneRows], styles: MethodStyles) -> dict[str, Any]:
     families = [family for scene in scenes for family in (*scene.families, *scene.own) if family.method == name]
-    colour, shape = look.get(name, (INK, "*" if name == AUTOMATIC else "x"))
+    colour, shape = styles.get(name, (INK, "*" if name == AUTOMATIC else "x"))
     return {
         "name": name,
         "colour": PALETTE.index(colour) if colour in PALETTE else None,  # None: in ink

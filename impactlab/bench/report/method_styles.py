@@ -1,4 +1,4 @@
-"""The look of a method in every figure of a report, the methods that a figure names, and names beside their lines."""
+"""The style of a method in every figure of a report, the methods that a figure names, and names beside their lines."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ MAX_LETTERS = 34  # of a name beside a line; a longer one is cut
 GAP = 0.14  # inches between an axes and the names at its right
 
 
-class Look(NamedTuple):
+class MethodStyle(NamedTuple):
     """Colour and shape of the dots of a method."""
 
     colour: str
     shape: str
 
 
-Looks = Mapping[str, Look]  # by method
+MethodStyles = Mapping[str, MethodStyle]  # by method
 
 
 class End(NamedTuple):
@@ -43,8 +43,8 @@ class End(NamedTuple):
     colour: str
 
 
-def looks(scenes: Sequence[SceneRows]) -> dict[str, Look]:
-    """Return the look of every method, the same in all figures; the most frequent leader comes first.
+def styles_of(scenes: Sequence[SceneRows]) -> dict[str, MethodStyle]:
+    """Return the style of every method, the same in all figures; the most frequent leader comes first.
 
     Methods without steps, the exact solutions, are dark.
     """
@@ -56,25 +56,25 @@ def looks(scenes: Sequence[SceneRows]) -> dict[str, Look]:
     others = [method for method in methods_of(scenes) if method not in stepless]
     others.sort(key=lambda method: -led[method])  # stable: the table decides between equals
     n = len(COLOURS)
-    coloured = {m: Look(COLOURS[i % n], SHAPES[i // n % len(SHAPES)]) for i, m in enumerate(others)}
-    return coloured | {method: Look(INK, "o") for method in stepless}
+    coloured = {m: MethodStyle(COLOURS[i % n], SHAPES[i // n % len(SHAPES)]) for i, m in enumerate(others)}
+    return coloured | {method: MethodStyle(INK, "o") for method in stepless}
 
 
-def methods_by_look(scenes: Sequence[SceneRows], look: Looks) -> list[str]:
-    """Return the names of all methods, those of `looks` in their order, then those of the cases and the automatic."""
+def methods_by_style(scenes: Sequence[SceneRows], styles: MethodStyles) -> list[str]:
+    """Return the names of all methods: those of `styles_of`, then those of the cases and the automatic choice."""
     every = dict.fromkeys(row.method for scene in scenes for row in scene.all_rows)
-    return [*look, *(name for name in every if name not in look)]
+    return [*styles, *(name for name in every if name not in styles)]
 
 
-def distinct(named: Iterable[str], look: Looks) -> dict[str, Look]:
+def distinct(named: Iterable[str], styles: MethodStyles) -> dict[str, MethodStyle]:
     """Return all looks; of the methods that a figure names, one with the colour of another gets a free colour."""
-    found: dict[str, Look] = {}
+    found: dict[str, MethodStyle] = {}
     for method in named:
         taken = {each.colour for each in found.values()}
-        colour, shape = look[method]
+        colour, shape = styles[method]
         free = [other for other in COLOURS if other not in taken]
-        found[method] = Look(free[0] if colour in taken and colour != INK and free else colour, shape)
-    return {**look, **found}
+        found[method] = MethodStyle(free[0] if colour in taken and colour != INK and free else colour, shape)
+    return {**styles, **found}
 
 
 def leaders(scene: SceneRows, norm: Norm) -> list[str]:
@@ -88,10 +88,10 @@ def leaders(scene: SceneRows, norm: Norm) -> list[str]:
 
 
 def draw_family(
-    axes: Axes, family: Family, look: Looks, named: bool, line: Sequence[tuple[float, float]], **more: Any
+    axes: Axes, family: Family, styles: MethodStyles, named: bool, line: Sequence[tuple[float, float]], **more: Any
 ) -> None:
     """Draw a family as a line through its levels (x, y), dashed on the special grid; grey where it is not named."""
-    colour, shape = look[family.method] if named else (GREY, ".")
+    colour, shape = styles[family.method] if named else (GREY, ".")
     axes.plot(
         [x for x, _ in line],
         [y for _, y in line],

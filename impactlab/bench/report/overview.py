@@ -5,9 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from impactlab.bench.report.method_styles import GREY, End, Looks, distinct, name_ends, power, room_beside, shortened
-from impactlab.bench.report.ranking import ABSENT, FAILED, MET, MISSED, REFUSED, Standing, judged, profile, ranking
+from impactlab.bench.report.method_styles import (
+    GREY,
+    End,
+    MethodStyles,
+    distinct,
+    name_ends,
+    power,
+    room_beside,
+    shortened,
+)
+from impactlab.bench.report.ranking import ABSENT, FAILED, MET, MISSED, REFUSED, MethodResults, judged, profile, ranking
 from impactlab.bench.report.views import TOLERANCES, Norm, SceneRows
+from impactlab.printing import counted
 from impactlab.report.style import GRID, INK, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for
 
 if TYPE_CHECKING:
@@ -28,7 +38,7 @@ MARKS = {MET: "+", MISSED: "·", REFUSED: "–", FAILED: "×", ABSENT: ""}
 
 
 @drawn
-def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Looks, clock: str = "solve") -> Figure:
+def profiles(scenes: Sequence[SceneRows], norm: Norm, styles: MethodStyles, clock: str = "solve") -> Figure:
     """Return performance profiles, a panel per tolerance: how often a method is within a ratio of the fastest.
 
     References
@@ -36,40 +46,40 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Looks, clock: str = 
     DolanMore2002, section 2.
     """
     tables = [ranking(scenes, norm, tolerance, clock) for tolerance in TOLERANCES]
-    named = [_named([standing.method for standing in table if standing.ratios], look) for table in tables]
+    named = [_named([standing.method for standing in table if standing.ratios], styles) for table in tables]
     every = list(dict.fromkeys(method for found in named for method in found))
-    look = distinct(every, look)
+    styles = distinct(every, styles)
     figure, rows = grid(len(TOLERANCES), 1, 2.15, Margins(right=room_beside(every), down=0.65))
     for (axes,), tolerance, table, found in zip(rows, TOLERANCES, tables, named, strict=True):
         count = len(judged(scenes, norm, tolerance).scenes)
-        axes.set_title(f"tolerance {power(tolerance)}, {count} scene{'s' if count != 1 else ''}")
+        axes.set_title(f"tolerance {power(tolerance)}, {counted(count, 'scene')}")
         axes.set_xscale("log")
         axes.set_xlim(1.0, MAX_RATIO)
         axes.set_ylim(0.0, 1.02)
         axes.set_ylabel("share of scenes")
         axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        _curves(axes, table, look, found)
+        _curves(axes, table, styles, found)
         others = sum(bool(standing.ratios) and standing.method not in found for standing in table)
         if others:
-            words = f"grey: {others} other method{'s' if others > 1 else ''}"
+            words = f"grey: {counted(others, 'other method')}"
             axes.set_title(words, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
     rows[-1][0].set_xlabel("at most this many times the time of the fastest method that meets the tolerance")
     return figure
 
 
-def _named(methods: Sequence[str], look: Looks) -> list[str]:
+def _named(methods: Sequence[str], styles: MethodStyles) -> list[str]:
     """Return the best methods, and those without steps: a dark line always has its name."""
-    return [method for place, method in enumerate(methods) if place < MAX_NAMED or look[method].colour == INK]
+    return [method for place, method in enumerate(methods) if place < MAX_NAMED or styles[method].colour == INK]
 
 
-def _curves(axes: Axes, table: Sequence[Standing], look: Looks, named: Sequence[str]) -> None:
+def _curves(axes: Axes, table: Sequence[MethodResults], styles: MethodStyles, named: Sequence[str]) -> None:
     ends = []
     for standing in reversed(table):
         steps, known = profile(standing), standing.method in named
         if not steps:
             continue
         ratios, shares = zip(*steps, strict=True)
-        colour, shape = look[standing.method] if known else (GREY, "")
+        colour, shape = styles[standing.method] if known else (GREY, "")
         width, alpha, order = (1.7, 1.0, 3) if known else (0.5, 0.7, 2)
         x, y = [1.0, *ratios, MAX_RATIO], [0.0, *shares, shares[-1]]
         axes.step(x, y, where="post", color=colour, linewidth=width, alpha=alpha, zorder=order)
@@ -81,12 +91,12 @@ def _curves(axes: Axes, table: Sequence[Standing], look: Looks, named: Sequence[
 
 
 @drawn
-def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: str = "solve") -> Figure:
+def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Figure:
     """Return a map: a row per method, a column per scene; the darker, the nearer to the fastest that meets it."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
-    kept, table = judged(scenes, norm, tolerance).scenes, ranking(scenes, norm, tolerance, clock)
+    kept, table = judged(scenes, norm, tolerance).scenes, ranking(scenes, norm, tolerance)
     names = [shortened(standing.method, 40) for standing in table]
     left, high = room_for(names), 0.19
     foot = 0.2 + 0.062 * max((len(scene.name) for scene in kept), default=4)

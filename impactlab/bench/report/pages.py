@@ -14,7 +14,7 @@ from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
 from impactlab.bench.report.findings import certainty_words, findings
 from impactlab.bench.report.live import bench_data
-from impactlab.bench.report.method_styles import Looks, power
+from impactlab.bench.report.method_styles import MethodStyles, power
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.scene_sheets import Unfinished, families_sheet, front_sheet, slug, unfinished
 from impactlab.bench.report.sheets import Sheet, latex, markdown, short
@@ -22,6 +22,7 @@ from impactlab.bench.report.special import special_grids, special_summary
 from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, SceneRows, error, methods_of
 from impactlab.bench.schema import STATUSES, Row
+from impactlab.printing import counted
 from impactlab.report.figure_files import inline, save, with_classes
 from impactlab.report.page import rendered
 from impactlab.report.provenance import now
@@ -85,19 +86,19 @@ PROFILE = (
 )
 
 
-def draw_scene(out: Path, formats: Sequence[str], look: Looks, scene: SceneRows) -> str:
+def draw_scene(out: Path, formats: Sequence[str], styles: MethodStyles, scene: SceneRows) -> str:
     """Draw the figures of a scene and return the name of the one that stands for it without a script.
 
     That one alone, as SVG, unless formats are given: then those in every norm, of energy and of forces, too.
     """
     measured = [norm for norm in NORMS if any(error(row, norm, scene) is not None for row in scene.all_rows)]
-    drawn = {f"precision_{slug(scene.name)}_{norm.name}": partial(precision, scene, norm, look) for norm in measured}
+    drawn = {f"precision_{slug(scene.name)}_{norm.name}": partial(precision, scene, norm, styles) for norm in measured}
     first = next(iter(drawn), "")
     if formats:
         if any(row.steps and row.energy_gain is not None for row in scene.rows):
-            drawn[f"energy_{slug(scene.name)}"] = partial(energy.energy, scene, look)
+            drawn[f"energy_{slug(scene.name)}"] = partial(energy.energy, scene, styles)
         if any(row.steps and row.force_oscillation is not None for row in scene.rows):
-            drawn[f"oscillation_{slug(scene.name)}"] = partial(energy.oscillation, scene, look)
+            drawn[f"oscillation_{slug(scene.name)}"] = partial(energy.oscillation, scene, styles)
     for name, draw in drawn.items():
         if formats or name == first:
             save(draw(), out / "figures", name, [*dict.fromkeys([*formats, "svg"])] if name == first else formats)
@@ -127,7 +128,7 @@ def write_index(
     out: Path,
     rows: Sequence[Row],
     scenes: Sequence[SceneRows],
-    look: Looks,
+    styles: MethodStyles,
     drawn: Sequence[str],
     formats: Sequence[str] = (),
     command: str = "",
@@ -150,7 +151,7 @@ def write_index(
         figure = overview.chart(scenes, BOTH, t)
         maps.append(plate(out, f"map_{t:g}", f"Map at {power(t)}", MAP, figure, f"tolerance {power(t)}", kinds))
     for clock, tail in CLOCK_TABS.items() if many else ():
-        figure, title = overview.profiles(scenes, BOTH, look, clock), f"Performance profiles{tail}"
+        figure, title = overview.profiles(scenes, BOTH, styles, clock), f"Performance profiles{tail}"
         profiles.append(plate(out, f"profiles_{clock}", title, PROFILE, figure, f"time to solve{tail}", kinds))
     found, rules = with_classes([each.svg for each in (*maps, *profiles)])
     classed = [each._replace(svg=svg) for each, svg in zip((*maps, *profiles), found, strict=True)]
@@ -161,7 +162,7 @@ def write_index(
         "date": now(),
         "command": command,
         "formats": ", ".join(kinds).upper(),
-        "data": bench_data(scenes, look),
+        "data": bench_data(scenes, styles),
         "timed": timed,
         "scenes": [_section(out, scene, figure) for scene, figure in zip(scenes, drawn, strict=True)],
         "findings": findings(scenes),
@@ -185,11 +186,6 @@ def write_index(
     }
     text = rendered("impactlab.bench.report", "index.html.j2", page=page)
     (out / "index.html").write_text(text, encoding="utf-8")
-
-
-def counted(number: int, noun: str) -> str:
-    """Return a number with its noun: ``1 scene``, ``2 scenes``."""
-    return f"{number} {noun}{'s' if number != 1 else ''}"
 
 
 def _source(rows: Sequence[Row]) -> str:

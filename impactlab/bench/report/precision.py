@@ -10,7 +10,7 @@ from impactlab.bench.report.fronts import Point, front_of, points
 from impactlab.bench.report.method_styles import (
     GREY,
     End,
-    Looks,
+    MethodStyles,
     decades,
     distinct,
     draw_family,
@@ -19,6 +19,7 @@ from impactlab.bench.report.method_styles import (
     room_beside,
 )
 from impactlab.bench.report.views import AUTOMATIC, Clock, Family, Norm, SceneRows, error
+from impactlab.printing import counted
 from impactlab.report.style import INK, MUTED, PAPER, WIDTH, drawn
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ class Limits(NamedTuple):
 
 
 @drawn
-def precision(scene: SceneRows, norm: Norm, look: Looks) -> Figure:
+def precision(scene: SceneRows, norm: Norm, styles: MethodStyles) -> Figure:
     """Return the work-precision figure of one scene in one norm: time above, steps and unknowns below.
 
     The leaders of any panel are coloured and named, the others are grey. Methods without steps, whose errors are
@@ -65,7 +66,7 @@ def precision(scene: SceneRows, norm: Norm, look: Looks) -> Figure:
     from matplotlib.figure import Figure
 
     named = leaders(scene, norm)
-    look, limits = distinct(named, look), limits_of(scene, norm)
+    styles, limits = distinct(named, styles), limits_of(scene, norm)
     exact = [family for family in scene.families if family.stepless and points(family.rows, norm, scene)]
     chosen = points(scene.automatic, norm, scene, TIME.of)
     room = room_beside([*named, *(family.method for family in exact), *([AUTOMATIC] if chosen else [])])
@@ -86,7 +87,7 @@ def precision(scene: SceneRows, norm: Norm, look: Looks) -> Figure:
         for family in scene.families:
             line = limits.shown(points(family.rows, norm, scene, cost.of))
             if line and not family.stepless:
-                draw_family(axes, family, look, family.method in named, [point[:2] for point in line])
+                draw_family(axes, family, styles, family.method in named, [point[:2] for point in line])
     right.tick_params(labelleft=False)
     left.set_ylabel("error")
     upper.set_ylabel(norm.axis)
@@ -108,16 +109,18 @@ def precision(scene: SceneRows, norm: Norm, look: Looks) -> Figure:
     if chosen:
         closest = min(chosen, key=lambda point: point.error)
         ends.append(End(closest.cost, max(closest.error, limits.floor), AUTOMATIC, INK))
-    ends += _named_ends([family for family in scene.families if family.method in named], scene, norm, look, limits)
+    ends += _named_ends([family for family in scene.families if family.method in named], scene, norm, styles, limits)
     name_ends(upper, ends)
     return figure
 
 
-def _named_ends(families: Sequence[Family], scene: SceneRows, norm: Norm, look: Looks, limits: Limits) -> list[End]:
+def _named_ends(
+    families: Sequence[Family], scene: SceneRows, norm: Norm, styles: MethodStyles, limits: Limits
+) -> list[End]:
     """Return the names of families at their levels with the least error."""
     lines = [(family, limits.shown(points(family.rows, norm, scene, TIME.of))) for family in families]
     ends = [(family, min(line, key=lambda point: (point.error, -point.cost))) for family, line in lines if line]
-    return [End(end.cost, end.error, family.method, look[family.method].colour) for family, end in ends]
+    return [End(end.cost, end.error, family.method, styles[family.method].colour) for family, end in ends]
 
 
 def limits_of(scene: SceneRows, norm: Norm) -> Limits:
@@ -170,6 +173,6 @@ def _notes(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
         axes.text(0.01, scene.uncertainty, text, transform=place, fontsize=7.5, color=MUTED, va="top")
     count = sum((error(row, norm, scene) or 0.0) > limits.top for row in scene.rows)
     if count:
-        text = f"{count} run{'s' if count > 1 else ''} with errors above {100 * limits.top:.0f} % not drawn"
+        text = f"{counted(count, 'run')} with errors above {100 * limits.top:.0f} % not drawn"
         behind = {"facecolor": PAPER, "edgecolor": "none", "pad": 1.5}
         axes.text(0.01, 0.985, text, transform=axes.transAxes, fontsize=7.5, color=MUTED, va="top", bbox=behind)

@@ -29,7 +29,7 @@ class Result(NamedTuple):
     ratio_stepped: float | None = None  # over that of the fastest method with steps, special grids left out
 
 
-class Standing(NamedTuple):
+class MethodResults(NamedTuple):
     """One method over all judged scenes under one tolerance."""
 
     method: str
@@ -107,7 +107,7 @@ def over(value: float | None, base: float | None) -> float | None:
     return None if value is None or not base else value / base
 
 
-def ranking(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: str = "solve") -> list[Standing]:
+def ranking(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: str = "solve") -> list[MethodResults]:
     """Return all methods: those that meet the tolerance in most scenes first, among equals the faster ones.
 
     Parameters
@@ -124,7 +124,7 @@ def ranking(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: st
         families = {family.method: family for family in scene.families}
         for method, results in found.items():
             results.append(_result(scene, families.get(method), norm, tolerance, time, leads))
-    standings = [Standing(method, tuple(results)) for method, results in found.items()]
+    standings = [MethodResults(method, tuple(results)) for method, results in found.items()]
     return sorted(standings, key=lambda each: (-each.count(MET), median(each.ratios) or 0.0))
 
 
@@ -134,7 +134,7 @@ def median(values: Iterable[float | None]) -> float | None:
     return statistics.median(known) if known else None
 
 
-def profile(standing: Standing) -> list[tuple[float, float]]:
+def profile(standing: MethodResults) -> list[tuple[float, float]]:
     """Return the performance profile of a method: (ratio, share of scenes it solves within that ratio), rising.
 
     References

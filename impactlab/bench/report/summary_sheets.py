@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Sequence
 
 from impactlab.bench.report.method_styles import power
-from impactlab.bench.report.ranking import MET, REFUSED, Standing, best, fastest, judged, median, ranking
+from impactlab.bench.report.ranking import MET, REFUSED, MethodResults, best, fastest, judged, median, ranking
 from impactlab.bench.report.sheets import DASH, SPECIAL, Sheet, headings, milliseconds, short
 from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, Norm, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
@@ -14,7 +14,7 @@ from impactlab.bench.schema import COMPLETED, Row
 CLOCK_WORDS = {"solve": "time to solve", "total": "time to solve with set-up"}
 
 
-def winners(scenes: Sequence[SceneRows], norm: Norm = BOTH) -> Sheet:
+def winners(scenes: Sequence[SceneRows]) -> Sheet:
     """Return the fastest method by scene and tolerance, and the time of the exact solution.
 
     A method on a special grid is followed by the fastest that is not.
@@ -22,31 +22,31 @@ def winners(scenes: Sequence[SceneRows], norm: Norm = BOTH) -> Sheet:
     rows = []
     for scene in scenes:
         stepless = [row for row in scene.rows if row.stepless]
-        exact = fastest(stepless, norm, scene, TOLERANCES[-1], CLOCKS["solve"])
+        exact = fastest(stepless, BOTH, scene, TOLERANCES[-1], CLOCKS["solve"])
         cells = [scene.name, milliseconds(exact.solve_s if exact else None)]
         for tolerance in TOLERANCES:
-            certain = judged([scene], norm, tolerance).scenes
-            cells.append(_winner(scene, norm, tolerance) if certain else "not judged")
+            certain = judged([scene], BOTH, tolerance).scenes
+            cells.append(_winner(scene, tolerance) if certain else "not judged")
         rows.append(tuple(cells))
     columns = [f"fastest with steps, time in ms: {power(t)}" for t in TOLERANCES]
     heads = headings("scene", "exact [ms]", *columns, text=("scene", *map(power, TOLERANCES)))
     note = (
-        f"The fastest method with steps whose errors in {norm.title} both stay within the tolerance, and its time to "
+        f"The fastest method with steps whose errors in {BOTH.title} both stay within the tolerance, and its time to "
         f"solve without set-up. Exact: the time of the solution from event to event, where the scene has one. {SPECIAL}"
         " stands on the special grid dt = h/c; the fastest without it follows."
     )
     return Sheet("winners", "Fastest method by scene and tolerance", note, heads, tuple(rows))
 
 
-def _winner(scene: SceneRows, norm: Norm, tolerance: float) -> str:
-    first = fastest(scene.stepped, norm, scene, tolerance, CLOCKS["solve"])
+def _winner(scene: SceneRows, tolerance: float) -> str:
+    first = fastest(scene.stepped, BOTH, scene, tolerance, CLOCKS["solve"])
     if first is None:
         return "none"
     if first.solve_s is None:  # a row without a time comes last: none has one
         return DASH
     if not first.special:
         return _timed(first)
-    second = best(scene, norm, tolerance, ordinary=True)
+    second = best(scene, BOTH, tolerance, ordinary=True)
     return f"{_timed(first)}; {_timed(second) if second else 'no other'}"
 
 
@@ -88,7 +88,7 @@ def ranking_sheet(scenes: Sequence[SceneRows], norm: Norm, clock: str = "solve")
     return Sheet(f"ranking_{norm.name}_{clock}", title, note, heads, tuple(rows), _most(rows))
 
 
-def _order(method: str, tables: Sequence[dict[str, Standing]]) -> tuple[float, ...]:
+def _order(method: str, tables: Sequence[dict[str, MethodResults]]) -> tuple[float, ...]:
     """Return a key of order: scenes met at the middle tolerance, then the loose, then the sharp one, then the time."""
     counts = [-table[method].count(MET) for table in tables]
     return (counts[1], counts[0], counts[2], median(tables[1][method].ratios or tables[0][method].ratios) or 1e9)

@@ -10,7 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from impactlab.bench.report.method_styles import looks
+from impactlab.bench.report.method_styles import styles_of
 from impactlab.bench.report.pages import FOLDERS, draw_scene, write_index
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.views import gathered
@@ -62,15 +62,15 @@ def write_bench(
     with replaced(out_dir, PARTS) as draft, contextlib.ExitStack() as stack:
         for name in FOLDERS:
             (draft / name).mkdir()
-        look = looks(scenes)
+        styles = styles_of(scenes)
         each: Callable[..., Iterable[str]] = map
         if min(cores, len(scenes)) > 1:
             each = stack.enter_context(ProcessPoolExecutor(min(cores, len(scenes), os.cpu_count() or 1))).map
         drawn = []
-        for name in each(partial(draw_scene, draft, tuple(formats), look), scenes):
+        for name in each(partial(draw_scene, draft, tuple(formats), styles), scenes):
             drawn.append(name)
             progress(len(drawn) / (len(scenes) + 1))
-        write_index(draft, rows, scenes, look, drawn, formats, command)
+        write_index(draft, rows, scenes, styles, drawn, formats, command)
     progress(1.0)
 
 

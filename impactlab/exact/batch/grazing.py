@@ -96,44 +96,44 @@ def nearest(gap: Array, count: int, least: float) -> float:
 
 
 @EXACT_PART
-def touches_of(spans: Array, count: int, c: int, touches: Array) -> int:
-    """Write the touches of a contact: its periods of contact, those without time between them as one."""
+def write_merged_periods(spans: Array, count: int, c: int, periods: Array) -> int:
+    """Write the periods of a contact, those without time between them as one; return how many."""
     found = 0
     for k in range(count):
         if spans[k, CONTACT] != c:
             continue
-        if found > 0 and spans[k, START] <= touches[found - 1, STOP]:
-            touches[found - 1, STOP] = spans[k, STOP]
+        if found > 0 and spans[k, START] <= periods[found - 1, STOP]:
+            periods[found - 1, STOP] = spans[k, STOP]
         else:
-            touches[found, START], touches[found, STOP] = spans[k, START], spans[k, STOP]
+            periods[found, START], periods[found, STOP] = spans[k, START], spans[k, STOP]
             found += 1
     return found
 
 
 @EXACT_PART
-def grazes(m: MarchArrays, c: int, spans: Array, count: int, trip: float, touches: Array, gap: Array) -> bool:
+def grazes(m: MarchArrays, c: int, spans: Array, count: int, trip: float, periods: Array, gap: Array) -> bool:
     """Return whether a small change of the case may alter the number of periods of contact.
 
-    ``touches`` and ``gap`` are room for the periods and for samples.
+    ``periods`` and ``gap`` are room for the periods and for samples.
     """
     duration, widest = m.state[0].duration, -1.0
-    found = touches_of(spans, count, c, touches)
+    found = write_merged_periods(spans, count, c, periods)
     most = min(float(MAX_SAMPLES), float(MAX_RUN_SAMPLES // max(1, found)))
     for k in range(found):
-        if touches[k, STOP] - touches[k, START] < MIN_CONTACT * trip:
+        if periods[k, STOP] - periods[k, START] < MIN_CONTACT * trip:
             return True
     begin = 0.0
     for k in range(found):
-        start = touches[k, START]
+        start = periods[k, START]
         if start - begin > MIN_CONTACT * trip:
             samples = samples_of(start - begin, trip, MIN_SAMPLES + most)
             sample_gap(m, c, begin, start, samples, gap)
             if meets_slowly(gap, samples, MIN_GAP * m.state[0].fastest * duration):
                 return True
-        begin = min(touches[k, STOP], duration)
+        begin = min(periods[k, STOP], duration)
     for k in range(found):
-        end = touches[k, STOP]
-        until = touches[k + 1, START] if k + 1 < found else duration
+        end = periods[k, STOP]
+        until = periods[k + 1, START] if k + 1 < found else duration
         if end >= until:
             continue
         samples = samples_of(until - end, trip, float(MAX_SAMPLES))

@@ -17,7 +17,7 @@ from impactlab.exact.batch.points import (
     WRITTEN,
     Numbers,
     march_points,
-    room_for,
+    result_arrays,
 )
 from impactlab.exact.batch.writing import SPRING
 from impactlab.exact.build import build
@@ -64,7 +64,7 @@ class Marcher:
             log = log._replace(memory=log.memory._replace(coupled=spring_systems.address(log.memory)))
         self.log = log
         self.pattern, self.numbers = pattern, numbers
-        self.room = room_for(self.log.memory, pattern, numbers)
+        self.room = result_arrays(self.log.memory, pattern, numbers)
 
     @property
     def columns(self) -> int:
@@ -91,7 +91,7 @@ class Marcher:
         """Double the memory; the results of a march are lost."""
         log = self.log
         self.log = with_room(log, 2 * log.pieces.shape[1], 2 * len(log.pool), 2 * len(log.events))
-        self.room = room_for(self.log.memory, self.pattern, self.numbers)
+        self.room = result_arrays(self.log.memory, self.pattern, self.numbers)
 
     def network(self, point: int) -> Log:
         """Return the network of a point as it is before its march."""

@@ -36,7 +36,7 @@ OF_WHOLE = ("energy_gain", "near_grazing")
 """Results of a point: of each contact and pair of the scene, of each body that moves, of the whole, in this order."""
 
 PEAKS, ENERGIES, GRAZES, RESTITUTIONS, VELOCITIES, MOMENTA = 1, 2, 4, 8, 16, 32  # bits of results that are asked for
-ASKED = {
+WANTED = {
     "peak_force": PEAKS, "final_energy": ENERGIES, "near_grazing": GRAZES, "restitution": RESTITUTIONS,
     "final_velocity": VELOCITIES, "final_momentum": MOMENTA,
 }  # fmt: skip
@@ -60,7 +60,7 @@ class Numbers(NamedTuple):
     values: Array  # of each axis (size, its entries)
 
 
-class Room(NamedTuple):
+class ResultArrays(NamedTuple):
     """Memory that a march and its results need beside the arrays of the march."""
 
     vector: Array
@@ -74,10 +74,10 @@ class Room(NamedTuple):
     gap: Array
 
 
-def room_for(m: MarchArrays, q: Pattern, numbers: Numbers) -> Room:
+def result_arrays(m: MarchArrays, q: Pattern, numbers: Numbers) -> ResultArrays:
     """Return the room for results of marches in these arrays."""
     contacts, spans = len(m.contacts), len(m.events) + len(m.contacts)
-    return Room(
+    return ResultArrays(
         np.zeros(len(numbers.base)), np.zeros(len(q.cuts)), np.zeros(len(m.ends)), np.zeros(contacts),
         np.zeros(contacts), np.zeros(len(q.bodies)), np.zeros((spans, SPAN_COLUMNS)),
         np.zeros((spans, SPAN_COLUMNS)), np.zeros(GAP_ROOM),
@@ -97,7 +97,7 @@ def write_vector(numbers: Numbers, point: int, p: Array) -> None:
 
 
 @EXACT_PART
-def read_contacts(m: MarchArrays, q: Pattern, r: Room, count: int, out: Array) -> None:
+def read_contacts(m: MarchArrays, q: Pattern, r: ResultArrays, count: int, out: Array) -> None:
     """Write the results of the contacts."""
     for c in range(len(m.contacts)):
         at = len(OF_CONTACT) * q.contacts[c].place
@@ -114,7 +114,7 @@ def read_contacts(m: MarchArrays, q: Pattern, r: Room, count: int, out: Array) -
 
 
 @EXACT_PART
-def read(m: MarchArrays, q: Pattern, r: Room, asked: int, out: Array) -> int:
+def read(m: MarchArrays, q: Pattern, r: ResultArrays, asked: int, out: Array) -> int:
     """Write the results of a finished march; return whether they stand, or why the point is left to a run."""
     p, t = r.vector, m.state[0].duration
     count = find_spans(m, r.spans, r.openings, asked & PEAKS != 0)
@@ -152,7 +152,7 @@ def read(m: MarchArrays, q: Pattern, r: Room, asked: int, out: Array) -> int:
 
 @RELEASING_ENTRY
 def march_points(
-    m: MarchArrays, q: Pattern, numbers: Numbers, r: Room, points: Ints, first: int, asked: int, out: Array,
+    m: MarchArrays, q: Pattern, numbers: Numbers, r: ResultArrays, points: Ints, first: int, asked: int, out: Array,
     states: Ints,
 ) -> int:  # fmt: skip
     """March points[first:] one after the other; return how many are done, all unless an array of the march is full.

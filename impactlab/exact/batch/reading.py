@@ -94,7 +94,7 @@ def wave_integral(m: MarchArrays, end: int, t0: float, t1: float, carried: bool)
 
 
 @EXACT_PART
-def carried_at(m: MarchArrays, end: int, t: float) -> float:
+def integrated_wave(m: MarchArrays, end: int, t: float) -> float:
     """Return the time integral of the wave of an end at time t [m]."""
     j = m.ends[end].junction
     junction = m.junctions[j]
@@ -110,7 +110,7 @@ def momentum(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
         lag = left.transit
         inside = 0.5 * m.state[0].gravity * lag * lag
         for end in (q.links[k].left_end, q.links[k].right_end):
-            inside += carried_at(m, end, t) - carried_at(m, end, t - lag)
+            inside += integrated_wave(m, end, t) - integrated_wave(m, end, t - lag)
         total += right.impedance * inside
     for n in range(len(q.nodes)):
         if q.nodes[n].body == b and 0.0 < m.nodes[n].mass < np.inf:
@@ -130,7 +130,7 @@ def energy(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
         for end in (q.links[k].left_end, q.links[k].right_end):
             inside += wave_integral(m, end, t - lag, t, False)
             if gravity != 0.0:  # on the way a wave gains g/2 times its age
-                more = wave_integral(m, end, t - lag, t, True) - carried_at(m, end, t - lag) * lag
+                more = wave_integral(m, end, t - lag, t, True) - integrated_wave(m, end, t - lag) * lag
                 inside += gravity * more + gravity * gravity * lag**3 / 12.0
         total += m.ends[q.links[k].left_end].impedance * inside
     for n in range(len(q.nodes)):
@@ -179,7 +179,7 @@ def dashpot_loss(m: MarchArrays, t: float) -> float:
 
 
 @EXACT_PART
-def held(m: MarchArrays, c: int, t: float) -> float:
+def spring_energy(m: MarchArrays, c: int, t: float) -> float:
     """Return the energy of a spring contact at time t [J]."""
     contact = m.contacts[c]
     depth = node_at(m, contact.left, t, True) - node_at(m, contact.right, t, True) - contact.gap
@@ -201,7 +201,7 @@ def contact_loss(m: MarchArrays, c: int, t: float) -> float:
         for k in range(n):
             loaded = loaded or m.pool[piece.offset + force * n + k] != 0.0
         if not loaded:
-            total += max(0.0, held_in(m, c, r, begin) - held_in(m, c, r, until))
+            total += max(0.0, spring_energy_in(m, c, r, begin) - spring_energy_in(m, c, r, until))
             continue
         rate, part = m.waves[0], m.waves[1]
         for k in range(n):
@@ -213,7 +213,7 @@ def contact_loss(m: MarchArrays, c: int, t: float) -> float:
 
 
 @EXACT_PART
-def held_in(m: MarchArrays, c: int, r: int, t: float) -> float:
+def spring_energy_in(m: MarchArrays, c: int, r: int, t: float) -> float:
     """Return the energy of a spring contact at time t in piece r [J]."""
     contact, piece = m.contacts[c], m.pieces[r]
     junction = m.junctions[m.nodes[contact.left].junction]

@@ -17,9 +17,9 @@ from impactlab.exact.batch.reading import (
     contact_loss,
     dashpot_loss,
     energy,
-    held,
     load_work,
     momentum,
+    spring_energy,
 )
 from impactlab.exact.batch.writing import DENSITY, LENGTH, MASS, round_trip, velocity_of
 from impactlab.exact.periods import CONTACT, IMPULSE, SPAN_COLUMNS, START, STOP, finish_span
@@ -118,7 +118,7 @@ def end_force(m: MarchArrays, q: Pattern, b: int) -> float:
 
 
 @EXACT_PART
-def sizes_of_push(m: MarchArrays, q: Pattern, b: int) -> float:
+def size_of_end_forces(m: MarchArrays, q: Pattern, b: int) -> float:
     """Return the sum of the sizes of the forces on the ends of a body [N]."""
     total = 0.0
     for n in range(len(q.nodes)):
@@ -185,7 +185,7 @@ def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, c
         striker, other, sign = right, left, -1.0
     for b in (striker, other):
         pushed = others_impulse(q, pair, b, start, until, spans, count) > MAX_SHARE * impulse
-        if q.bodies[b].place >= 0 and (pushed or sizes_of_push(m, q, b) * (until - start) > MAX_SHARE * impulse):
+        if q.bodies[b].place >= 0 and (pushed or size_of_end_forces(m, q, b) * (until - start) > MAX_SHARE * impulse):
             return np.nan
     before = np.nextafter(start, -1.0)
     approach, driven = speed(m, q, p, striker, before, spans, count), speed(m, q, p, other, before, spans, count)
@@ -229,7 +229,7 @@ def total_energy(m: MarchArrays, q: Pattern, t: float) -> float:
         total += energy(m, q, b, t)
     for c in range(len(m.contacts)):
         if m.contacts[c].stiffness >= 0.0:
-            total += held(m, c, t)
+            total += spring_energy(m, c, t)
     return total
 
 

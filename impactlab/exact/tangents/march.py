@@ -16,7 +16,7 @@ from impactlab.exact.arrays import (
 )
 from impactlab.exact.crossings import next_event
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, ZERO_TOL, chopped, restrict
-from impactlab.exact.march import apply_event, arrivals, horizon, keep
+from impactlab.exact.march import apply_event, arrivals, furthest_behind, horizon, keep
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, DAMPING, DURATION, GAP, STIFFNESS, TRANSIT, TangentArrays
 from impactlab.exact.tangents.interval import keep_tangents, make_tangents
@@ -95,7 +95,7 @@ def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, u
 
 
 @EXACT_PART
-def touch_later(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
+def start_at_closing(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
     """Move the start of a junction's march to where its faces meet.
 
     These touch at t = 0, and a parameter opens their gap. Where a front or another contact brings them together, the
@@ -150,7 +150,7 @@ def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> 
     """Keep the derivative of the time of the event, and of the force after a front that parts faces."""
     state, junction = m.state[0], m.junctions[j]
     if not found and state.kind == CLOSE:
-        touch_later(m, d, j, half)
+        start_at_closing(m, d, j, half)
     elif not found and state.kind == OPEN:
         make_tangents(m, d, j, junction.clock, junction.clock + 2.0 * half)  # as if the contact held
         row = 2 * (junction.nodes + junction.ends) + state.contact - junction.first_contact
@@ -231,10 +231,7 @@ def advance(m: MarchArrays, d: TangentArrays, until: Array) -> int:
     state = m.state[0]
     needed = d.rows.size
     while True:
-        j = len(m.junctions) - 1  # not a literal, which would be compiled as another type
-        for other in range(j - 1, -1, -1):
-            if m.junctions[other].clock <= m.junctions[j].clock:
-                j = other
+        j = furthest_behind(m)
         junction = m.junctions[j]
         if junction.clock >= state.duration - state.tolerance:
             return DONE

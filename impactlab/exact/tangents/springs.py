@@ -11,7 +11,7 @@ from numba import types
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import ORDER
 from impactlab.exact.linear import solved, table
-from impactlab.exact.spring_systems import add_row, combined, gather, number_groups
+from impactlab.exact.spring_systems import combined, gather, number_groups, write_equations, write_motion
 from impactlab.exact.tangents.arrays import DAMPING, GAP, MASS, SPRING, STIFFNESS, TangentArrays
 from impactlab.numerics.addresses import COMPILED, kernel_address
 from impactlab.numerics.compiling import ALLOCATING_PART, EXACT_PART
@@ -31,7 +31,7 @@ def group_rate(m: MarchArrays, d: TangentArrays, q: int, j: int, g: int) -> floa
 
 
 @ALLOCATING_PART
-def add_stiffer(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> None:
+def add_change_of_stiffness(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> None:
     """Add the effect of stiffer springs and dashpots, at ends and closed contacts, on the loads of the groups."""
     junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
@@ -60,7 +60,7 @@ def add_stiffer(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> N
 
 
 @ALLOCATING_PART
-def add_heavier(
+def add_change_of_mass(
     m: MarchArrays, d: TangentArrays, q: int, j: int, damp: Array, stiff: Array, plain: Array, b: Array
 ) -> None:
     """Add the effect of heavier masses on the loads of their groups: -(m'/m) times their inertia."""
@@ -79,27 +79,6 @@ def add_heavier(
                         b[i, k] += growth * (damp[i, at] * v[k] + stiff[i, at] * moved)
             for k in range(ORDER):
                 b[i, k] -= growth * plain[i, k]
-
-
-@ALLOCATING_PART
-def spread(
-    m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, combine: Array, y: Array, b: Array, heavy: int
-) -> None:
-    """Write the solution of the groups into the rows of their nodes."""
-    junction = m.junctions[j]
-    base, nodes, count = junction.first_node, junction.nodes, len(y)
-    moving = len(combine)
-    for g in range(base, junction.last_node):
-        i = m.nodes[g].place
-        if i >= 0:
-            for k in range(ORDER):
-                total = 0.0
-                for p in range(count):
-                    total += combine[i, p] * y[p, k]
-                for p in range(count, count + moving - heavy):
-                    total += combine[i, p] * b[heavy + p - count, k]
-                d.rows[q, g - base, k] = total
-                d.rows[q, nodes + g - base, k] = half * y[heavy + i, k]
 
 
 def on_springs(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float) -> None:
@@ -126,22 +105,12 @@ def on_springs(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float) ->
         at = m.nodes[m.nodes[i].group].place
         if at >= 0 and m.nodes[i].mass > 0.0:
             first[0, at] = d.v[q, i]
-    add_stiffer(m, d, q, j, b)
-    add_heavier(m, d, q, j, damp, stiff, plain, b)
+    add_change_of_stiffness(m, d, q, j, b)
+    add_change_of_mass(m, d, q, j, damp, stiff, plain, b)
     combine = combined(damp, stiff, heavy, moving, half)
-    for g in range(base, junction.last_node):
-        i = m.nodes[g].place
-        if 0 <= i < heavy:
-            scale = half / m.nodes[g].group_mass
-            for k in range(moving):
-                add_row(a, force, i, -scale * damp[i, k], combine[k], count, heavy, b)
-                a[i, heavy + k] -= scale * half * stiff[i, k]
-            for k in range(ORDER):
-                force[i, k] += scale * b[i, k]
-    for i in range(moving):
-        add_row(a, force, heavy + i, 1.0, combine[i], count, heavy, b)
+    write_equations(m, j, half, damp, stiff, combine, b, a, force)
     solved(a, force, first, y, max(largest(first, count), largest(force, ORDER)), table(1, 1))
-    spread(m, d, q, j, half, combine, y, b, heavy)
+    write_motion(m, j, half, combine, y, b, d.rows[q])
 
 
 @ALLOCATING_PART

@@ -40,7 +40,7 @@ def row_times(rows: Array, row: int, blocks: int, values: Array, begin: int) -> 
 
 
 @HELPER
-def turn_both(parameters: Array, first: Array, back: Array, state: Array) -> None:
+def couple_shear_and_rotation(parameters: Array, first: Array, back: Array, state: Array) -> None:
     """Couple shear and rotation over a step: (1 + a P* P) B = 2 b + dt P* V/(rho I).
 
     ``first`` are the parameters from the coupling on, ``back`` those from its transpose on.
@@ -162,7 +162,7 @@ def free(parameters: Array, state: Array) -> None:
     begins = COORDINATES_AT + 3 * n
     first = window(parameters, begins, parameters.size - begins)
     done = n2 + LANES * blocks * n2
-    turn_both(parameters, first, window(first, done, first.size - done), state)
+    couple_shear_and_rotation(parameters, first, window(first, done, first.size - done), state)
     at = 2 * n + ENDS
     right, left = window(state, at, n2), window(state, at + n2, n2)
     turned_right, turned_left = window(state, at + 2 * n2, n1), window(state, at + 2 * n2 + n1, n1)

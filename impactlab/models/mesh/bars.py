@@ -78,15 +78,7 @@ class Mesh(AbstractMesh):
         of_elements: Sequence[Array | float] = facts[0] if len(facts) == 1 else [*np.array(facts).T[:, self.of_segment]]
         self._young, self._area, self._density, self._viscous = of_elements
         self.lumped = mass != "consistent"
-        first = 1 if rod.left.kind == "clamped" else 0
-        last = len(self.nodes) - (1 if rod.right.kind == "clamped" else 0)
-        if first == last:
-            raise CaseError(
-                f"one element between two clamped ends leaves nothing of '{rod.name}' that moves",
-                remedy="Give two elements or more.",
-                path="solve.model.elements",
-            )
-        self.free_nodes = slice(first, last)
+        self.free_nodes = free_nodes(rod, len(self.nodes))
         self.ends: tuple[tuple[int, End], ...] = ((0, rod.left), (len(self.nodes) - 1, rod.right))
         self.body = self.rod = rod
         self._gravity = gravity
@@ -98,7 +90,7 @@ class Mesh(AbstractMesh):
         struck = np.zeros(0, np.int64)
         if mass == "redistributed":
             struck = struck_nodes(rod, [(face.x, self.nodal_row(face.x, "displacement")) for face in faces])
-            redistribute(matrices[0], struck + first)
+            redistribute(matrices[0], struck + self.free_nodes.start)
         self._nodal_mass = matrices[0][0] if self.lumped else multiply(matrices[0], np.ones(len(self.nodes)))
         cut, ground = self._of_coordinates(matrices, (dashpots, springs), struck)
         self.mass: Array = cut[0]
@@ -324,3 +316,16 @@ def narrowed(matrix: Array) -> Array:
         return matrix
     used = [offset for offset in range(1, len(matrix)) if np.count_nonzero(matrix[offset])]
     return matrix[: 1 + max(used, default=0)]
+
+
+def free_nodes(rod: WaveBody, count: int) -> slice[int, int, int]:
+    """Return which of the nodes of a rod are not clamped; raise `CaseError` where none is left."""
+    first = 1 if rod.left.kind == "clamped" else 0
+    last = count - (1 if rod.right.kind == "clamped" else 0)
+    if first == last:
+        raise CaseError(
+            f"one element between two clamped ends leaves nothing of '{rod.name}' that moves",
+            remedy="Give two elements or more.",
+            path="solve.model.elements",
+        )
+    return slice(first, last)

@@ -78,18 +78,7 @@ class BeamMesh(AbstractMesh):
         duration: float = 0.0,
         faces: tuple[Face, ...] = (),
     ) -> None:
-        if order > 1:
-            raise CaseError(
-                f"order {order} applies only to bar elements, but '{beam.name}' is a beam. Allowed: order 1",
-                remedy="Leave order out, and give more elements.",
-                path="solve.model.order",
-            )
-        if mass == "redistributed":
-            raise CaseError(
-                f"mass 'redistributed' applies only to bar elements, but '{beam.name}' is a beam",
-                remedy="Give mass: consistent or lumped.",
-                path="solve.model.mass",
-            )
+        check_options(beam, order, mass)
         self.body = self.beam = beam
         self._gravity, self.order, self.places = gravity, 1, ()
         self.lumped = mass == "lumped"
@@ -348,6 +337,22 @@ class BeamMesh(AbstractMesh):
                 remedy="Give a smaller compression, or hold the beam better.",
                 path=f"bodies.{self.beam.name}.tension",
             ) from None
+
+
+def check_options(beam: Beam, order: int, mass: MassMatrix) -> None:
+    """Raise `CaseError` where a beam is given an option of bar elements."""
+    if order > 1:
+        raise CaseError(
+            f"order {order} applies only to bar elements, but '{beam.name}' is a beam. Allowed: order 1",
+            remedy="Leave order out, and give more elements.",
+            path="solve.model.order",
+        )
+    if mass == "redistributed":
+        raise CaseError(
+            f"mass 'redistributed' applies only to bar elements, but '{beam.name}' is a beam",
+            remedy="Give mass: consistent or lumped.",
+            path="solve.model.mass",
+        )
 
 
 def buckled(beam: Beam) -> CaseError:

@@ -22,7 +22,7 @@ class Change(NamedTuple):
     number: int
 
 
-class Watch:
+class ContactInStep:
     """One contact over one step: how near it is to changing, and its force."""
 
     def __init__(self, system: System, interpolant: Any, number: int) -> None:
@@ -92,7 +92,7 @@ def first_change(system: System, interpolant: Any, begin: float, end: float) -> 
     gaps, rates = system.gaps_of(interpolant(times))
     changes = []
     for number in range(len(system.contacts)):
-        watch = Watch(system, interpolant, number)
+        watch = ContactInStep(system, interpolant, number)
         values = np.array([watch.nears(float(g), float(r)) for g, r in zip(gaps[number], rates[number], strict=True)])
         nears = watch.at(watch.nears)
         beyond = 1 + np.flatnonzero(values[1:] > NOISE)
@@ -117,7 +117,7 @@ def first_change(system: System, interpolant: Any, begin: float, end: float) -> 
 
 def largest_force(system: System, interpolant: Any, number: int, begin: float, end: float, known: float) -> float:
     """Return the largest force [N] of a closed contact in a step and before."""
-    watch = Watch(system, interpolant, number)
+    watch = ContactInStep(system, interpolant, number)
     times = np.linspace(begin, end, SAMPLES)
     gaps, rates = system.gaps_of(interpolant(times))
     values = np.array([watch.force(float(g), float(r)) for g, r in zip(gaps[number], rates[number], strict=True)])

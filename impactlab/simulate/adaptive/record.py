@@ -22,10 +22,9 @@ class Record:
 
     def __init__(self, system: System) -> None:
         self.system, scene = system, system.scene
-        faces = [point for contact in scene.contacts for point in (contact.left, contact.right)]
         self.probes = [
             Probed(f"{quantity}:{point.body}@{point.x:.6g}", point.body, point.x, quantity, 1.0)
-            for point in faces
+            for point in scene.faces
             if scene.bodies[point.body].elastic is not None
             for quantity in MOTION
         ]

@@ -200,7 +200,7 @@ def step_hertz(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: i
 
 
 @PART
-def feel_power(row: Row, watched: float, exponent: float) -> tuple[int, int]:
+def write_block_forces(row: Row, watched: float, exponent: float) -> tuple[int, int]:
     """Write the forces of a block; return whether one closed or opened, and whether one is above ``watched``."""
     changed, large = 0, 0
     for i in range(row.gap.size):
@@ -240,7 +240,7 @@ def stays_at_rest(m: BeadArrays, first: int, size: int) -> bool:
 def step_power(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: int, dt: float) -> int:
     """Take a step of a block with another exponent than that of Hertz; return whether a force was above ``watched``."""
     block = block_of(m, row.first + start, size)
-    changed, large = feel_power(block, row.watched, row.exponent)
+    changed, large = write_block_forces(block, row.watched, row.exponent)
     if changed != 0:
         for i in range(size):
             if (block.force[i + 1] > 0.0) != (block.peak[i] > 0.0):

@@ -29,7 +29,7 @@ ROOM = 8  # records and samples of the steps after the end: the loop wants some 
 Raw = Sequence[tuple[float, int, int, float, float, float]]  # events: time, contact of the scene, kind, ...
 
 
-class Around(NamedTuple):
+class RecordsAround(NamedTuple):
     """Two records and samples, a step apart, between which there is no kick: see `StepArrays`."""
 
     time: float  # s, end of the step of the first
@@ -53,7 +53,7 @@ class Around(NamedTuple):
         return given + self.beyond * self.dt * first + (time - self.time + early) * second
 
 
-class Touches(NamedTuple):
+class LateClosings(NamedTuple):
     """Contacts that change velocities at once in the last step, by their places in the loop."""
 
     kicked: bool  # whether any do
@@ -68,7 +68,7 @@ def _struck(assembly: Assembly, place: int) -> bool:
     return hard and contact.force != 0.0 and contact.span_impulse == given
 
 
-def last_touches(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float) -> Touches:
+def late_closings(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float) -> LateClosings:
     """Return the touches and kicks in the last step of a run that ends inside it."""
     clock, layout, dt = assembly.clock, assembly.layout, assembly.dt
     kicked, late = False, set[int]()
@@ -83,10 +83,10 @@ def last_touches(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, d
                 late.add(place)
     if integrator.velocity_point < 1.0:
         kicked = kicked or any(_struck(assembly, place) for place in range(len(assembly.contacts)))
-    return Touches(kicked or bool(late), frozenset(late))
+    return LateClosings(kicked or bool(late), frozenset(late))
 
 
-def around_end(assembly: Assembly, touches: Touches) -> Around | None:
+def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | None:
     """Return the records around the end of a run; None where the loop does not go on from there.
 
     Faces that are apart at the end stay apart: their touch comes after it.
@@ -117,9 +117,9 @@ def around_end(assembly: Assembly, touches: Touches) -> Around | None:
     record, sample = other.memory.record[:steps], other.memory.sample[:steps]
     impulses = np.array([[load.impulse - before * load.force for load in other.loads] for before in (dt, 0.0)])
     if late:
-        return Around(clock.time + dt, True, dt, record, sample, impulses)
+        return RecordsAround(clock.time + dt, True, dt, record, sample, impulses)
     last = memory.record[clock.n_records - 1], memory.sample[clock.n_samples - 1]
-    return Around(clock.time, False, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)), impulses)
+    return RecordsAround(clock.time, False, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)), impulses)
 
 
 def _copied(assembly: Assembly) -> Assembly:

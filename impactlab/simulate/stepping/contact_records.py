@@ -11,7 +11,7 @@ from impactlab.numerics.law_address import LawAddress
 from impactlab.numerics.records import records
 from impactlab.scene.problem import Point
 from impactlab.simulate.stepping.arrays import ContactRecord, FaceRecord, PushRecord, ReadingRecord
-from impactlab.simulate.stepping.layout import Layout, faces_of_contact
+from impactlab.simulate.stepping.layout import Layout
 from impactlab.simulate.stepping.preparation import face_read
 from impactlab.types import Ints, Port, Reply
 
@@ -41,7 +41,7 @@ def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: S
     replies, replies_for_loop = records(Reply, n_contacts)
     for place, (number, contact) in enumerate(zip(layout.solved, layout.contacts, strict=True)):
         start, law = layout.plan.starts[number], layout.plan.acting.laws[contact.name]
-        port, record, points = ports[place], contacts[place], faces_of_contact(contact)
+        port, record, points = ports[place], contacts[place], contact.faces
         port.parameters[: len(start.parameters)] = [*start.parameters]
         if start.memory:
             port.memory[: len(start.memory)] = [*start.memory]
@@ -88,7 +88,7 @@ def face_records(layout: Layout) -> Faces:
     taken = dict.fromkeys(names, 0)
     by_name = iter(found)
     for number, contact in enumerate(layout.scene.contacts):
-        for point, sign in zip(faces_of_contact(contact), (-1.0, 1.0), strict=True):
+        for point, sign in zip(contact.faces, (-1.0, 1.0), strict=True):
             if layout.places[number] < len(layout.solved):
                 face, stepper = next(by_name), layout.steppers[point.body]
                 face.body, face.place, face.sign = names[point.body], taken[point.body], sign

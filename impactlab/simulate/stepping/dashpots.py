@@ -6,7 +6,7 @@ Dashpots side by side form a group, whose values lie side by side, too, so that 
 from __future__ import annotations
 
 from impactlab.numerics.compiling import INLINE, PART
-from impactlab.numerics.subnormals import restore_tiny, take_tiny_as_zero
+from impactlab.numerics.subnormals import flush_subnormals, restore_subnormals
 from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import (
     CHANGE,
@@ -134,7 +134,7 @@ def read_lengths(m: StepArrays) -> None:
 def book_dashpots(m: StepArrays, dt: float) -> None:
     """Book the losses in all dashpots over a step."""
     clock = m.clock[0]
-    before = take_tiny_as_zero()  # squares of what modes that fade away still move by
+    before = flush_subnormals()  # squares of what modes that fade away still move by
     for number in range(len(m.dampers)):
         group = m.dampers[number]
         damping = window(m.dashpots[DAMPING], group.first, group.count)
@@ -151,4 +151,4 @@ def book_dashpots(m: StepArrays, dt: float) -> None:
             clock.lost_inside += lost
         else:
             clock.lost_ends += lost
-    restore_tiny(before)
+    restore_subnormals(before)

@@ -17,7 +17,7 @@ from impactlab.scene.bodies import WaveBody
 from impactlab.types import Array
 
 
-class Sent(NamedTuple):
+class SentWave(NamedTuple):
     """The wave that an end sends: its displacement, and its velocity at the middles of the steps."""
 
     times: Array  # (n,) s, from before t = 0 on
@@ -84,7 +84,7 @@ class DelayWaves:
             for side in range(2):
                 moved[side, done:upto] = ends[side, done - first : upto - first] - self.offset - arrived[side]
             done = upto
-        self.sent = Sent(instants, moved[0]), Sent(instants, moved[1])
+        self.sent = SentWave(instants, moved[0]), SentWave(instants, moved[1])
 
     def velocities(self, x: Array, t: Array) -> tuple[Array, Array]:
         """Return the velocities of the waves to the right and to the left at x [m] and times t [s], in [m/s]."""

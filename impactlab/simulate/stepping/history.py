@@ -102,7 +102,7 @@ class RecordedHistory(AbstractRecordedHistory):
         return self._settled.channels.get(name, found) if found.rate else found
 
     @cached_property
-    def _settled(self) -> run_ends.Settled:
+    def _settled(self) -> run_ends.EndChannels:
         """Velocities, momenta and energies at both ends of the run, where the records lie beside them."""
         return run_ends.settled(self.assembly, self._integrator, self._raw, self.duration, self.recorded)
 

@@ -126,7 +126,7 @@ def find_coupled(m: StepArrays, number: int) -> None:
 
 
 @PART
-def find_few(m: StepArrays, number: int) -> None:
+def find_sparse_response(m: StepArrays, number: int) -> None:
     """Write the entries of the state that a force on a face changes, where they are few."""
     face = m.faces[number]
     body = m.bodies[face.body]
@@ -150,7 +150,7 @@ def find_few(m: StepArrays, number: int) -> None:
 def fill_influence(m: StepArrays) -> None:
     """Fill the influence of each contact on each face and pushed row, and the compliances of the ports."""
     for number in range(len(m.faces)):
-        find_few(m, number)
+        find_sparse_response(m, number)
     for contact in range(len(m.contacts)):
         port, own = m.ports[contact], m.own_influence
         write_effects(m, own, contact, contact)

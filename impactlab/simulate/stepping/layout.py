@@ -12,7 +12,6 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.numerics.records import FLOATS_PER_LINE, on_lines
-from impactlab.scene.problem import Contact, Point
 from impactlab.scene.sizes import kept_of_rows
 from impactlab.simulate.channels import Probed, probed
 from impactlab.simulate.plan import Plan
@@ -25,11 +24,6 @@ MIN_SAMPLES, MOST_SAMPLED = 64, 2**17  # energies taken of scenes of many bodies
 MIN_ALIGNED = 32  # entries of the state of a body
 SECOND_ON_LINE = FLOATS_PER_LINE - 1  # where a body starts in a line: chains step eight nodes at a time from the second
 PER_CONTACT = 6  # columns of the record: force, gap, displacement and velocity of both faces
-
-
-def faces_of_contact(contact: Contact) -> tuple[Point, Point]:
-    """Return the left and the right face of a contact."""
-    return contact.left, contact.right
 
 
 def steps_per_sample(steps: int, bodies: int) -> int:
@@ -69,7 +63,7 @@ class Layout:
         self.numbers = [*self.solved, *self.rows.contacts]  # of the contacts of the loop, in the scene
         self.places = {number: place for place, number in enumerate(self.numbers)}
         self.contacts = [scene.contacts[number] for number in self.solved]
-        self.points = [point for contact in self.contacts for point in faces_of_contact(contact)]
+        self.points = [point for contact in self.contacts for point in contact.faces]
         self.pushes = [push._replace(contact=self.places[push.contact]) for push in plan.pushes]
         names = dict.fromkeys((*self.rows.beads, *plan.built))
         self.built = {name: plan.built[name] for name in names}
@@ -124,8 +118,7 @@ class Layout:
         waves = set(self.in_waves)
         self._record([each for each in asked if each not in waves], beads)
         self.sent = [(name, row) for name, chain in chains.items() for row in chain.sent()]
-        points = [point for contact in self.scene.contacts for point in faces_of_contact(contact)]
-        touched = {(point.body, point.x) for point in points}
+        touched = {(point.body, point.x) for point in self.scene.faces}
         ends = [(name, x) for name in lines for x in (0.0, self.scene.bodies[name].length)]
         self.far_ends = [Probed("", name, x, "displacement", 1.0) for name, x in ends if (name, x) not in touched]
         spacing = self.stride * self.dt
@@ -182,7 +175,7 @@ class Layout:
             yield f"gap:{contact.name}", Source("bead_gaps", (column - self.first_bead_force,))
             return
         yield f"gap:{contact.name}", Source("record", (column + 1,))
-        for side, point in enumerate((contact.left, contact.right)):
+        for side, point in enumerate(contact.faces):
             if self.scene.bodies[point.body].elastic is not None:
                 first, place = column + 2 + 2 * side, f"{point.body}@{point.x:.6g}"
                 yield f"displacement:{place}", Source("record", (first,))

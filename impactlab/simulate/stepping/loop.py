@@ -243,7 +243,7 @@ def write_record(m: StepArrays, dt: float) -> None:
 
 
 @INLINE
-def quiet_steps(m: StepArrays, dt: float, steps: int) -> int:
+def steps_to_snapshot(m: StepArrays, dt: float, steps: int) -> int:
     """Return how many of some steps begin and end before the next snapshot."""
     clock = m.clock[0]
     if clock.n_snapshots < len(m.snapshots):
@@ -265,7 +265,9 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
             return RECORDS_FULL
         if clock.n_events + 6 * len(m.contacts) + m.bead_contacts.shape[1] >= len(m.events):
             return EVENTS_FULL
-        quiet = quiet_steps(m, dt, min(to_record, to_sample, last_step - clock.step)) if clock.only_beads != 0 else 0
+        quiet = (
+            steps_to_snapshot(m, dt, min(to_record, to_sample, last_step - clock.step)) if clock.only_beads != 0 else 0
+        )
         if quiet > 0:
             call(m.pieces[MARCH_ROWS], m, dt, quiet)
             taken = int(m.scratch[0])

@@ -40,7 +40,7 @@ def check_faces(
     warnings: dict[str, Warned] = {}
     for number, contact in enumerate(scene.contacts) if damped else ():
         opens, against = 0.0, []
-        for point, place in zip((contact.left, contact.right), scene.places[number], strict=True):
+        for point, place in zip(contact.faces, scene.places[number], strict=True):
             if (stepper := steppers.get(point.body)) is None or not len(stepper.face_rows):
                 continue
             moved = float(stepper.force_response[place, : stepper.jump.shape[1]] @ stepper.face_rows[place])

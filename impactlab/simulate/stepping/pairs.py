@@ -73,30 +73,30 @@ def _add_few(found: list[set[int]], faces: Sequence[FaceRecord], read: Mapping[i
                 found[number // 2].update(acts)
 
 
-class Arranged(NamedTuple):
+class SystemOrder(NamedTuple):
     """Contacts in the order of the linear system of the contact solve."""
 
     order: Ints  # (n_contacts,) place of each
     reach: int  # largest distance of two that may act on each other
 
 
-def arranged(contacts: Sequence[ContactRecord], candidates: Ints) -> Arranged:
+def arranged(contacts: Sequence[ContactRecord], candidates: Ints) -> SystemOrder:
     """Return contacts in an order in which those that may act on each other stand close together.
 
     The order of the scene is kept where it is as good as that of Cuthill and McKee, reversed: of a chain it is.
     """
     number = len(contacts)
     if number <= 1:
-        return Arranged(np.arange(number), 0)
+        return SystemOrder(np.arange(number), 0)
     counts = [record.last_pair - record.first_pair for record in contacts]
     own = np.repeat(np.arange(number), counts)
     given = int(np.abs(own - candidates).max(initial=0))
     if given <= 2:
-        return Arranged(np.arange(number), given)
+        return SystemOrder(np.arange(number), given)
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
     graph = csr_array((np.ones(own.size), (own, candidates)), (number, number))
     places = np.argsort(reverse_cuthill_mckee(graph + graph.T, symmetric_mode=True)).astype(np.int64)
     reach = int(np.abs(places[own] - places[candidates]).max(initial=0))
-    return Arranged(places, reach) if reach < given else Arranged(np.arange(number), given)
+    return SystemOrder(places, reach) if reach < given else SystemOrder(np.arange(number), given)

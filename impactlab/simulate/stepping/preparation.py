@@ -107,7 +107,7 @@ def prepare_steppers(
     Without ``impulses`` their columns in a mechanism stay those at t = 0. ``pressed`` are the contact forces at t = 0
     [N], by the number of the contact.
     """
-    points = [(contact.left, contact.right) for contact in scene.contacts]
+    points = [contact.faces for contact in scene.contacts]
     pushed: dict[str, list[Push]] = {}
     for push in pushes:
         pushed.setdefault(push.body, []).append(push)
@@ -199,9 +199,7 @@ def facts_of(
 ) -> Facts:
     """Return the facts of both sides of a contact; without a stepper a face has no velocity per force."""
     found = []
-    for point, port in zip(
-        (scene.contacts[number].left, scene.contacts[number].right), scene.places[number], strict=True
-    ):
+    for point, port in zip(scene.contacts[number].faces, scene.places[number], strict=True):
         body, moved = built[point.body], math.nan
         if stepper := steppers.get(point.body):
             n_dof = stepper.jump.shape[1]

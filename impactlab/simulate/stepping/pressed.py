@@ -16,7 +16,7 @@ from impactlab.simulate.stepping.preparation import BuiltBody
 from impactlab.types import Port, Reply, Start
 
 
-class Pressed(NamedTuple):
+class ClosedAtStart(NamedTuple):
     """A pair of overlapping or joined faces at t = 0, under a law whose force follows from gap, rate and memory."""
 
     law: AbstractContactLaw
@@ -51,7 +51,7 @@ def forces_at_start(
     known: dict[tuple[int, int, float, float], float] = {}  # contacts of a chain are mostly alike
     for number, contact in enumerate(scene.contacts):
         law, start = laws[number], starts[number]
-        elastic = any(scene.bodies[point.body].elastic is not None for point in (contact.left, contact.right))
+        elastic = any(scene.bodies[point.body].elastic is not None for point in contact.faces)
         if not (law.smooth or law.acts_at_start):
             continue
         if contact.gap >= 0.0 and not elastic and not law.two_sided:  # rigid bodies begin without displacements
@@ -61,7 +61,7 @@ def forces_at_start(
         key = id(law), id(start), gap, rate
         if key not in known:
             acts = gap < 0.0 or law.two_sided  # a link may pull, be deformed before, or have a dashpot that moves
-            known[key] = Pressed(law, start, gap, rate).force(dt) if acts else 0.0
+            known[key] = ClosedAtStart(law, start, gap, rate).force(dt) if acts else 0.0
         if known[key] != 0.0:
             found[number] = known[key]
     return found

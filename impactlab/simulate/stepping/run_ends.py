@@ -21,7 +21,7 @@ from impactlab.numerics.banded import multiply
 from impactlab.simulate.channels import Channel
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.beyond_end import ON_STEP, Around, Raw, around_end, last_touches, row_of
+from impactlab.simulate.stepping.beyond_end import ON_STEP, RecordsAround, Raw, around_end, late_closings, row_of
 from impactlab.simulate.stepping.layout import PER_CONTACT
 from impactlab.simulate.stepping.recorded_channels import lag_of
 from impactlab.types import Array
@@ -48,7 +48,7 @@ class Early(NamedTuple):
     damping: float
 
 
-class Settled(NamedTuple):
+class EndChannels(NamedTuple):
     """Channels with their values at both ends of the run, samples there, and impulses of loads between them."""
 
     channels: dict[str, Channel]  # those that differ from the records
@@ -56,12 +56,12 @@ class Settled(NamedTuple):
     end: Array | None  # sample at the end of the run; None where it lies between two samples of the run
     start: Array  # first sample
     load_impulses: dict[str, float]  # N s, of loads over time in the run, by body
-    around: Around | None  # records of a step beyond the end, where values there need them
+    around: RecordsAround | None  # records of a step beyond the end, where values there need them
 
 
 def settled(
     assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float, recorded: Mapping[str, Channel]
-) -> Settled:
+) -> EndChannels:
     """Return the channels of a run whose records lie beside its start or its end.
 
     Parameters
@@ -76,7 +76,7 @@ def settled(
     recorded : mapping
         Its channels as they were recorded.
     """
-    touches, rates = last_touches(assembly, integrator, raw, duration), list(_rates(assembly, integrator))
+    touches, rates = late_closings(assembly, integrator, raw, duration), list(_rates(assembly, integrator))
     slack = ON_STEP * assembly.dt
     beyond = assembly.clock.time + slack  # of values at the ends of steps
     missing = {rate.channel for rate in rates if touches.kicked or rate.lag != 0.0 or duration > beyond}
@@ -99,11 +99,11 @@ def settled(
     lag = 0.5 * assembly.dt if early else 0.0
     end = None if around is None else around.at(duration, around.sample, lag)
     start, given = assembly.memory.sample[0].copy(), _load_impulses(assembly, integrator, duration, around)
-    return Settled(found, _before_start(assembly) if early else None, end, start, given, around)
+    return EndChannels(found, _before_start(assembly) if early else None, end, start, given, around)
 
 
 def _load_impulses(
-    assembly: Assembly, integrator: AbstractIntegrator, duration: float, around: Around | None
+    assembly: Assembly, integrator: AbstractIntegrator, duration: float, around: RecordsAround | None
 ) -> dict[str, float]:
     """Return the impulses of loads over time between both ends of a run [N s], by body.
 

@@ -43,7 +43,7 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
     t, found = midpoints(history.duration, _instants(history)), frames(scene, touched_in(history))
     motions: dict[str, dict[str, Array]] = {}  # m, of each body by channel, in the frame of the bodies that interact
     for contact in scene.contacts:
-        for point in (contact.left, contact.right):
+        for point in contact.faces:
             for name in moving_faces(scene, point):
                 moved = in_frame(found, name, t, history.evaluate(t, name))
                 motions.setdefault(point.body, {})[name] = moved
@@ -119,7 +119,7 @@ def _late(
             continue  # next to no force acts around a touch whose time is in doubt
         found = [end for touch in touches[contact.name] for end in touch if end]  # that at t = 0 is given
         if found:
-            for point in (contact.left, contact.right):
+            for point in contact.faces:
                 late.setdefault(point.body, []).extend([resolutions[contact.name]] * len(found))
     return late
 
@@ -153,14 +153,14 @@ def _displaced(
         yield Warned("drift", text)
 
 
-class Doubtful(NamedTuple):
+class UnresolvedClosings(NamedTuple):
     """Touches that a method cannot resolve, by body."""
 
     passed: dict[str, list[float]]  # m, square means of its displacements by them; bodies without any are left out
     counts: dict[str, tuple[int, int]]  # how many of its touches
 
 
-def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]) -> Doubtful:
+def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]) -> UnresolvedClosings:
     """Return the displacements by touches that a method cannot resolve.
 
     The impulse J of a touch that is short, or that follows a short opening, may belong to the touch before or after, or
@@ -172,7 +172,7 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
     for contact in scene.contacts:
         spans = _spans(history, contact)
         found = list(_unresolved(spans, RESOLVED * (resolutions[contact.name] + _delay(history, contact))))
-        for point in (contact.left, contact.right):
+        for point in contact.faces:
             body = scene.bodies[point.body]
             if not body.moves:
                 continue
@@ -183,10 +183,10 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
                 lasts = left / math.sqrt(3.0) if body.is_free else min(left, 0.5 * scene.round_trip)
                 moved = impulse / body.moving_mass * lasts * math.sqrt(left / scene.duration)
                 passed.setdefault(point.body, []).append(moved)
-    return Doubtful(passed, counts)
+    return UnresolvedClosings(passed, counts)
 
 
-def _chattering(doubtful: Doubtful, motions: Mapping[str, Mapping[str, Array]]) -> Iterator[Warned]:
+def _chattering(doubtful: UnresolvedClosings, motions: Mapping[str, Mapping[str, Array]]) -> Iterator[Warned]:
     """Warn where the impulses of touches that a method cannot resolve move a face by more than its whole motion."""
     worst = (0.0, "", "")
     for body_name, moved_by in doubtful.passed.items():

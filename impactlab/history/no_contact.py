@@ -9,7 +9,7 @@ NOISE_TOL = 1e-6  # of the largest change of a gap: overlaps of contacts below t
 MIN_OPENING = 1e-12  # m, by which a gap grows that is not rounding of positions of about a metre
 
 
-def never_met(contact: str, initial_gap: float, gaps: Array, travel: float) -> Warned:
+def no_contact(contact: str, initial_gap: float, gaps: Array, travel: float) -> Warned:
     """Return the warning of a contact without a touch.
 
     Parameters

@@ -1,0 +1,43 @@
+"""Results as text and as plain values: counts with their noun, aligned columns, values for JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+PLAIN = (str, int, bool, type(None))
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun: ``1 scene``, ``2 scenes``."""
+    return f"{number} {noun}{'s' if number != 1 else ''}"
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows of texts as lines whose columns begin below each other."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def plain(value: Any) -> Any:
+    """Return a value of plain Python types: records as mappings, numbers that are not finite as None."""
+    if type(value) in PLAIN or (type(value) is float and math.isfinite(value)):  # most of a long run's events
+        return value
+    match value:
+        case Mapping():
+            return {str(key): plain(item) for key, item in value.items()}
+        case str() | bool() | int() | None:
+            return value
+        case float() | np.floating():
+            return float(value) if math.isfinite(value) else None
+        case np.bool_() | np.integer():
+            return value.item()
+        case tuple() if hasattr(value, "_asdict"):
+            return {name: plain(item) for name, item in value._asdict().items()}
+        case Iterable():
+            return [plain(item) for item in value]
+        case _:
+            return str(value)
