@@ -53,8 +53,14 @@ class Description:
     detail: Callable[[int], str] | None = None  # what else a fineness sets, for people
     finding: Callable[[int], float] = lambda _n: 0.0  # s, predicted, of modes of a mesh, which are found first
     alike: bool = False  # whether runs differ in their step alone, so that one set-up serves all
+    own_steppers: bool = False  # the same, where each run has steppers and arrays of its own
     alone: float = math.inf  # error that one run states, over its predicted one; inf where two are needed
     begun: Begun | None = None  # of the exact solver: its march over the first intervals
+
+    @property
+    def same_bodies(self) -> bool:
+        """Whether runs share the bodies in their coordinates, and the checks of the scene."""
+        return self.alike or self.own_steppers
 
     def words(self, fineness: int) -> str:
         """Return the description with its fineness, for people."""
