@@ -99,18 +99,22 @@ class Description:
 
         safety = START_MARGIN * self.stated_of_two()[0]
         needed = free = self.fineness_for(error, safety)
-        if not self.alike and seconds(needed) > SHORT_S:
+        needed_s = seconds(needed)
+        if not self.alike and needed_s > SHORT_S:
             safety = self.safety
             needed = free = self.fineness_for(error, safety)
-        if self.alike or seconds(needed) <= SHORT_S:
-            sure, most = self.fineness_for(error / SURE_RATIO, safety), MAX_SURE_COST * seconds(needed)
-            free = sure if seconds(sure) <= most else free
-            while free < sure and seconds(free + max(1, free // 8)) <= most:
-                free += max(1, free // 8)
+            needed_s = seconds(needed)
+        if self.alike or needed_s <= SHORT_S:
+            sure, most = self.fineness_for(error / SURE_RATIO, safety), MAX_SURE_COST * needed_s
+            if seconds(sure) <= most:
+                free = sure
+            while free < sure and seconds(finer := free + max(1, free // 8)) <= most:
+                free = finer
         while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:
             free *= 2
         start = self.whole(max(needed, free))
-        return max(start, self._start_alone(error, min(MAX_ALONE_COST * seconds(start), MAX_ALONE_S)))
+        start_s = needed_s if start == needed else seconds(start)
+        return max(start, self._start_alone(error, min(MAX_ALONE_COST * start_s, MAX_ALONE_S)))
 
     def _start_alone(self, error: float, most: float) -> int:
         """Return the finer of two runs whose coarser one states an error by itself within ``most`` [s]; 0 if none."""

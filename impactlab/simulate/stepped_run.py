@@ -82,8 +82,8 @@ def prepared_like(like: Simulation, scene: Scene, method: Method) -> tuple[Plan,
             made = retimed.retimed(plan, assembly, scene, method)
             return made.layout.plan, made
         other = restepped.restepped(plan, scene, method)
-        if other is not None and other.integrator is not None and other.dt is not None:
-            return other, Assembly(other, other.integrator, other.dt)
+        if other is not None and other.dt is not None:
+            return other, restepped.arrays_of(other, other.dt, assembly)
     own = ready(scene, method)
     return own.plan, own.assembly()
 

@@ -53,6 +53,10 @@ COPIED: Mapping[str, type[Any]] = {
 """Records that are also read and written by name, and hold more than zeros before a run."""
 WRITTEN = ("record", "sample", "snapshot_state")
 """Arrays that a run writes to, zero before it."""
+READ_ONLY = ("row_start", "row_index", "called", "candidates", "order", "pieces")
+"""Arrays that no run writes to: all runs of a plan share them."""
+READ_IN_ONE_PHASE = ("momentum", "row_value", "left_out")
+"""The same where no body changes its coordinates with its contact."""
 PLACE = {name: place for place, name in enumerate(StepArrays._fields)}
 """Number of each array."""
 ON_LINES = ("beads", "bead_contacts")
@@ -199,16 +203,21 @@ class Assembly:
         for name, kind in COPIED.items():
             by_name[name], arrays[PLACE[name]] = copied_records(kind, arrays[PLACE[name]])
         for name, make in self._others:
-            arrays[PLACE[name]] = make() if name not in given else given[name]
+            if name not in given:
+                arrays[PLACE[name]] = make()
+        for name, array in given.items():
+            arrays[PLACE[name]] = array
         other.memory = StepArrays._make(arrays)
         return other
 
     @cached_property
     def _others(self) -> list[tuple[str, Callable[[], Any]]]:
-        """Name of each array of another run that is not in `COPIED`, and the function that makes it."""
+        """Name of each array of another run that is neither shared nor in `COPIED`, and the function that makes it."""
         made: list[tuple[str, Callable[[], Any]]] = [("state", self.layout.state)]
+        apart = {"state", "clock", "events", *COPIED, *READ_ONLY}
+        apart |= set() if len(self.memory.phases) else set(READ_IN_ONE_PHASE)
         for name, array in self.memory._asdict().items():
-            if not array.size or name in COPIED or name in ("state", "clock", "events"):
+            if not array.size or name in apart:
                 continue
             make: Callable[[], Any]
             if name in WRITTEN:
