@@ -138,8 +138,9 @@ class Description:
 
     def coarser(self, fineness: int) -> tuple[int, int]:
         """Return two lower values of fineness, rising, by the golden section."""
-        second = self.whole(max(round(fineness / RATIO), self.min_fineness // 2 + 1))
-        first = self.whole(max(round(second / RATIO), self.min_fineness // 3))
+        multiple, least = self.multiple, self.min_fineness
+        second = -(-max(round(fineness / RATIO), least // 2 + 1) // multiple) * multiple  # as `whole`
+        first = -(-max(round(second / RATIO), least // 3) // multiple) * multiple
         return (first, second) if first < second else (second, self.whole(second + 1))
 
     def whole(self, fineness: int) -> int:

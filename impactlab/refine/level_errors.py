@@ -130,9 +130,12 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     promised = study.next  # fineness of the run that the next one may show to be enough
     coarsest = levels[0].fineness
     shows = coarsest >= min(description.min_fineness, finest.fineness // 2)
-    if description.alike and len(levels) == 2 and needed <= finest.fineness and (met or shows):
+    beside = needed > MIN_BETWEEN * coarsest
+    again = beside and needed * MIN_BETWEEN < coarsest  # a run about as fine as the coarser one shows no order
+    third = len(levels) == 2 and needed <= finest.fineness
+    if third and ((description.alike and (met or shows)) or (met and again)):
         # The order is to show, and a third run that is cheaper than the finest one shows it as well.
-        if needed > MIN_BETWEEN * coarsest:
+        if beside:
             study.next = round(finest.fineness / RATIO)
             promised = coarsest if needed <= coarsest else max(study.next, math.ceil(needed))
         else:

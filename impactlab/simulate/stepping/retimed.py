@@ -6,7 +6,6 @@ the step are rewritten, as where events are located, in a tenth of the time of a
 
 from __future__ import annotations
 
-import copy
 import math
 from dataclasses import fields, replace
 from typing import Any
@@ -97,7 +96,7 @@ def retimed(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> Ass
     assert method.step.dt is not None  # noqa: S101 - as `serves` has seen
     dt, steps = method.step.dt, max(math.ceil(scene.duration / method.step.dt - 1e-9), 1)
     check_records(scene, steps)
-    layout = copy.copy(assembly.layout)
+    layout = assembly.layout.copied()
     layout.plan = replace(plan, scene=scene, method=method, dt=dt, steps=steps)
     layout.scene, layout.dt, layout.steps = scene, dt, steps
     layout.stride = math.ceil(steps / scene.records)
