@@ -88,9 +88,7 @@ class BeamModes:
         self.fixed = known and least <= MAX_UNSEEN_SHARE * self.tolerance
         self.coarsest = COARSEST_KNOWN if known else COARSEST_MODES
         self.always = self._wanted(COARSEST) if self.fixed else None
-        self.beside = functools.lru_cache(maxsize=1)(
-            functools.partial(left_out.beside_displacements, self.places, asked.scene)
-        )
+        self.read: tuple[AbstractHistory, list[left_out.Share]] | None = None  # the last run, as of `beside`
         self.made: Simulation | None = None
 
     def wanted(self, n: int) -> int:
@@ -120,6 +118,12 @@ class BeamModes:
 
     def _dt(self, n: int) -> float:
         return min(self.shortest / n, self.transit)
+
+    def beside(self, history: AbstractHistory) -> list[left_out.Share]:
+        """Return the errors of the displacements of a run by modes left out; those of the last run are kept."""
+        if self.read is None or self.read[0] is not history:
+            self.read = history, left_out.beside_displacements(self.places, self.asked.scene, history)
+        return self.read[1]
 
     def unseen(self, n: int, history: AbstractHistory | None = None) -> float:
         """Return the error by modes that all runs leave out, which no two of them show."""

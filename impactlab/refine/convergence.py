@@ -108,7 +108,7 @@ class Study:
         made = Simulation(*self.description.simulation(fineness))
         begun = self.description.begun
         begun = None if begun is None or begun.used else begun  # a march goes on once
-        like = (made if self.first is None else self.first.made) if self.description.alike else None
+        like = (made if self.first is None else self.first.made) if self.description.same_bodies else None
         history, check = trial.run(made, progress, begun, like)
         if checked:
             check()
@@ -116,7 +116,7 @@ class Study:
         level.run_s = clock.perf_counter() - began + (begun.setup_s + begun.march_s if begun else 0.0)
         if self.first is None:
             self.first = level
-        elif self.description.alike:  # alone it would have been set up as the first one
+        elif self.description.same_bodies:  # alone it would have been set up as the first one
             level.run_s += max(self.first.history.cost.setup_s - history.cost.setup_s, 0.0)
         self.levels.append(level)
         self.levels.sort(key=lambda each: each.fineness)

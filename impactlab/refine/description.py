@@ -53,8 +53,14 @@ class Description:
     detail: Callable[[int], str] | None = None  # what else a fineness sets, for people
     finding: Callable[[int], float] = lambda _n: 0.0  # s, predicted, of modes of a mesh, which are found first
     alike: bool = False  # whether runs differ in their step alone, so that one set-up serves all
+    own_steppers: bool = False  # the same, where each run has steppers and arrays of its own
     alone: float = math.inf  # error that one run states, over its predicted one; inf where two are needed
     begun: StartedMarch | None = None  # of the exact solver: its march over the first intervals
+
+    @property
+    def same_bodies(self) -> bool:
+        """Whether runs share the bodies in their coordinates, and the checks of the scene."""
+        return self.alike or self.own_steppers
 
     def words(self, fineness: int) -> str:
         """Return the description with its fineness, for people."""
@@ -93,18 +99,22 @@ class Description:
 
         safety = START_MARGIN * self.stated_of_two()[0]
         needed = free = self.fineness_for(error, safety)
-        if not self.alike and seconds(needed) > SHORT_S:
+        needed_s = seconds(needed)
+        if not self.alike and needed_s > SHORT_S:
             safety = self.safety
             needed = free = self.fineness_for(error, safety)
-        if self.alike or seconds(needed) <= SHORT_S:
-            sure, most = self.fineness_for(error / SURE_RATIO, safety), MAX_SURE_COST * seconds(needed)
-            free = sure if seconds(sure) <= most else free
-            while free < sure and seconds(free + max(1, free // 8)) <= most:
-                free += max(1, free // 8)
+            needed_s = seconds(needed)
+        if self.alike or needed_s <= SHORT_S:
+            sure, most = self.fineness_for(error / SURE_RATIO, safety), MAX_SURE_COST * needed_s
+            if seconds(sure) <= most:
+                free = sure
+            while free < sure and seconds(finer := free + max(1, free // 8)) <= most:
+                free = finer
         while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:
             free *= 2
         start = self.whole(max(needed, free))
-        return max(start, self._start_alone(error, min(MAX_ALONE_COST * seconds(start), MAX_ALONE_S)))
+        start_s = needed_s if start == needed else seconds(start)
+        return max(start, self._start_alone(error, min(MAX_ALONE_COST * start_s, MAX_ALONE_S)))
 
     def _start_alone(self, error: float, most: float) -> int:
         """Return the finer of two runs whose coarser one states an error by itself within ``most`` [s]; 0 if none."""
@@ -128,8 +138,9 @@ class Description:
 
     def coarser(self, fineness: int) -> tuple[int, int]:
         """Return two lower values of fineness, rising, by the golden section."""
-        second = self.whole(max(round(fineness / RATIO), self.min_fineness // 2 + 1))
-        first = self.whole(max(round(second / RATIO), self.min_fineness // 3))
+        multiple, least = self.multiple, self.min_fineness
+        second = -(-max(round(fineness / RATIO), least // 2 + 1) // multiple) * multiple  # as `whole`
+        first = -(-max(round(second / RATIO), least // 3) // multiple) * multiple
         return (first, second) if first < second else (second, self.whole(second + 1))
 
     def whole(self, fineness: int) -> int:

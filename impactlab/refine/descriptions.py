@@ -221,6 +221,7 @@ def _delay_line(asked: Simulation) -> Description:
         # The choice keeps all probes, and springs alone are solved exactly.
         for_choice=bare.scene == scene and not all(law.is_spring for law in laws),
         error=_smooth_error(asked, 0.25 if elastic else 2.5, shortest),
+        own_steppers=True,
         # Half of it is even: transits of other rods are often whole multiples of half the shortest, and a wave that
         # arrives between two steps is less exact. Even and odd numbers of steps would not lie on one line.
         multiple=4,

@@ -7,6 +7,7 @@ from collections import Counter
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.fronts import LEAST
+from impactlab.refine import trial
 from impactlab.refine.convergence import (
     SHOWN_SAFETY,
     Level,
@@ -20,7 +21,6 @@ from impactlab.refine.description import MAX_ALONE_S, MIN_ORDER_SHARE, RATIO, TW
 from impactlab.refine.distances import counted, difference, distances
 from impactlab.refine.smooth_touch import error_alone, order_share
 from impactlab.scene.method import Method, Simulation, laws_of
-from impactlab.simulate import driver
 from impactlab.simulate.checks import gain_of
 
 MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the tolerance, where choosing stays short
@@ -107,7 +107,9 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
         level.worst = worst if error >= least else ""
-        unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
+        unseen_here = unseen  # the same modes in all runs
+        if not description.alike:
+            unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
         level.error, level.reason = max(error, least) + unseen_here, ""
         if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
             level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)
@@ -128,9 +130,12 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     promised = study.next  # fineness of the run that the next one may show to be enough
     coarsest = levels[0].fineness
     shows = coarsest >= min(description.min_fineness, finest.fineness // 2)
-    if description.alike and len(levels) == 2 and needed <= finest.fineness and (met or shows):
+    beside = needed > MIN_BETWEEN * coarsest
+    again = beside and needed * MIN_BETWEEN < coarsest  # a run about as fine as the coarser one shows no order
+    third = len(levels) == 2 and needed <= finest.fineness
+    if third and ((description.alike and (met or shows)) or (met and again)):
         # The order is to show, and a third run that is cheaper than the finest one shows it as well.
-        if needed > MIN_BETWEEN * coarsest:
+        if beside:
             study.next = round(finest.fineness / RATIO)
             promised = coarsest if needed <= coarsest else max(study.next, math.ceil(needed))
         else:
@@ -263,7 +268,7 @@ def _distance_to_check(study: Study) -> float:
         return 0.0
     # Peak forces are left out: those of an ordinary mesh ring behind a front.
     scene, method = description.check(finest.fineness)
-    beside = driver.run(scene, method, with_warnings=False)
+    beside, _ = trial.run(Simulation(scene, method), None, None, None)  # it is compared alone: no balance is checked
     apart = difference(finest.history, beside, scene, method.laws, ("displacements", "impulses"))
     return apart if apart > description.check_error(finest.fineness) else 0.0
 

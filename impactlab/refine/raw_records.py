@@ -66,7 +66,7 @@ class Steps(NamedTuple):
 
 
 class Records:
-    """The records of a run, the column of each displacement, and values read before.
+    """The records of a run, the column of each displacement by its channel, and values read before.
 
     Parameters
     ----------
@@ -74,13 +74,11 @@ class Records:
         The run.
     record : ndarray
         Its records, (n, columns), time first.
-    columns : dict
-        Column of each displacement by the name of its channel.
     """
 
-    def __init__(self, history: RecordedHistory, record: Array, columns: dict[str, int]) -> None:
+    def __init__(self, history: RecordedHistory, record: Array) -> None:
         assembly = history.assembly
-        self.record, self.columns = record, columns
+        self.record, self.columns = record, assembly.layout.displacement_columns
         self._layout, self._dt, self._duration = assembly.layout, assembly.dt, history.duration
         self._late = assembly.integrator.load_point - 0.5
         self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}  # also by each channel alone
@@ -122,21 +120,8 @@ def records_of(history: AbstractHistory) -> Records | None:
         return None
     known = _known.get(history)
     if known is None:
-        known = _known[history] = Records(history, history.assembly.memory.record[:count], _columns_of(history))
+        known = _known[history] = Records(history, history.assembly.memory.record[:count])
     return known
-
-
-def _columns_of(history: RecordedHistory) -> dict[str, int]:
-    """Return the columns of the recorded displacements by channel."""
-    layout, columns = history.assembly.layout, dict[str, int]()
-    for number, contact in enumerate(history.scene.contacts):
-        for side, point in enumerate((contact.left, contact.right)):
-            if history.scene.bodies[point.body].elastic is not None:
-                columns[f"displacement:{point.body}@{point.x:.6g}"] = layout.column_of(number) + 2 + 2 * side
-    for probe in layout.recorded:
-        if probe.quantity != "velocity":
-            columns.setdefault(probe.channel, layout.probe_column(probe))
-    return columns
 
 
 @PART

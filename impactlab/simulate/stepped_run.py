@@ -33,9 +33,10 @@ from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
     from impactlab.simulate.adaptive.march import March
-    from impactlab.simulate.stepping import located, retimed
+    from impactlab.simulate.stepping import located, restepped, retimed
 else:  # compiled code, needed only where events are located or a run is like another
     located, retimed = lazy("impactlab.simulate.stepping.located"), lazy("impactlab.simulate.stepping.retimed")
+    restepped = lazy("impactlab.simulate.stepping.restepped")
 
 CHUNK_SECONDS = 0.1  # s, between two reports of progress
 FIRST_CHUNK = 4_000_000  # steps times entries of the state: a few milliseconds
@@ -74,11 +75,17 @@ def prepared_like(like: Simulation, scene: Scene, method: Method) -> tuple[Plan,
     """Return plan and arrays of a run, with those of another one, rewritten for its step, where they serve."""
     known = ready(*like)
     plan, assembly = known.plan, known.kept()
-    if assembly is None or not retimed.serves(plan, assembly, scene, method):
-        own = ready(scene, method)
-        return own.plan, own.assembly()
-    made = retimed.retimed(plan, assembly, scene, method)
-    return made.layout.plan, made
+    if assembly is not None and scene is like.scene and method is like.method:
+        return plan, assembly.again() if assembly.can_repeat else known.assembly()
+    if assembly is not None and retimed.is_alike(plan, assembly, scene, method):
+        if retimed.may_be_rewritten(plan, assembly, method):
+            made = retimed.retimed(plan, assembly, scene, method)
+            return made.layout.plan, made
+        other = restepped.restepped(plan, scene, method)
+        if other is not None and other.dt is not None:
+            return other, restepped.arrays_of(other, other.dt, assembly)
+    own = ready(scene, method)
+    return own.plan, own.assembly()
 
 
 def run_adaptive(march: March, progress: Progress | None, began: float, with_warnings: bool) -> AbstractHistory:

@@ -53,6 +53,10 @@ COPIED: Mapping[str, type[Any]] = {
 """Records that are also read and written by name, and hold more than zeros before a run."""
 WRITTEN = ("record", "sample", "snapshot_state")
 """Arrays that a run writes to, zero before it."""
+READ_ONLY = ("row_start", "row_index", "called", "candidates", "order", "pieces")
+"""Arrays that no run writes to: all runs of a plan share them."""
+READ_IN_ONE_PHASE = ("momentum", "row_value", "left_out")
+"""The same where no body changes its coordinates with its contact."""
 PLACE = {name: place for place, name in enumerate(StepArrays._fields)}
 """Number of each array."""
 ON_LINES = ("beads", "bead_contacts")
@@ -213,32 +217,35 @@ class Assembly:
         by_name.update(self.__dict__)
         by_name.pop("_others", None)  # arrays of its own
         arrays: list[Any] = [*m]  # those without entries serve all runs
-        arrays[PLACE["state"]] = self.layout.state()
         (other.clock,), arrays[PLACE["clock"]] = copied_records(ClockRecord, m.clock)
         other.events, arrays[PLACE["events"]] = records(EventRecord, len(m.events))
         for name, kind in COPIED.items():
             by_name[name], arrays[PLACE[name]] = copied_records(kind, arrays[PLACE[name]])
-        for place, make in self._others:
-            arrays[place] = make()
+        for name, make in self._others:
+            if name not in given:
+                arrays[PLACE[name]] = make()
         for name, array in given.items():
             arrays[PLACE[name]] = array
         other.memory = StepArrays._make(arrays)
         return other
 
     @cached_property
-    def _others(self) -> list[tuple[int, Callable[[], Any]]]:
-        """Place and function that makes it of each array of another run that is neither the state nor in `COPIED`."""
-        made: list[tuple[int, Callable[[], Any]]] = []
+    def _others(self) -> list[tuple[str, Callable[[], Any]]]:
+        """Name of each array of another run that is neither shared nor in `COPIED`, and the function that makes it."""
+        made: list[tuple[str, Callable[[], Any]]] = [("state", self.layout.state)]
+        apart = {"state", "clock", "events", *COPIED, *READ_ONLY}
+        apart |= set() if len(self.memory.phases) else set(READ_IN_ONE_PHASE)
         for name, array in self.memory._asdict().items():
-            if not array.size or name in COPIED or name in ("state", "clock", "events"):
+            if not array.size or name in apart:
                 continue
+            make: Callable[[], Any]
             if name in WRITTEN:
                 make = partial(np.zeros, array.shape)
             elif name in ON_LINES:
                 make = partial(copied_on_lines, array)
             else:
                 make = partial(copied, array) if array.dtype.names else array.copy
-            made.append((PLACE[name], make))
+            made.append((name, make))
         return made
 
     def grow(self) -> None:

@@ -69,13 +69,7 @@ class Layout:
         self.built = {name: plan.built[name] for name in names}
         self.steppers = {name: plan.steppers[name] for name in names}
         self.body_numbers = {name: number for number, name in enumerate(names)}
-        self.shift: dict[str, int] = {}  # where the state of each body starts in the whole state
-        self.n_state = 0  # entries of the whole state, those between bodies included
-        for name, stepper in self.steppers.items():
-            if stepper.state.size >= MIN_ALIGNED:
-                self.n_state += (SECOND_ON_LINE - self.n_state) % FLOATS_PER_LINE
-            self.shift[name] = self.n_state
-            self.n_state += stepper.state.size
+        self._place_states()
         self.stride = math.ceil(plan.steps / self._kept_records())
         self.sample_stride = steps_per_sample(plan.steps, len(names))
         self._read_probes()
@@ -84,6 +78,34 @@ class Layout:
         self.first_bead = self.first_bead_force + len(self.rows.contacts)  # their displacements, then velocities
         self.first_probe = self.first_bead + 2 * self.n_beads
         self.n_columns = self.first_probe + len(self.probes) + len(self.far_ends) + len(self.sent)
+
+    def copied(self) -> Layout:
+        """Return a copy that shares all parts."""
+        other = object.__new__(Layout)  # `copy.copy` takes several times as long
+        other.__dict__.update(self.__dict__)
+        return other
+
+    def restepped(self, plan: Plan, dt: float) -> Layout:
+        """Return the layout of a plan with the same bodies and contacts and another step [s]."""
+        if self.in_waves or self.rows.rows:  # records may be too far apart for waves
+            return Layout(plan, dt)
+        other = self.copied()
+        other.plan, other.scene, other.dt, other.steps = plan, plan.scene, dt, plan.steps
+        other.steppers = {name: plan.steppers[name] for name in self.steppers}
+        other._place_states()
+        other.stride = math.ceil(plan.steps / plan.scene.records)
+        other.sample_stride = steps_per_sample(plan.steps, len(self.built))
+        return other
+
+    def _place_states(self) -> None:
+        """Set where the state of each body starts."""
+        self.shift: dict[str, int] = {}  # in the whole state
+        self.n_state = 0  # entries of the whole state, those between bodies included
+        for name, stepper in self.steppers.items():
+            if stepper.state.size >= MIN_ALIGNED:
+                self.n_state += (SECOND_ON_LINE - self.n_state) % FLOATS_PER_LINE
+            self.shift[name] = self.n_state
+            self.n_state += stepper.state.size
 
     def _kept_records(self) -> int:
         """Return how many instants are kept at most."""
@@ -188,6 +210,19 @@ class Layout:
         if not isinstance(model, AbstractSelfStepping):
             return "velocities"
         return "step_means" if model.gives_means(x) else "times"
+
+    @cached_property
+    def displacement_columns(self) -> Mapping[str, int]:
+        """Columns of the recorded displacements by channel; found once for runs that differ in their step alone."""
+        found: dict[str, int] = {}
+        for number, contact in enumerate(self.scene.contacts):
+            for side, point in enumerate(faces_of_contact(contact)):
+                if self.scene.bodies[point.body].elastic is not None:
+                    found[f"displacement:{point.body}@{point.x:.6g}"] = self.column_of(number) + 2 + 2 * side
+        for probe in self.recorded:
+            if probe.quantity != "velocity":
+                found.setdefault(probe.channel, self.probe_column(probe))
+        return found
 
     def pushed_bodies(self) -> set[str]:
         """Return the bodies that contacts which are solved, pushed rows or loads over time move."""

@@ -6,7 +6,6 @@ the step are rewritten, as where events are located, in a tenth of the time of a
 
 from __future__ import annotations
 
-import copy
 import math
 from dataclasses import fields, replace
 from typing import Any
@@ -39,31 +38,45 @@ def rewrite(m: StepArrays, dt: float) -> None:
     retime(m, dt)
 
 
-def serves(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> bool:
-    """Return whether a plan and its arrays differ from a scene and a method in the step alone, and may be rewritten."""
-    known, dt = plan.scene, method.step.dt
-    if dt is None or plan.dt is None or not assembly.can_repeat:
-        return False
-    if dt > plan.dt and any(body.system.highest_frequency * dt > PERIODS_IN_A_STEP for body in plan.built.values()):
+def is_alike(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> bool:
+    """Return whether a run differs from a known one in the step alone, of which its laws are independent."""
+    known = plan.scene
+    if method.step.dt is None or plan.dt is None or not assembly.can_repeat:
         return False
     alike = (
-        method.integrator == plan.integrator == plan.method.integrator
+        method.integrator == plan.method.integrator
         and method.events == plan.method.events == "dated"
         and replace(method.step, dt=plan.method.step.dt) == plan.method.step
         and _same(method.models, plan.method.models)
         and _same(method.laws, plan.method.laws)
         and (scene is known or all(_same(getattr(scene, name), getattr(known, name)) for name in OF_SCENE))
     )
-    if not alike or plan.pushes or plan.warnings or not isinstance(plan.integrator, ExactModal):
+    if not alike or plan.pushes or plan.warnings:
         return False
     memory = assembly.memory
-    if any(map(len, (memory.loads, memory.dampers, memory.phases, memory.bead_rows, memory.snapshots))):
+    if any(map(len, (memory.loads, memory.phases, memory.bead_rows, memory.snapshots))):
         return False
-    if any(isinstance(body.model, AbstractSelfStepping) or body.body.changes for body in plan.built.values()):
+    if any(body.body.changes for body in plan.built.values()):
         return False
     return all(isinstance(law, FREE_OF_STEP) for law in plan.acting.laws.values()) and all(
         contact.joined == 0 and contact.initial_gap >= 0.0 for contact in assembly.contacts
     )
+
+
+def serves(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> bool:
+    """Return whether a plan and its arrays differ from a scene and a method in the step alone, and may be rewritten."""
+    return is_alike(plan, assembly, scene, method) and may_be_rewritten(plan, assembly, method)
+
+
+def may_be_rewritten(plan: Plan, assembly: Assembly, method: Method) -> bool:
+    """Return whether the arrays of a run that is alike hold for another step once their constants are rewritten."""
+    dt, given = method.step.dt, plan.integrator
+    if dt is None or plan.dt is None or not isinstance(given, ExactModal) or method.integrator != given:
+        return False
+    if dt > plan.dt and any(body.system.highest_frequency * dt > PERIODS_IN_A_STEP for body in plan.built.values()):
+        return False
+    own = any(isinstance(body.model, AbstractSelfStepping) for body in plan.built.values())
+    return not own and not len(assembly.memory.dampers)
 
 
 def _same(one: Any, other: Any) -> bool:
@@ -83,7 +96,7 @@ def retimed(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> Ass
     assert method.step.dt is not None  # noqa: S101 - as `serves` has seen
     dt, steps = method.step.dt, max(math.ceil(scene.duration / method.step.dt - 1e-9), 1)
     check_records(scene, steps)
-    layout = copy.copy(assembly.layout)
+    layout = assembly.layout.copied()
     layout.plan = replace(plan, scene=scene, method=method, dt=dt, steps=steps)
     layout.scene, layout.dt, layout.steps = scene, dt, steps
     layout.stride = math.ceil(steps / scene.records)
