@@ -21,7 +21,7 @@ from impactlab.numerics.banded import multiply
 from impactlab.simulate.channels import Channel
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.beyond_end import ON_STEP, RecordsAround, Raw, around_end, late_closings, row_of
+from impactlab.simulate.stepping.beyond_end import ON_STEP, Raw, RecordsAround, around_end, late_closings, row_of
 from impactlab.simulate.stepping.layout import PER_CONTACT
 from impactlab.simulate.stepping.recorded_channels import lag_of
 from impactlab.types import Array
