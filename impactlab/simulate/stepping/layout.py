@@ -216,7 +216,7 @@ class Layout:
         """Columns of the recorded displacements by channel; found once for runs that differ in their step alone."""
         found: dict[str, int] = {}
         for number, contact in enumerate(self.scene.contacts):
-            for side, point in enumerate(faces_of_contact(contact)):
+            for side, point in enumerate(contact.faces):
                 if self.scene.bodies[point.body].elastic is not None:
                     found[f"displacement:{point.body}@{point.x:.6g}"] = self.column_of(number) + 2 + 2 * side
         for probe in self.recorded:
