@@ -27,9 +27,13 @@ ALL_SLOW = re.compile(r"^pytestmark = .*\bmark\.slow\b", re.MULTILINE)
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Import no module whose tests are all slow where these are left out."""
-    fast, module = config.option.markexpr == "not slow", collection_path.suffix == ".py"
-    return True if fast and module and ALL_SLOW.search(collection_path.read_text(encoding="utf-8")) else None
+    """Import no module whose tests are all left out: all slow without slow ones, or none slow of slow ones alone."""
+    wanted = config.option.markexpr
+    if collection_path.suffix != ".py" or wanted not in ("slow", "not slow"):
+        return None
+    text = collection_path.read_text(encoding="utf-8")
+    left_out = ALL_SLOW.search(text) if wanted == "not slow" else "mark.slow" not in text
+    return True if left_out else None
 
 
 def pytest_sessionstart() -> None:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import impactlab as il
+from impactlab import api
 from impactlab.api import reference_of
 from impactlab.casefile import Case
 from impactlab.history import AbstractHistory
 
 CASES = Path(__file__).parents[2] / "cases"
 NAMES = sorted(file.stem for file in CASES.glob("*.yaml"))
+CHECK_S = 1.5  # s of predicted solving for the reference of a mechanism: each of its methods has one of its own, and
+# they only check it, to 1e-3; its numbers are those of its method `fine`
 
 
 @cache
@@ -36,7 +40,16 @@ def labels() -> tuple[str, ...]:
 @cache
 def compared(label: str) -> il.Comparison:
     """Return the methods of a case side by side, with the answer they are measured against."""
-    return il.compare(case_of(label))
+    if not mechanical(label):
+        return il.compare(case_of(label))
+    with mock.patch.object(api, "reference_of", partial(reference_of, budget=CHECK_S)):
+        return il.compare(case_of(label))
+
+
+@cache
+def mechanical(label: str) -> bool:
+    """Return whether a mechanism moves in a case: its reference has the shapes of the case as written."""
+    return any(body.changes for body in case_of(label).scene().bodies.values())
 
 
 def rows(label: str) -> dict[str, dict[str, Any]]:

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import random
 import re
 from collections.abc import Iterator
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from impactlab.cite import entries, source_key
 from impactlab.history import AbstractHistory
+from impactlab.refine.reference_record import Reference
 from impactlab.scene.method import laws_of
 from impactlab.scene.problem import Contact
+from studies import cases as study
+from studies.pages import DOCS, same_to_printed_digits
 from tests.cases.promises import PROMISES
-from tests.cases.support import CASES, NAMES, case_of, compared, labels, rows
+from tests.cases.support import CASES, NAMES, case_of, compared, labels, mechanical, rows
+from tests.cases.test_same_bits import bits, bits_of, rewritten, shuffled
 
 LABELS = labels()
+DRAWN = ("axial_impact", "drill_string", "step_loaded_rod", "damped_rod")
 
 
 def answer(label: str) -> AbstractHistory:
@@ -30,11 +37,6 @@ def of_links(history: AbstractHistory) -> Iterator[tuple[Contact, float]]:
     for contact, law in zip(history.scene.contacts, laws_of(history.scene, history.method), strict=True):
         if law.two_sided:
             yield contact, history.impulse_of(contact.name)
-
-
-def mechanical(label: str) -> bool:
-    """Return whether a mechanism moves in a case: its reference has the shapes of the case as written."""
-    return any(body.changes for body in case_of(label).scene().bodies.values())
 
 
 def test_no_case_is_forgotten() -> None:
@@ -117,3 +119,46 @@ def test_the_answer_keeps_its_energy_and_momentum(label: str) -> None:
         given += sum(float(load.sampled(history.duration).impulse(whole)) for _, load in body.loads)
         size = sum(abs(each.impulse) for each in history.contacts) + abs(given) + abs(mass * body.velocity)
         assert changed == pytest.approx(given, abs=10.0 * within * size), name
+
+
+def line_of(label: str) -> study.Line:
+    """Return a case with its answer, as the study that writes docs/cases.md has it."""
+    case = case_of(label)
+    reference = Reference("`fine`", answer(label)) if mechanical(label) else compared(label).rows[0].reference
+    assert reference is not None
+    return study.Line(case, *case.simulation(), reference)
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_the_line_of_the_page_is_that_of_the_answer(label: str) -> None:
+    """What `python -m studies cases` would write, each number to two units of its last printed digit."""
+    page = (DOCS / "cases.md").read_text(encoding="utf-8")
+    head, *kept = page[page.index("<!-- table: cases -->") : page.index("\n<!-- end of table -->")].splitlines()[1:]
+    assert head == f"{len(NAMES)} cases, {len(LABELS)} scenes."
+    assert len(kept) == len(LABELS) + 3  # an empty line, and two of the head of the table
+    old, new = (
+        study.STUDY.comparable(text) for text in (kept[3 + LABELS.index(label)], f"| {study.row(line_of(label))} |")
+    )
+    assert same_to_printed_digits(old, new), (
+        f"docs/cases.md:\n- {old}\n+ {new}\nWrite it again: python -m studies cases"
+    )
+
+
+def test_the_sheet_of_the_page_is_drawn() -> None:
+    """A panel of one line, one of several, one of loaded ends, and one whose force has no bound at first."""
+    groups = {name: [line_of(label) for label in LABELS if label.partition("/")[0] == name] for name in DRAWN}
+    assert len(study.sheet(groups).axes) == study.COLUMNS
+
+
+@pytest.mark.parametrize("label", reversed(LABELS))
+def test_a_run_gives_the_same_bits_whatever_ran_before_and_in_whatever_order_keys_stand(
+    label: str, tmp_path: Path
+) -> None:
+    """Each of two runs of all cases comes before the other once; the second time from JSON with its keys shuffled."""
+    name, _, variant = label.partition("/")
+    draw = random.Random(label)
+    read = rewritten(tmp_path, lambda data: shuffled(data, draw))
+    for method, history in reversed(compared(label).histories.items()):
+        first, again = bits_of(history), bits(read((CASES / f"{name}.yaml", variant or "base", method)))
+        assert set(again) == set(first)
+        assert [channel for channel in first if again[channel] != first[channel]] == [], method

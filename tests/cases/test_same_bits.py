@@ -1,4 +1,7 @@
-"""Same case, same bits: whatever ran before in the process, in whatever order keys stand, from YAML or from JSON."""
+"""Same case, same bits: whatever ran before in the process, in whatever order keys stand, from YAML or from JSON.
+
+`tests.cases.test_every_case` asks the same of every case, once.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 import impactlab as il
 from impactlab.casefile.document import read_document
+from impactlab.history import AbstractHistory
 from tests.cases.support import CASES
 
 Run = tuple[Path, str, str]  # case file, variant, method
@@ -34,8 +37,12 @@ def runs_of(files: Iterable[Path]) -> list[Run]:
 
 
 def bits(case: il.Case) -> Bits:
-    """Return the bytes of all channels of a run, of its events and its energy balance."""
-    history = il.run(case)
+    """Run a case and return the bytes of all channels, of its events and its energy balance."""
+    return bits_of(il.run(case))
+
+
+def bits_of(history: AbstractHistory) -> Bits:
+    """Return the bytes of a run that has been."""
     t = np.linspace(0.0, history.duration, 1501)
     found = {channel: history.evaluate(t, channel).tobytes() for channel in history.channels()}
     found["events"] = np.array([event.time for event in history.events]).tobytes()
@@ -93,12 +100,6 @@ def one_by_one(runs: list[Run], folder: Path) -> list[Pass]:
     ]
 
 
-def at_once(runs: list[Run], folder: Path) -> list[Pass]:
-    """Return one pass: in reverse each of two runs comes before the other once, and JSON is written in any order."""
-    draw = random.Random(7)
-    return [("reversed, from JSON, keys shuffled", runs[::-1], rewritten(folder, lambda data: shuffled(data, draw)))]
-
-
 def differences(runs: list[Run], passes: list[Pass]) -> list[str]:
     """Return the arrays whose bits differ from those of a first pass, in file order from YAML."""
     first = {run: bits(as_given(run)) for run in runs}
@@ -115,10 +116,3 @@ def differences(runs: list[Run], passes: list[Pass]) -> list[str]:
 def test_bits_depend_on_what_ran_before_or_on_the_order_of_keys(tmp_path: Path) -> None:
     runs = [*runs_of(CASES / f"{name}.yaml" for name in TELLING), (CASES / "all_methods.yaml", "base", "adaptive")]
     assert differences(runs, one_by_one(runs, tmp_path)) == []
-
-
-@pytest.mark.slow
-def test_bits_of_every_case_do_not_depend_on_what_ran_before(tmp_path: Path) -> None:
-    runs = runs_of(sorted(CASES.glob("*.yaml")))
-    assert len(runs) > 300
-    assert differences(runs, at_once(runs, tmp_path)) == []

@@ -13,7 +13,7 @@ import pytest
 from tests.fuzz.fuzz import Row, fuzz
 
 LARGEST_MB = 200.0
-COUNT = int(os.environ.get("IMPACTLAB_MUTANTS", "2000"))
+COUNT = int(os.environ.get("IMPACTLAB_MUTANTS", "1000"))
 SEED = int(os.environ.get("IMPACTLAB_MUTANTS_SEED", "20"))
 
 
@@ -41,6 +41,6 @@ def test_thousands_of_mutants_are_accepted_or_refused() -> None:
 
 @pytest.mark.slow
 def test_mutants_run_or_fail_with_a_word() -> None:
-    count = COUNT // 10
+    count = COUNT // 5
     rows = fuzz(SEED, count, jobs=2, runs=True)
     assert not escaped(rows), escaped(rows)[0]

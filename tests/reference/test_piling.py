@@ -365,18 +365,18 @@ def test_matching_is_not_caught_by_the_ringing_of_the_pile(on_160: il.Case, solv
 
 @pytest.mark.slow
 def test_matching_under_noise(on_160: il.Case) -> None:
-    """2 % noise on the velocity, 20 seeds: the capacity within 1 % in all, within its 95 % interval in at least 17.
+    """2 % noise on the velocity, 12 seeds: the capacity within 1 % in all, within its 95 % interval in at least 10.
 
     On 40 elements: the noise is that of a sample, and with a quarter of the samples the same 1 % is asked of less.
     """
     case = on_160.with_("solve.model.elements", 40)
     head, start, inside = blow(case).head, with_soil(case, 0.5), 0
-    for seed in range(20):
+    for seed in range(12):
         noise = 0.02 * np.abs(head.velocity).max() * np.random.default_rng(seed).standard_normal(head.time.size)
         found = match(start, head.time, head.force, head.velocity + noise, list(SOIL)).capacity
         assert found.value == pytest.approx(1.5e6, rel=0.01)
         inside += found.lower <= 1.5e6 <= found.upper
-    assert inside >= 17
+    assert inside >= 10  # fewer of 12 with a chance of 2 %
 
 
 @pytest.mark.slow
