@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -91,15 +91,19 @@ def bench(
         if made.first_reason:
             console.say(f"first row without a result: {made.first_reason}")
         if not no_report:
-            command = ["impactlab", "bench", *(case.name for case in cases or [])]
-            for option, given in (("--suite", suite if suite != "standard" else None), ("--grid", grid and grid.name)):
-                command += [option, given] if given else []
-            command += ["--methods", methods] if methods is not None else []
-            command += ["--no-timing"] * no_timing
-            _draw_bench(out, out / "table.csv", jobs, suite, formats, f"{shlex.join(command)} --out DIR")
+            given = {"--suite": suite if suite != "standard" else None, "--grid": grid.name if grid else None}
+            command = _again(cases or [], given | {"--methods": methods}, no_timing=no_timing)
+            _draw_bench(out, out / "table.csv", jobs, suite, formats, command)
         console.print_json(made.document) if as_json else print(f"{len(made.cells)} rows: {counts}")
         if made.cells and not made.counts["completed"]:
             raise CommandFailed(1)
+
+
+def _again(cases: Sequence[Path], options: Mapping[str, str | None], *, no_timing: bool) -> str:
+    """Return the command that repeats a bench, as a shell takes it; its output folder is left to be named."""
+    words = ["impactlab", "bench", *(case.name for case in cases)]
+    words += [word for option, given in options.items() if given is not None for word in (option, given)]
+    return shlex.join([*words, *["--no-timing"] * no_timing]) + " --out DIR"
 
 
 @contextlib.contextmanager

@@ -82,17 +82,6 @@ def write_page(
     figures, rules = with_classes(drawings)
     plates = [{"plate": plate, "svg": svg} for plate, svg in zip(shown, figures, strict=True)]
     formats_said = ", ".join(files.formats).upper() + ("" if files.every else "; all, as PNG or PDF: --figures png,pdf")
-    listed, commands = [*page.files, ("figures/", formats_said)], _commands(page, provenance)
-    for name, content, text in (
-        ("case.yaml", "the case as it was run", provenance.case_yaml),
-        ("citations.bib", "what to cite", provenance.citations),
-    ):
-        if text:
-            (out_dir / name).write_text(text.rstrip() + "\n", encoding="utf-8")
-            listed.append((name, content))
-    scene_facts = facts.scene_facts(scene, {link.name for trace in page.traces for link in trace.history.links})
-    others = "history.npz has all" if page.command == "run" else "a run of a method writes all into history.npz"
-    forces = words_on_figures([trace.history for trace in page.traces], others)
     text = rendered(
         "impactlab.report",
         "page.html.j2",
@@ -105,10 +94,7 @@ def write_page(
         sketch=sketch(scene),
         mechanism=any(body.changes for body in scene.bodies.values()),
         chained=bool(mechanism.chains(scene)),
-        facts=[
-            *scene_facts,
-            *[(name, words) for name, words in (("drawn", left_out), ("forces drawn", forces)) if words],
-        ],
+        facts=_facts(page, scene, left_out),
         trip=facts.si(scene.round_trip, "s") if page.command == "compare" and math.isfinite(scene.round_trip) else "",
         headings=page_headings(),
         rows=page_rows(page.table),
@@ -118,11 +104,33 @@ def write_page(
             for row in page.table["rows"]
             for warned in row["summary"].get("warnings", ())
         ],
-        commands=commands,
-        files=listed,
+        commands=_commands(page, provenance),
+        files=[*page.files, ("figures/", formats_said), *_write_sources(out_dir, provenance)],
         data=data,
     )
     (out_dir / "index.html").write_text(text, encoding="utf-8")
+
+
+def _write_sources(folder: Path, provenance: Provenance) -> list[tuple[str, str]]:
+    """Write the case and what to cite into a folder; return the names and contents of these files."""
+    written = []
+    for name, content, text in (
+        ("case.yaml", "the case as it was run", provenance.case_yaml),
+        ("citations.bib", "what to cite", provenance.citations),
+    ):
+        if text:
+            (folder / name).write_text(text.rstrip() + "\n", encoding="utf-8")
+            written.append((name, content))
+    return written
+
+
+def _facts(page: Page, scene: Scene, left_out: str) -> list[tuple[str, str]]:
+    """Return the facts of a scene, and which part of it and of its forces is drawn."""
+    others = "history.npz has all" if page.command == "run" else "a run of a method writes all into history.npz"
+    forces = words_on_figures([trace.history for trace in page.traces], others)
+    links = {link.name for trace in page.traces for link in trace.history.links}
+    drawn = (("drawn", left_out), ("forces drawn", forces))
+    return [*facts.scene_facts(scene, links), *((name, words) for name, words in drawn if words)]
 
 
 def _inline(plate: Plate, folder: Path, formats: Sequence[str]) -> str:

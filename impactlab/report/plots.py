@@ -6,7 +6,7 @@ Every function takes traces (histories with name, colour and reference) and retu
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.metrics.norms import face_channels, mass_channels
 from impactlab.report.named_contacts import force_of, gap_of, members_of, view_of
-from impactlab.report.signals import Panel, in_words, place_in_words
+from impactlab.report.signals import Line, Panel, in_words, place_in_words
 from impactlab.report.style import (
     INK,
     MAX_LABELS,
@@ -61,6 +61,16 @@ STILL = 0.01  # share of the widest gap below which the exact gap is no scale: f
 FLOOR = 1e-4  # %, differences below it are drawn there
 
 
+class Scale(NamedTuple):
+    """Units and limits of a figure of forces: times between two instants, forces between two in the unit."""
+
+    view: tuple[float, float]  # s
+    time: Unit
+    force: Unit
+    bottom: float
+    top: float
+
+
 @drawn
 def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[str, str] | None = None) -> Figure:
     """Return the force of the contacts of one name over time, one panel per trace on common axes.
@@ -93,26 +103,20 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
         )
     known = [trace.history for trace in traces] + [each.reference for each in traces if each.reference is not None]
     view = view_of(known, contact, scene.duration)
-    time = scaled("s", view[1])
     lines = [force_line(trace.history, contact, view, columns) for trace in traces]
     exact = [force_line(t.reference, contact, view, columns) if t.reference else (np.empty(0),) * 2 for t in traces]
     low, high = _extent([v for _, v in exact if v.size]) or _extent([v for _, v in lines if v.size]) or (0.0, 1.0)
     unit = scaled("N", max(high, -low))
     top = HEADROOM * high / unit.size
     bottom = HEADROOM * low / unit.size if low < -FLAT * high else -0.04 * top
+    scale = Scale(view, scaled("s", view[1]), unit, bottom, top)
     panels = [axis for row in axes for axis in row]
-    for axis, trace, (t, values), (t_exact, values_exact) in zip(panels, traces, lines, exact, strict=False):
+    for axis, trace, line, line_exact in zip(panels, traces, lines, exact, strict=False):
         note = (notes or {}).get(trace.name, "")
-        if t.size:
-            axis.plot(t / time.size, values / unit.size, color=trace.colour, linewidth=2.0)
-            own = members_of(trace.history.scene, contact)
-            peaks = [span.peak_force or 0.0 for span in trace.history.spans(own[0])] if len(own) == 1 else []
-            _write_height_of_cut(axis, max([float(values.max()), *peaks]) / unit.size, top, unit)
-            _write_depth_of_cut(axis, float(values.min()) / unit.size, bottom, unit)
-        else:
-            kicks = _kicks(axis, trace, members_of(trace.history.scene, contact), view, unit)
+        kicks = _draw_force(axis, trace, members_of(trace.history.scene, contact), line, scale)
+        if kicks:
             note = kicks if trips else f"{note}, {kicks}" if note else kicks
-        axis.plot(t_exact / time.size, values_exact / unit.size, color=INK, linewidth=0.9)
+        axis.plot(line_exact[0] / scale.time.size, line_exact[1] / unit.size, color=INK, linewidth=0.9)
         if not trips:
             note = f"{trace.name}, {note}" if note else trace.name
         axis.set_title(trace.name if trips else in_words(contact), color=trace.colour)
@@ -131,6 +135,19 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     for row in axes:
         row[0].set_ylabel(f"force  F  [{unit.label}]")
     return figure
+
+
+def _draw_force(axis: Axes, trace: Trace, contacts: Sequence[str], line: tuple[Array, Array], scale: Scale) -> str:
+    """Draw the force of contacts of one name; return the words on their impulses under a law that has no force."""
+    t, values = line
+    if not t.size:
+        return _kicks(axis, trace, contacts, scale.view, scale.force)
+    size = scale.force.size
+    axis.plot(t / scale.time.size, values / size, color=trace.colour, linewidth=2.0)
+    peaks = [span.peak_force or 0.0 for span in trace.history.spans(contacts[0])] if len(contacts) == 1 else []
+    _write_height_of_cut(axis, max([float(values.max()), *peaks]) / size, scale.top, scale.force)
+    _write_depth_of_cut(axis, float(values.min()) / size, scale.bottom, scale.force)
+    return ""
 
 
 def _extent(curves: Sequence[Array]) -> tuple[float, float] | None:
@@ -212,43 +229,62 @@ def signals(
     start, end = view or (0.0, scene.duration)
     flat, time, t = [axis for row in axes for axis in row], scaled("s", end), start + page_times(end - start)
     for axis, panel in zip(flat, panels, strict=False):
-        in_ink = [line for line in panel.lines if histories[line.trace].colour == "ink"]
-        frame = in_ink or panel.lines
-        low = min(float(np.nanmin(line.values)) for line in frame)
-        high = max(float(np.nanmax(line.values)) for line in frame)
-        unit, span = scaled(panel.unit, max(abs(low), abs(high))), (high - low) or 1.0
-        drawn_lines, handles = [], {}
+        unit = _frame(axis, panel, histories)
         most = MAX_LABELS if beside or len(panel.lines) <= MAX_LABELS else MAX_INSIDE
-        curves = [line.values for line in panel.lines]
-        places = range(len(curves)) if compared else labelled(curves, most)
-        colours = {number: PALETTE[place % len(PALETTE)] for place, number in enumerate(places)}
-        order = sorted(enumerate(panel.lines), key=lambda line: (line[1] in in_ink, line[0] in colours))
-        for number, each in order:
-            trace, named = histories[each.trace], number in colours or each in in_ink
-            colour = INK if each in in_ink else trace.colour if compared else colours.get(number, UNNAMED)
-            x, y = thinned(t, each.values, COLUMNS // columns)
-            width = 1.2 if named else 0.5
-            (curve,) = axis.plot(x / time.size, y / unit.size, color=colour, linestyle=trace.dash, linewidth=width)
-            if named:
-                handles[number] = curve
-            if y.size and named:
-                drawn_lines.append((float(y[-1]) / unit.size, each.name, colour))
-        axis.set_ylim((low - 0.12 * span) / unit.size, (high + 0.12 * span) / unit.size)
-        quantity, _, where = panel.title.partition(", ")
-        axis.set_title(where or quantity)
-        label = unit.label.replace("strain", "ε")
-        axis.set_ylabel(f"{quantity.lower()}  [{label}]")
+        places = range(len(panel.lines)) if compared else labelled([line.values for line in panel.lines], most)
+        named = []
+        for number, colour in _in_drawing_order(panel, histories, places, compared=compared):
+            line, has_name = panel.lines[number], colour != UNNAMED
+            x, y = thinned(t, line.values, COLUMNS // columns)
+            width, dash = 1.2 if has_name else 0.5, histories[line.trace].dash
+            (curve,) = axis.plot(x / time.size, y / unit.size, color=colour, linestyle=dash, linewidth=width)
+            if has_name:
+                named.append((number, curve, y / unit.size, colour))
         trips = compared and axis in flat[max(0, len(panels) - columns) : len(panels)]
         time_axis(axis, scene, trips=trips, view=view)
         if beside and not compared:
-            label_lines(axis, drawn_lines)
+            ends = [(float(y[-1]), panel.lines[number].name, colour) for number, _, y, colour in named if y.size]
+            label_lines(axis, ends)
         elif not compared and len(panel.lines) > 1:
-            _legend(axis, {panel.lines[number].name: handles[number] for number in sorted(handles)}, len(panel.lines))
+            in_order = sorted(named, key=lambda each: each[0])
+            _legend(axis, {panel.lines[number].name: curve for number, curve, *_ in in_order}, len(panel.lines))
     for axis in flat[len(panels) :]:
         axis.set_visible(False)
     if beside and compared:
         key(axes[0][-1], [trace._replace(colour=INK) if trace.colour == "ink" else trace for trace in histories])
     return figure
+
+
+def _is_ink(line: Line, histories: Sequence[Trace]) -> bool:
+    """Return whether a line is drawn in ink: that of the reference."""
+    return histories[line.trace].colour == "ink"
+
+
+def _frame(axis: Axes, panel: Panel, histories: Sequence[Trace]) -> Unit:
+    """Set the scale and the names of a panel, by its reference if it has one; return the unit of its values."""
+    frame = [line for line in panel.lines if _is_ink(line, histories)] or panel.lines
+    low = min(float(np.nanmin(line.values)) for line in frame)
+    high = max(float(np.nanmax(line.values)) for line in frame)
+    unit, span = scaled(panel.unit, max(abs(low), abs(high))), (high - low) or 1.0
+    axis.set_ylim((low - 0.12 * span) / unit.size, (high + 0.12 * span) / unit.size)
+    quantity, _, where = panel.title.partition(", ")
+    axis.set_title(where or quantity)
+    label = unit.label.replace("strain", "ε")
+    axis.set_ylabel(f"{quantity.lower()}  [{label}]")
+    return unit
+
+
+def _in_drawing_order(
+    panel: Panel, histories: Sequence[Trace], places: Sequence[int], *, compared: bool
+) -> list[tuple[int, str]]:
+    """Return the numbers of lines with their colours: those without a name first, the reference last."""
+    colours = {number: PALETTE[place % len(PALETTE)] for place, number in enumerate(places)}
+    found = []
+    for number, line in enumerate(panel.lines):
+        in_ink = _is_ink(line, histories)
+        colour = INK if in_ink else histories[line.trace].colour if compared else colours.get(number, UNNAMED)
+        found.append(((in_ink, number in colours), number, colour))
+    return [(number, colour) for _, number, colour in sorted(found, key=lambda each: each[0])]
 
 
 def _legend(axis: Axes, lines: Mapping[str, Line2D], count: int) -> None:

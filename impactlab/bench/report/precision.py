@@ -63,21 +63,12 @@ def precision(scene: SceneRows, norm: Norm, styles: MethodStyles) -> Figure:
     The leaders of any panel are coloured and named, the others are grey. Methods without steps, whose errors are
     rounding, are dark and do not enter the front, which would hold nothing else.
     """
-    from matplotlib.figure import Figure
-
     named = leaders(scene, norm)
     styles, limits = distinct(named, styles), limits_of(scene, norm)
     exact = [family for family in scene.families if family.stepless and points(family.rows, norm, scene)]
     chosen = points(scene.automatic, norm, scene, TIME.of)
     room = room_beside([*named, *(family.method for family in exact), *([AUTOMATIC] if chosen else [])])
-    height = BOTTOM + LOW + BETWEEN + TALL + 0.3
-    figure, half = Figure(figsize=(WIDTH, height)), (WIDTH - LEFT - 0.3 - 0.35) / 2.0
-    boxes = (
-        (LEFT, BOTTOM + LOW + BETWEEN, WIDTH - LEFT - room, TALL),
-        (LEFT, BOTTOM, half, LOW),
-        (LEFT + half + 0.35, BOTTOM, half, LOW),
-    )
-    upper, left, right = (figure.add_axes((x / WIDTH, y / height, w / WIDTH, h / height)) for x, y, w, h in boxes)
+    figure, (upper, left, right) = _three_panels(room)
     for axes, cost in ((upper, TIME), (left, STEPS), (right, UNKNOWNS)):
         _frame(axes, scene, norm, cost, limits)
         for own in scene.own:
@@ -96,14 +87,7 @@ def precision(scene: SceneRows, norm: Norm, styles: MethodStyles) -> Figure:
         upper.text(0.5, 0.5, "no times in this table", transform=upper.transAxes, color=MUTED, ha="center")
     _fronts(upper, scene, norm, limits)
     _notes(upper, scene, norm, limits)
-    ends = []
-    for family in exact:
-        found = points(family.rows, norm, scene, TIME.of)
-        for point in found:
-            below = point.error < limits.floor
-            at = [max(point.error, limits.floor)]
-            upper.plot([point.cost], at, "v" if below else "D", color=INK, markersize=7 if below else 6, zorder=5)
-        ends.append(End(found[0].cost, max(found[0].error, limits.floor), family.method, INK))
+    ends = [_draw_exact(upper, family, points(family.rows, norm, scene, TIME.of), limits) for family in exact]
     for point in chosen:
         upper.plot([point.cost], [max(point.error, limits.floor)], "*", color=INK, markersize=9, mfc="none", zorder=6)
     if chosen:
@@ -112,6 +96,30 @@ def precision(scene: SceneRows, norm: Norm, styles: MethodStyles) -> Figure:
     ends += _named_ends([family for family in scene.families if family.method in named], scene, norm, styles, limits)
     name_ends(upper, ends)
     return figure
+
+
+def _three_panels(room: float) -> tuple[Figure, tuple[Axes, Axes, Axes]]:
+    """Return a figure with a wide panel above two others; ``room`` [inch] is left for names beside the first."""
+    from matplotlib.figure import Figure
+
+    height = BOTTOM + LOW + BETWEEN + TALL + 0.3
+    figure, half = Figure(figsize=(WIDTH, height)), (WIDTH - LEFT - 0.3 - 0.35) / 2.0
+    boxes = (
+        (LEFT, BOTTOM + LOW + BETWEEN, WIDTH - LEFT - room, TALL),
+        (LEFT, BOTTOM, half, LOW),
+        (LEFT + half + 0.35, BOTTOM, half, LOW),
+    )
+    upper, left, right = (figure.add_axes((x / WIDTH, y / height, w / WIDTH, h / height)) for x, y, w, h in boxes)
+    return figure, (upper, left, right)
+
+
+def _draw_exact(axes: Axes, family: Family, found: Sequence[Point], limits: Limits) -> End:
+    """Draw a method without steps, below the axis where its error is; return where its name is written."""
+    for point in found:
+        below = point.error < limits.floor
+        at = [max(point.error, limits.floor)]
+        axes.plot([point.cost], at, "v" if below else "D", color=INK, markersize=7 if below else 6, zorder=5)
+    return End(found[0].cost, max(found[0].error, limits.floor), family.method, INK)
 
 
 def _named_ends(
