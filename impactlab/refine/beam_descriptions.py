@@ -24,10 +24,12 @@ from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Point, Probe, Scene
+from impactlab.scene.sizes import CELL, fits
 from impactlab.simulate import plan
 from impactlab.simulate.body_sizes import MAX_BEAM_MODES
 
 STEPS = 20  # in the shortest of the scene's times, per unit of fineness
+COARSE_FINENESS = 6  # of continuous beams, whose plan shows whether their parts support a scene
 MAX_DENSE_ELEMENTS = 400  # behind modes without a closed form, whose eigenproblem is dense
 SPEED_RATIO = 1.8  # c1/c2 of steel: wave speeds of a Timoshenko beam
 
@@ -98,9 +100,22 @@ def continuous(asked: Simulation, jumps: bool = False, unchecked: bool = False) 
 
 
 def can_be_set_up(description: Description) -> bool:
-    """Return whether the parts of a description support its scene."""
+    """Return whether the parts of a description support its scene.
+
+    A coarse run, whose plan takes little, shows that; where its step is too long, or a finer run may take too much
+    memory, that at the least fineness of a reference does.
+    """
+    _, cells = description.work(MIN_FINENESS)
+    return any(
+        _can_be_planned(description.simulation(fineness))
+        for fineness in (COARSE_FINENESS, MIN_FINENESS)
+        if fineness == MIN_FINENESS or fits(CELL * cells)
+    )
+
+
+def _can_be_planned(made: Simulation) -> bool:
     try:
-        plan.prepare(*description.simulation(MIN_FINENESS))
+        plan.prepare(*made)
     except ImpactlabError:
         return False
     return True

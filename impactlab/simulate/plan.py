@@ -108,7 +108,12 @@ def fitted_step(dt: float, built: dict[str, BuiltBody]) -> float:
     if not own:
         return dt
     steps = sorted({float(step) for model in own for step in model.fitting(dt)} | {dt}, reverse=True)
-    return min(steps, key=lambda step: (sum(model.misfit(step) for model in own), sum(m.broken(step) for m in own)))
+    if len(steps) == 1:
+        return steps[0]
+    misfits = [sum([model.misfit(step) for model in own]) for step in steps]
+    least = min(misfits)
+    fitting = [step for step, misfit in zip(steps, misfits, strict=True) if misfit == least]
+    return min(fitting, key=lambda step: sum(model.broken(step) for model in own))
 
 
 def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:

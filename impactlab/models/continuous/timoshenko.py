@@ -76,6 +76,8 @@ class TimoshenkoWaves(AbstractSelfStepping):
         segment = beam.segments[0]
         self._speeds = segment.shear_speed, segment.wave_speed
         self._faces = tuple(sorted({face.x for face in faces}))
+        # m, of contacts from the anchor, each of which should be a whole number of cells: for a hundred steps in turn.
+        self._length, self._distances = beam.length, sorted({abs(x - self._anchor()) for x in self._faces})
         self._stations = np.linspace(0.0, beam.length, STATIONS) if fields else np.array(self._faces)
         asked = [(x, "displacement") for x in self._faces]
         asked += [(probe.x, "displacement" if probe.quantity == "velocity" else probe.quantity) for probe in probes]
@@ -96,14 +98,14 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return self._beam.length / (MIN_CELLS * max(self._speeds)) if self._closed else math.inf
 
     def misfit(self, dt: float) -> float:
-        h, length = self._speeds[0] * dt, self._beam.length
-        shifts = [abs(distance - h * round(distance / h)) / length for distance in self._distances()]
+        h, length = self._speeds[0] * dt, self._length
+        shifts = [abs(distance - h * round(distance / h)) / length for distance in self._distances]
         if self._closed:
             shifts += [abs(1.0 - max(1, round(length / (speed * dt))) * speed * dt / length) for speed in self._speeds]
         return round(sum(shifts), 12)
 
     def fitting(self, dt: float) -> Array:
-        lengths = [self._beam.length] if self._closed else [each for each in self._distances() if each > 0.0][-1:]
+        lengths = [self._beam.length] if self._closed else [each for each in self._distances if each > 0.0][-1:]
         if not lengths:
             return np.array([dt])
         least = max(1, math.ceil(lengths[0] / (self._speeds[0] * dt) * (1.0 - 1e-12)))
@@ -195,10 +197,6 @@ class TimoshenkoWaves(AbstractSelfStepping):
         if self._beam.right.kind != "infinite":
             return self._beam.length
         return self._faces[0] if self._faces else 0.0
-
-    def _distances(self) -> list[float]:
-        """Return how far contacts are from the anchor [m]; each should be a whole number of cells."""
-        return sorted({abs(x - self._anchor()) for x in self._faces})
 
     def _grid(self, speed: float, dt: float) -> Grid:
         """Return the cells of a family: over the beam, and beyond infinite ends until nothing can come back."""
