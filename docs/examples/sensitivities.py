@@ -24,7 +24,7 @@ bodies = {"mass": il.Mass("2.133 kg", velocity="1 m/s"), "bar": bar}
 case = il.Case(bodies=bodies, contacts=[hit], solve=solve)
 path, weight = "bodies.mass.mass", 2.133  # kg: the mass and that of the bar
 
-ratios = np.linspace(0.3, 3.0, 136)
+ratios = np.linspace(0.3, 3.0, 91)
 speeds, slopes, contacts = [], [], []
 for ratio in ratios:
     at = case.with_(path, weight / ratio)

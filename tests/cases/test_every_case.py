@@ -150,7 +150,7 @@ def test_the_sheet_of_the_page_is_drawn() -> None:
     assert len(study.sheet(groups).axes) == study.COLUMNS
 
 
-@pytest.mark.parametrize("label", reversed(LABELS))
+@pytest.mark.parametrize("label", LABELS[::-1])
 def test_a_run_gives_the_same_bits_whatever_ran_before_and_in_whatever_order_keys_stand(
     label: str, tmp_path: Path
 ) -> None:
