@@ -90,7 +90,7 @@ def add_warnings(history: AbstractHistory) -> None:
 
 
 def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give the warnings that laws counted in their memory."""
+    """Yield the warnings that laws counted in their memory."""
     laws = history.method.laws
     if not any(law.noted for law in laws.values()):
         return
@@ -101,7 +101,7 @@ def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give a warning where changes of coordinates with a contact dropped a large share of the energy."""
+    """Yield a warning where changes of coordinates with a contact dropped a large share of the energy."""
     energy, changes = history.dropped
     share = energy / reference_energy(history)
     if share > DROPPED_WARN:
@@ -114,7 +114,7 @@ def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def never_closed(history: AbstractRecordedHistory, contacts: Sequence[Contact]) -> Iterator[Warned]:
-    """Give a warning for each contact without an event."""
+    """Yield a warning for each contact without an event."""
     touched = {event.contact for event in history.events}
     if all(contact.name in touched for contact in contacts):
         return
@@ -131,7 +131,7 @@ def extent(values: Array) -> float:
 
 
 def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give a warning for each hard contact with a large overlap of its faces.
+    """Yield a warning for each hard contact with a large overlap of its faces.
 
     Faces that meet only in the part of the last step beyond the end of the run have not touched.
     """

@@ -30,7 +30,7 @@ MIN_INSTANTS = 200
 
 
 def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give the warnings of touches that shift, displace or move the faces after them."""
+    """Yield the warnings of touches that shift, displace or move the faces after them."""
     scene = history.scene
     if not 0.0 < scene.round_trip < math.inf:
         return
@@ -90,7 +90,7 @@ def _shifted(
 
 
 def _shares(faces: Mapping[str, Array], displaced: float) -> Iterator[tuple[float, str]]:
-    """Give the ratio of a displacement to that of each face of a body.
+    """Yield the ratio of a displacement to that of each face of a body.
 
     The displacement [m] is divided by the square mean of the face's; beside it stands the channel of the face.
 
@@ -216,7 +216,7 @@ def _delay(history: AbstractRecordedHistory, contact: Contact) -> float:
 
 
 def _unresolved(spans: Sequence[ContactSpan], limit: float) -> Iterator[tuple[float, float]]:
-    """Give start [s] and impulse [N s] of touches shorter than a limit [s], or that follow a shorter opening.
+    """Yield start [s] and impulse [N s] of touches shorter than a limit [s], or that follow a shorter opening.
 
     Of the two touches beside a short opening the smaller impulse is in doubt.
     """

@@ -79,7 +79,7 @@ class Folder:
         draft.replace(path)
 
     def chunks(self) -> Iterator[Chunk]:
-        """Give the chunks that are kept, without files that are none."""
+        """Yield the chunks that are kept, without files that are none."""
         for path in sorted((self.path / CHUNKS).glob("*.npz")):
             with (
                 contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError),
