@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any, get_args, get_origin
 
@@ -41,7 +42,16 @@ def case_error(
         The keys that may stand in ``data``.
     """
     faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")
-    return combined([_one(fault, data, prefix, allowed) for fault in faults])
+    found = [(fault["type"], _one(fault, data, prefix, allowed)) for fault in faults]
+    misspelt = {_suggested(each) for kind, each in found if kind == "extra_forbidden"}
+    return combined([each for kind, each in found if kind != "missing" or each.path not in misspelt])
+
+
+def _suggested(error: CaseError) -> str:
+    """Return the path of the key that a misspelt one probably stands for; it is then not missing as well."""
+    block, _, _ = (error.path or "").rpartition(".")
+    key = re.search(r"Did you mean '(\w+)'", error.text)
+    return f"{block}.{key[1]}".lstrip(".") if key else ""
 
 
 def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: Iterable[str] | type[BaseModel]) -> CaseError:

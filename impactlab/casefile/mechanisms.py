@@ -176,7 +176,7 @@ def check_mechanisms(case: CaseBlock) -> None:
 
 
 def _faults(case: CaseBlock, joint: JointBlock, number: int, slides: bool) -> Iterator[tuple[str, str, str]]:
-    """Give the faults of a link: text, remedy and key."""
+    """Yield the faults of a link: text, remedy and key."""
     body = case.bodies.get(joint.body)
     if body is None:
         links = [name for name, each in case.bodies.items() if isinstance(each, (LinkBlock, BeamBlock))]

@@ -67,8 +67,8 @@ class NodeRecord(ctypes.Structure):
     mass: float  # kg; inf where it never moves
     spring: float  # N/m, to the ground
     dashpot: float  # N s/m, to the ground
-    push: float  # N, end force along +x: constant, or in the middle of the present interval
-    swing: float  # N, by which it differs at the end of that interval
+    end_force: float  # N, end force along +x: constant, or in the middle of the present interval
+    end_force_rise: float  # N, from the middle of that interval to its end
     first_sample: int  # of a force over time, a row of `load`
     last_sample: int  # after it
     sample: int  # next one

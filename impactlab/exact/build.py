@@ -32,7 +32,7 @@ class Node(NamedTuple):
     u: float = 0.0  # m
     spring: float = 0.0  # N/m, to the ground
     dashpot: float = 0.0  # N s/m, to the ground
-    push: float = 0.0  # N
+    end_force: float = 0.0  # N
 
 
 class Drawing(NamedTuple):

@@ -44,8 +44,8 @@ def end_error(m: MarchArrays) -> float:
     t, start, work, lost = m.state[0].duration, energy_at(m, 0.0), 0.0, 0.0
     for n in range(len(m.nodes)):
         node = m.nodes[n]
-        if node.push != 0.0:
-            work += node.push * (node_at(m, n, t, True) - node_at(m, n, 0.0, True))
+        if node.end_force != 0.0:
+            work += node.end_force * (node_at(m, n, t, True) - node_at(m, n, 0.0, True))
         if node.dashpot > 0.0:
             row = n - m.junctions[node.junction].first_node
             lost += node.dashpot * integral(m, node.junction, row, 0.0, t, True)

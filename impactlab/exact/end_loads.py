@@ -1,6 +1,6 @@
 """Forces over time on nodes, straight lines between samples: compiled for the march, and their work.
 
-Intervals of the march end at the samples, so that a force is one line in each: its middle and its swing are the first
+Intervals of the march end at the samples, so that a force is one line in each: its middle and its rise are the first
 two Chebyshev coefficients.
 """
 
@@ -57,8 +57,8 @@ def write_end_loads(m: MarchArrays, j: int, t0: float, t1: float) -> int:
         node = m.nodes[i]
         if node.last_sample > node.first_sample:
             early, late = force_at(m, i, t0), force_at(m, i, t1)
-            node.push, node.swing = 0.5 * (early + late), 0.5 * (late - early)
-            if node.swing != 0.0:
+            node.end_force, node.end_force_rise = 0.5 * (early + late), 0.5 * (late - early)
+            if node.end_force_rise != 0.0:
                 longest = 2
     return longest
 

@@ -19,7 +19,7 @@ EVEN_SAMPLES = 201
 
 
 def masses(signals: Signals, nodes: tuple[int, ...]) -> Iterator[tuple[int, float]]:
-    """Give the nodes that carry a mass, and it [kg]."""
+    """Yield the nodes that carry a mass, and it [kg]."""
     every = signals.log.nodes["mass"]
     for node in nodes:
         if 0.0 < every[node] < np.inf:
@@ -152,9 +152,9 @@ def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> Ene
             work += mass * g * signals.travel(node, t)
         else:
             bodies[name] = np.zeros_like(t)
-    for node in np.flatnonzero(log.nodes["push"]).tolist():
+    for node in np.flatnonzero(log.nodes["end_force"]).tolist():
         if log.nodes["last_sample"][node] == log.nodes["first_sample"][node]:
-            work += log.nodes["push"][node] * signals.travel(node, t)
+            work += log.nodes["end_force"][node] * signals.travel(node, t)
     work += work_of_loads(log, signals, t)
     ends = np.zeros_like(t)
     for node in np.flatnonzero(log.nodes["dashpot"] > 0.0).tolist():

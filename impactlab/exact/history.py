@@ -55,7 +55,7 @@ MIN_JUMP = 1.0e-9  # of the largest velocity: smaller ones are rounding
 
 
 def never_closed(history: AbstractHistory, contacts: Iterable[Contact]) -> Iterator[Warned]:
-    """Give a warning for each of some contacts that was never closed in an exact history."""
+    """Yield a warning for each of some contacts that was never closed in an exact history."""
     touched = touched_in(history)
     for contact in contacts:
         if contact.name not in touched:

@@ -182,14 +182,14 @@ def with_first_pieces(scene: Scene, layout: Layout, log: Log) -> Log:
                 table[2 * nodes + len(own) + i, : len(integral)] = integral
             row.append((t0, t1, table))
         tables.append(row[::-1])
-    of_pushes = log.nodes["push"][ends["node"]] / ends["impedance"]
+    of_constant = log.nodes["end_force"][ends["node"]] / ends["impedance"]
     of_loads = [
         load.largest(scene.duration) / rod.segment_at(x).impedance
         for name in layout.links
         if (rod := scene.bodies[name].waves) is not None
         for x, load in rod.loads
     ]
-    speeds = (*of_loads, *log.nodes["v"].tolist(), *speed, *sums, gravity * 2.0 * max(transit), *of_pushes.tolist())
+    speeds = (*of_loads, *log.nodes["v"].tolist(), *speed, *sums, gravity * 2.0 * max(transit), *of_constant.tolist())
     fastest = max(map(abs, speeds))
     reach = max(fastest * 2.0 * min(transit), 1e-2 * max(map(abs, log.nodes["u"].tolist())))
     state["fastest"], state["farthest"] = fastest, reach

@@ -56,8 +56,8 @@ def group_nodes(m: MarchArrays, j: int, longest: int) -> bool:
         group = m.nodes[node.group]
         group.group_mass += node.mass
         group.drag += node.dashpot
-        m.load[node.group - base, 0] += node.push - node.spring * node.u
-        m.load[node.group - base, 1] += node.swing
+        m.load[node.group - base, 0] += node.end_force - node.spring * node.u
+        m.load[node.group - base, 1] += node.end_force_rise
         if node.mass < np.inf:
             m.load[node.group - base, 0] += node.mass * state.gravity
             tied = tied or node.spring > 0.0
@@ -162,8 +162,8 @@ def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
     displacement, velocity = m.rows[nodes + at], m.rows[at]
     for k in range(n + 1):
         force[k] = side * (face.spring * displacement[k] + face.dashpot * velocity[k])
-    force[0] -= side * face.push
-    force[1] -= side * face.swing
+    force[0] -= side * face.end_force
+    force[1] -= side * face.end_force_rise
     for e in range(ends):
         end = m.ends[first_end + e]
         if end.node == contact.face:
@@ -174,10 +174,10 @@ def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
     for other in range(junction.first_contact, c):  # the forces of the others of this face were found before
         there = m.contacts[other]
         if there.left == contact.face or there.right == contact.face:
-            push = side if there.left == contact.face else -side
+            sign = side if there.left == contact.face else -side
             row = m.rows[2 * (nodes + ends) + other - junction.first_contact]
             for k in range(n + 1):
-                force[k] += push * row[k]
+                force[k] += sign * row[k]
 
 
 @EXACT_PART

@@ -60,7 +60,7 @@ def gather(m: MarchArrays, j: int, damp: Array, stiff: Array, b: Array, first: A
         contact = m.contacts[c]
         if contact.closed == 1 and contact.stiffness >= 0.0:
             left, right = m.nodes[contact.left], m.nodes[contact.right]
-            push = contact.stiffness * (contact.gap + right.u - left.u) - contact.constant
+            force = contact.stiffness * (contact.gap + right.u - left.u) - contact.constant
             for side in range(2):
                 here, there = m.nodes[left.group].place, m.nodes[right.group].place
                 if side == 1:
@@ -68,7 +68,7 @@ def gather(m: MarchArrays, j: int, damp: Array, stiff: Array, b: Array, first: A
                 if here >= 0:
                     stiff[here, here] += contact.stiffness
                     damp[here, here] += contact.damping
-                    b[here, 0] += push if side == 0 else -push
+                    b[here, 0] += force if side == 0 else -force
                     if there >= 0:
                         stiff[here, there] -= contact.stiffness
                         damp[here, there] -= contact.damping

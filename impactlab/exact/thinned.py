@@ -213,9 +213,9 @@ class Thinner:
 
     def _longer(self, window: ContinuousHistory, span: ContactSpan, until: float) -> ContactSpan:
         begin = max(span.start, self.begun)
-        pushed = float(np.diff(window.force(span.contact).integral(np.array([begin, until]), False))[0])
+        impulse = float(np.diff(window.force(span.contact).integral(np.array([begin, until]), False))[0])
         ((_, peak),) = window.impulses_and_peaks([(span.contact, begin, until)])
-        return span._replace(impulse=span.impulse + pushed, peak_force=max(span.peak_force or 0.0, peak))
+        return span._replace(impulse=span.impulse + impulse, peak_force=max(span.peak_force or 0.0, peak))
 
     def _energies(self, window: ContinuousHistory, t: Array, until: float, last: bool) -> None:
         times = np.unique([self.begun, *t, until])

@@ -46,7 +46,7 @@ LOSS = {"linear": "least squares", "huber": "Huber's loss, in which samples far 
 
 
 def plates(fit: Fit) -> Iterator[Plate]:
-    """Give the figures of a fit."""
+    """Yield the figures of a fit."""
     yield Plate(
         "signals", "Signals", "Measured and fitted; below, the residuals over their standard deviation. The band is "
         "two of them wide on each side: of white noise, 95 % of the residuals lie inside, without a pattern.",

@@ -21,7 +21,7 @@ ADVICE: Mapping[str, str] = {
 
 
 def warning_lines(warnings: Iterable[Mapping[str, str]]) -> Iterator[str]:
-    """Give a line for each code of warnings: first text, number of others, advice."""
+    """Yield a line for each code of warnings: first text, number of others, advice."""
     by_code: dict[str, list[str]] = {}
     for warned in warnings:
         by_code.setdefault(warned["code"], []).append(warned["text"])

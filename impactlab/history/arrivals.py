@@ -38,7 +38,7 @@ def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
 
 
 def _ways(scene: Scene, models: Models, points: Sequence[tuple[str, Point]]) -> Iterator[tuple[str, str, float]]:
-    """Give each pair of neighbouring contacts on a body that moves, with the time of a wave between them [s].
+    """Yield each pair of neighbouring contacts on a body that moves, with the time of a wave between them [s].
 
     Times add up along a body, so that neighbours are enough.
     """

@@ -202,7 +202,7 @@ def _is_kick(event: Event, floor: Floor) -> bool:
 def _events(
     events: Sequence[Event], begins: Mapping[Key, float | None], floors: Mapping[str, Floor]
 ) -> Iterator[tuple[float, int, Event]]:
-    """Give (time, number, event) of those that are no noise: a closing and the opening after it go with their span."""
+    """Yield (time, number, event) of those that are no noise: a closing and the opening after it go with their span."""
     closed: dict[str, tuple[int, Event]] = {}
     late = {name for (name, *_), begin in begins.items() if begin is not None and begin >= floors[name].arrival}
     for number, event in enumerate(events):

@@ -160,7 +160,7 @@ def numbers_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float)
 
 
 def kernels_of(part: AbstractMechanism) -> Iterator[Kernel]:
-    """Give the kernels of the steps of a mechanism, the one that takes longest to compile first."""
+    """Yield the kernels of the steps of a mechanism, the one that takes longest to compile first."""
     yield Kernel(type(part).terms, TERMS)
     yield from (Kernel(*each) for each in KERNELS)
     yield Kernel(steps.measure, MEASURE)

@@ -49,7 +49,7 @@ def match_events(exact: Iterable[Event], computed: Iterable[Event], within: floa
 
 
 def _matches(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> Matches | None:
-    """Return the matched touches and openings of the contacts that have any.
+    """Return the matched closings and openings of the contacts that have any.
 
     A law of impulses kicks and never closes or opens, so its contacts are left out; None where that leaves no
     contact, or no T to measure in.
@@ -65,7 +65,7 @@ def _matches(history: AbstractHistory, reference: AbstractHistory, scene: Scene)
 
 
 def event_times(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the largest error in time of the matched touches and openings, in T; None where none matches."""
+    """Return the largest error in time of the matched closings and openings, in T; None without a match."""
     matches = _matches(history, reference, scene)
     if matches is None or not matches.pairs:
         return None
@@ -73,12 +73,12 @@ def event_times(history: AbstractHistory, reference: AbstractHistory, scene: Sce
 
 
 def events_missed(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
-    """Return the number of exact touches and openings without a match; None for impulse laws."""
+    """Return the number of exact closings and openings without a match; None for impulse laws."""
     matches = _matches(history, reference, scene)
     return None if matches is None else len(matches.missed)
 
 
 def events_extra(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
-    """Return the number of touches and openings without an exact one; None for impulse laws."""
+    """Return the number of closings and openings without an exact one; None for impulse laws."""
     matches = _matches(history, reference, scene)
     return None if matches is None else len(matches.extra)

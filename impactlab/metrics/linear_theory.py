@@ -20,7 +20,7 @@ SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy 
 
 
 def overstrained(history: AbstractHistory) -> Iterator[Warned]:
-    """Give a warning for each rod or beam whose largest strain in a run is beyond linear theory, about a hundredth.
+    """Yield a warning for each rod or beam whose largest strain in a run is beyond linear theory, about a hundredth.
 
     The strain is estimated, within a factor of about two, without reading fields: of a rod from the contact forces over
     E A, of a beam from the speed and the way of its struck places. Bodies of a material that no solid is, as those of

@@ -162,7 +162,7 @@ def head_signals(history: AbstractHistory) -> Head:
 
 
 def _blocks(case: Case) -> Iterator[tuple[Contact, ...]]:
-    """Give the contacts of each block of a case: one, or all pieces."""
+    """Yield the contacts of each block of a case: one, or all pieces."""
     contacts, at = case.scene().contacts, 0
     for block in case.checked.contacts:
         count = block.pieces or 1

@@ -59,7 +59,7 @@ def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, st
 
 
 def _once(facts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Give facts of bodies or contacts, those of many in a row that are alike as one: ``bead_1 to bead_50``."""
+    """Yield facts of bodies or contacts, those of many in a row that are alike as one: ``bead_1 to bead_50``."""
     for words, alike in itertools.groupby(facts, lambda fact: fact[1]):
         names = [name for name, _ in alike]
         if len(names) < MIN_ALIKE:

@@ -31,10 +31,10 @@ def check_target(folder: Path) -> None:
         raise CaseError(f"there is no folder {str(parent)!r} to write in", remedy="Make it, or give another --out.")
     check_writable(parent)
     if folder.is_dir():
-        strangers = sorted(files_in(folder) - written_in(folder) - {MANIFEST})
-        if strangers:
+        other_files = sorted(files_in(folder) - written_in(folder) - {MANIFEST})
+        if other_files:
             raise CaseError(
-                f"the output {str(folder)!r} holds files not written by impactlab, such as {strangers[0][:80]!r}",
+                f"the output {str(folder)!r} holds files not written by impactlab, such as {other_files[0][:80]!r}",
                 remedy="Give a new folder with --out.",
             )
 

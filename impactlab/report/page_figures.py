@@ -62,8 +62,8 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         figures.append(Plate("errors", "Errors", words, draw))
     if not all(contact.linked for contact in named_contacts([trace.history for trace in shown])):
         words = (
-            f"A bar is a period of contact, a tick a kick. Dotted lines are the {answer} touches and openings: a bar "
-            "cut in pieces is chatter, a missing bar a missed contact."
+            f"A bar is a period of contact, a tick an impulse. Dotted lines are the {answer} closings and openings: a "
+            "bar cut in pieces is chatter, a missing bar a missed contact."
         )
         figures.append(Plate("contacts", "Periods of contact", words, partial(overview.contacts, shown, scene)))
     several = len(scene.contacts) > 1

@@ -63,7 +63,7 @@ def split_at_contacts(scene: Scene) -> Scene:
 
 
 def cut_at(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Any]:
-    """Give the segments, each of its own kind, cut at places along the body [m], rising."""
+    """Yield the segments, each of its own kind, cut at places along the body [m], rising."""
     start = 0.0
     for segment in segments:
         end, left = start + segment.length, segment.length
@@ -171,7 +171,7 @@ def striker_of(scene: Scene, contact: Contact) -> float:
 
 
 def moving_faces(scene: Scene, *points: Point) -> Iterator[str]:
-    """Give the channels of the displacements of faces that can move."""
+    """Yield the channels of the displacements of faces that can move."""
     for point in points:
         body = scene.bodies[point.body]
         if body.moves:

@@ -99,7 +99,7 @@ def beyond(what: str, path: str, body: Body | None = None) -> CaseError:
 
 
 def ratios(body: ElasticBody) -> Iterator[tuple[str, float, str]]:
-    """Give ratios of loads and losses of a body to its own sizes, with paths."""
+    """Yield ratios of loads and losses of a body to its own sizes, with paths."""
     path, piece = f"bodies.{body.name}", body.segments[0]
     whole, trip = body.length, body.round_trip
     for text, ratio, key in body.own_ratios():

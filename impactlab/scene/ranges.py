@@ -85,7 +85,7 @@ def is_solid(body: ElasticBody) -> bool:
 
 
 def odd_speeds(scene: Scene) -> Iterator[str]:
-    """Give a sentence for each body with a wave speed that no solid has."""
+    """Yield a sentence for each body with a wave speed that no solid has."""
     for name, body in scene.elastic.items():
         if not is_solid(body):
             odd = [piece.wave_speed for piece in body.segments if not SOLID.least <= piece.wave_speed <= SOLID.most]
@@ -96,7 +96,7 @@ def odd_speeds(scene: Scene) -> Iterator[str]:
 
 
 def odd_loads(scene: Scene) -> Iterator[str]:
-    """Give a sentence for each table of an end force of whose many samples the run reaches only the first."""
+    """Yield a sentence for each table of an end force of whose many samples the run reaches only the first."""
     for name, body in scene.bodies.items():
         for x, load in body.loads:
             if load.lines(scene.duration) is None:  # no table
@@ -112,7 +112,7 @@ def odd_loads(scene: Scene) -> Iterator[str]:
 
 
 def lone_bodies(scene: Scene) -> Iterator[str]:
-    """Give a sentence for the bodies of a case of several that no contact names."""
+    """Yield a sentence for the bodies of a case of several that no contact names."""
     named = {point.body for point in scene.faces}
     lone = [name for name in scene.bodies if name not in named]
     if lone and len(scene.bodies) > 1:
@@ -124,7 +124,7 @@ def lone_bodies(scene: Scene) -> Iterator[str]:
 
 
 def odd_laws(scene: Scene, laws: Mapping[str, object]) -> Iterator[str]:
-    """Give a sentence for each group of soil links whose quake is longer than that of any soil."""
+    """Yield a sentence for each group of soil links whose quake is longer than that of any soil."""
     said: set[str] = set()
     for contact in scene.contacts:
         quake, named = getattr(laws[contact.name], "quake", 0.0), contact.group or contact.name

@@ -17,7 +17,7 @@ RESOLVED = 3.0  # time resolutions: a contact that is shorter has no shape and n
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give the warnings of a finished run that concern its beams."""
+    """Yield the warnings of a finished run that concern its beams."""
     scene, laws = history.scene, history.method.laws
     for name, body in scene.bodies.items():
         if body.elastic is not None and (doubts := body.theory_doubts(*_shortest(history, name))):

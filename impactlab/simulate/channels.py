@@ -44,7 +44,7 @@ class Probed(NamedTuple):
 
 
 def probed(scene: Scene) -> Iterator[Probed]:
-    """Give the channels of probes, of ends of gauges, of loaded ends and of rigid masses."""
+    """Yield the channels of probes, of ends of gauges, of loaded ends and of rigid masses."""
     for probe in scene.recorded_probes:
         yield Probed(probe.channel, probe.body, probe.x, *scene.bodies[probe.body].reading(probe.quantity))
     for name, channel, x, quantity in scene.own_channels:

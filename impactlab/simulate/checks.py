@@ -108,7 +108,7 @@ def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]
 
 
 def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give the warnings that laws counted in their memory."""
+    """Yield the warnings that laws counted in their memory."""
     laws = history.method.laws
     if not any(law.noted for law in laws.values()):
         return
@@ -119,7 +119,7 @@ def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give a warning where changes of coordinates with a contact dropped a large share of the energy."""
+    """Yield a warning where changes of coordinates with a contact dropped a large share of the energy."""
     energy, changes = history.dropped
     share = energy / reference_energy(history)
     if share > DROPPED_WARN:
@@ -132,7 +132,7 @@ def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def never_closed(history: AbstractRecordedHistory, contacts: Sequence[Contact]) -> Iterator[Warned]:
-    """Give a warning for each contact without an event."""
+    """Yield a warning for each contact without an event."""
     touched = {event.contact for event in history.events}
     if all(contact.name in touched for contact in contacts):
         return
@@ -149,7 +149,7 @@ def extent(values: Array) -> float:
 
 
 def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give a warning for each hard contact with a large overlap of its faces.
+    """Yield a warning for each hard contact with a large overlap of its faces.
 
     Faces that meet only in the part of the last step beyond the end of the run have not touched.
     """

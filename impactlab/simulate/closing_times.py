@@ -1,7 +1,7 @@
-"""Errors of touch times: each touch is known to within the time resolution of a method, and shifts the motion after it.
+"""Errors of closing times: each is known to within the time resolution of a method, and shifts the motion after it.
 
-Warnings of the run alone, without a reference: many touches in a row, faces displaced by touches that come too late,
-and touches that are themselves not resolved.
+Warnings of the run alone, without a reference: many contacts in a row, faces displaced by contacts that come too late,
+and contacts that are themselves not resolved.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.resolvability import COARSE_WARN, resolution
 from impactlab.types import Array
 
-MIN_OPENING = 0.1  # round trips that faces are apart before a touch counts: a contact that chatters is one
+MIN_OPENING = 0.1  # round trips that faces are apart before a contact counts: a contact that chatters is one
 SHIFT_WARN = 0.2  # round trips by which the contacts of a run may have shifted the motion after them
-RESOLVED = 3.0  # time resolutions: a touch or an opening that is shorter may be one of the mesh
-MOVED_WARN = 2.0  # square mean displacements of a face, by impulses of touches that are not resolved
+RESOLVED = 3.0  # time resolutions: a contact or an opening that is shorter may be one of the mesh
+MOVED_WARN = 2.0  # square mean displacements of a face, by impulses of contacts that are not resolved
 MIN_MOTION = 0.05  # of the motion of the body's other faces: a face that moves less is at rest
 INSTANTS = 2000  # of the displacement of a face, at most
 MIN_INSTANTS = 200
 
 
 def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give the warnings of touches that shift, displace or move the faces after them."""
+    """Yield the warnings of contacts that shift, displace or move the faces after them."""
     scene = history.scene
     if not 0.0 < scene.round_trip < math.inf:
         return
     resolutions = {contact.name: resolution(history, contact) for contact in scene.contacts}
-    touches = {contact.name: _touches(history, contact) for contact in scene.contacts}
-    yield from _shifted(history, resolutions, touches)
-    late, doubtful = _late(history, resolutions, touches), _doubtful(history, resolutions)
+    periods = {contact.name: _periods(history, contact) for contact in scene.contacts}
+    yield from _shifted(history, resolutions, periods)
+    late, doubtful = _late(history, resolutions, periods), _doubtful(history, resolutions)
     if not late and not doubtful.passed:  # so it is of most runs: no displacement is read
         return
     t, found = midpoints(history.duration, _instants(history)), frames(scene, touched_in(history))
@@ -57,16 +57,16 @@ def _instants(history: AbstractRecordedHistory) -> int:
     return min(INSTANTS, max(records, MIN_INSTANTS))
 
 
-def _touches(history: AbstractRecordedHistory, contact: Contact) -> list[tuple[float, float | None]]:
-    """Return start and end [s] of the touches of a contact, those that chatter as one; none of an impulse law."""
-    touches: list[tuple[float, float | None]] = []
+def _periods(history: AbstractRecordedHistory, contact: Contact) -> list[tuple[float, float | None]]:
+    """Return start and end [s] of the periods of a contact, those that chatter as one; none of an impulse law."""
+    periods: list[tuple[float, float | None]] = []
     for span in _spans(history, contact):
-        last = touches[-1][1] if touches else -math.inf
+        last = periods[-1][1] if periods else -math.inf
         if last is None or span.start - last <= MIN_OPENING * history.scene.round_trip:
-            touches[-1] = touches[-1][0], span.end
+            periods[-1] = periods[-1][0], span.end
         else:
-            touches.append((span.start, span.end))
-    return touches
+            periods.append((span.start, span.end))
+    return periods
 
 
 def _spans(history: AbstractRecordedHistory, contact: Contact) -> list[ContactSpan]:
@@ -76,11 +76,11 @@ def _spans(history: AbstractRecordedHistory, contact: Contact) -> list[ContactSp
 def _shifted(
     history: AbstractRecordedHistory,
     resolutions: Mapping[str, float],
-    touches: Mapping[str, Sequence[tuple[float, float | None]]],
+    periods: Mapping[str, Sequence[tuple[float, float | None]]],
 ) -> Iterator[Warned]:
     """Warn of many contacts in a row, whose errors of time add up."""
-    count = sum(len(found) for found in touches.values())
-    shift = sum(len(found) * resolutions[name] for name, found in touches.items())
+    count = sum(len(found) for found in periods.values())
+    shift = sum(len(found) * resolutions[name] for name, found in periods.items())
     if shift > SHIFT_WARN * history.scene.round_trip:
         text = (
             f"{count} contacts, each dated to within {shift / count:.3g} s: later ones may be shifted by up to "
@@ -90,7 +90,7 @@ def _shifted(
 
 
 def _shares(faces: Mapping[str, Array], displaced: float) -> Iterator[tuple[float, str]]:
-    """Give the ratio of a displacement to that of each face of a body.
+    """Yield the ratio of a displacement to that of each face of a body.
 
     The displacement [m] is divided by the square mean of the face's; beside it stands the channel of the face.
 
@@ -110,14 +110,14 @@ def _mean(values: Array) -> float:
 def _late(
     history: AbstractRecordedHistory,
     resolutions: Mapping[str, float],
-    touches: Mapping[str, Sequence[tuple[float, float | None]]],
+    periods: Mapping[str, Sequence[tuple[float, float | None]]],
 ) -> dict[str, list[float]]:
-    """Return the errors of the touch times of each body [s]; bodies without any are left out."""
+    """Return the errors of the closing times of each body [s]; bodies without any are left out."""
     late: dict[str, list[float]] = {}
     for contact in history.scene.contacts:
         if not history.method.laws[contact.name].force_jumps:
-            continue  # next to no force acts around a touch whose time is in doubt
-        found = [end for touch in touches[contact.name] for end in touch if end]  # that at t = 0 is given
+            continue  # next to no force acts around a closing whose time is in doubt
+        found = [end for period in periods[contact.name] for end in period if end]  # that at t = 0 is given
         if found:
             for point in contact.faces:
                 late.setdefault(point.body, []).extend([resolutions[contact.name]] * len(found))
@@ -129,12 +129,12 @@ def _displaced(
 ) -> Iterator[Warned]:
     """Warn where a face moves little beside its body.
 
-    The displacement of the face is then not large beside that of its body in the error of a touch time.
+    The displacement of the face is then not large beside that of its body in the error of a closing time.
 
-    A touch or opening that comes too late by a time s leaves the faces of its body displaced by its speed times s;
+    A closing or opening that comes too late by a time s leaves the faces of its body displaced by its speed times s;
     those of several, of either sign, add up in squares. So a face that is brought back to where it was, or moves little
     beside the others of its body, has the largest relative error. Displacements and speeds are square means over the
-    run. Touches whose force grows from zero have no such instant. ``late`` are the errors of touch times by body [s].
+    run. Contacts whose force grows from zero have no such instant. ``late`` are errors of closing times by body [s].
     """
     worst = (0.0, "")
     for body, faces in motions.items():
@@ -147,7 +147,7 @@ def _displaced(
     share, name = worst
     if share > COARSE_WARN:
         text = (
-            f"{name}: touches and openings, each dated to within half the shortest period or a step, may change it by "
+            f"{name}: closings and openings, each dated to within half the shortest period or a step, may change it by "
             f"{100.0 * share:.3g} %; give more elements or modes, and a smaller step"
         )
         yield Warned("drift", text)
@@ -157,15 +157,15 @@ class UnresolvedClosings(NamedTuple):
     """Touches that a method cannot resolve, by body."""
 
     passed: dict[str, list[float]]  # m, square means of its displacements by them; bodies without any are left out
-    counts: dict[str, tuple[int, int]]  # how many of its touches
+    counts: dict[str, tuple[int, int]]  # how many of its contacts
 
 
 def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]) -> UnresolvedClosings:
-    """Return the displacements by touches that a method cannot resolve.
+    """Return the displacements by contacts that a method cannot resolve.
 
-    The impulse J of a touch that is short, or that follows a short opening, may belong to the touch before or after, or
-    to none. That changes the velocity of a free body of mass M by J/M from there on; of one that is held, for half a
-    round trip. Several add up in squares.
+    The impulse J of a contact that is short, or that follows a short opening, may belong to the contact before or after
+    it, or to none. That changes the velocity of a free body of mass M by J/M from there on; of one that is held, for
+    half a round trip. Several add up in squares.
     """
     scene = history.scene
     passed, counts = dict[str, list[float]](), dict[str, tuple[int, int]]()
@@ -187,7 +187,7 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
 
 
 def _chattering(doubtful: UnresolvedClosings, motions: Mapping[str, Mapping[str, Array]]) -> Iterator[Warned]:
-    """Warn where the impulses of touches that a method cannot resolve move a face by more than its whole motion."""
+    """Warn where the impulses of contacts that a method cannot resolve move a face by more than its whole motion."""
     worst = (0.0, "", "")
     for body_name, moved_by in doubtful.passed.items():
         shares = _shares(motions[body_name], math.hypot(*moved_by))
@@ -196,7 +196,7 @@ def _chattering(doubtful: UnresolvedClosings, motions: Mapping[str, Mapping[str,
     if share > MOVED_WARN:
         unresolved, of = doubtful.counts[body_name]
         text = (
-            f"{name}: {unresolved} of {of} touches of this body, or openings before them, are not resolved, and their "
+            f"{name}: {unresolved} of {of} contacts of this body, or openings before them, are not resolved, and their "
             f"impulses may change it by {share:.2g} times its size; their number follows the mesh and the step: "
             "compare two resolutions or models"
         )
@@ -216,9 +216,9 @@ def _delay(history: AbstractRecordedHistory, contact: Contact) -> float:
 
 
 def _unresolved(spans: Sequence[ContactSpan], limit: float) -> Iterator[tuple[float, float]]:
-    """Give start [s] and impulse [N s] of touches shorter than a limit [s], or that follow a shorter opening.
+    """Yield start [s] and impulse [N s] of contacts shorter than a limit [s], or that follow a shorter opening.
 
-    Of the two touches beside a short opening the smaller impulse is in doubt.
+    Of the two contacts beside a short opening the smaller impulse is in doubt.
     """
     for before, span in zip((None, *spans), spans, strict=False):
         if span.end is not None and span.end - span.start < limit:

@@ -16,7 +16,7 @@ BEAM_SHARE = 33.0 / 140.0  # of the mass of a cantilever, that a mass at its tip
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give a warning for each link on a driven hub whose swing about its static sag matters in its motion.
+    """Yield a warning for each link on a driven hub whose swing about its static sag matters in its motion.
 
     None where gravity alone moves it. The sag is that of a cantilever under its weight and that of the mass at its end,
     at its angle at t = 0.

@@ -14,7 +14,7 @@ MIN_PULSE = 0.1  # of the impulse of the largest pulse of a force: smaller ones 
 
 
 def warnings(scene: Scene, dt: float) -> Iterator[Warned]:
-    """Give a warning for each end force with a pulse shorter than a step of ``dt`` [s]."""
+    """Yield a warning for each end force with a pulse shorter than a step of ``dt`` [s]."""
     for name, body in scene.elastic.items():
         for x, load in body.loads:
             shortest = shortest_pulse(load.sampled(scene.duration), scene.duration)

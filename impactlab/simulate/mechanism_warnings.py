@@ -19,7 +19,7 @@ ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of 
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give the warnings of a finished run that concern its mechanisms."""
+    """Yield the warnings of a finished run that concern its mechanisms."""
     if not any(body.changes for body in history.scene.bodies.values()):
         return
     yield from _sensitive(history)
@@ -31,7 +31,7 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def _sensitive(history: AbstractHistory) -> Iterator[Warned]:
-    """Give a warning for each body of large motion with a long sequence of contacts."""
+    """Yield a warning for each body of large motion with a long sequence of contacts."""
     scene = history.scene
     for name, body in scene.bodies.items():
         if not body.changes:
@@ -43,7 +43,7 @@ def _sensitive(history: AbstractHistory) -> Iterator[Warned]:
 
 
 def _turned_far(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give a warning for each mechanism that turns by a large angle in a step, so that it may pass a face unseen."""
+    """Yield a warning for each mechanism that turns by a large angle in a step, so that it may pass a face unseen."""
     for name, body in history.scene.bodies.items():
         if not body.changes:
             continue
@@ -59,7 +59,7 @@ def _turned_far(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def too_bent(history: AbstractRecordedHistory) -> Iterator[str]:
-    """Give a text for each flexible link that bends further than its shapes hold.
+    """Yield a text for each flexible link that bends further than its shapes hold.
 
     The shortening s of a link is half the integral of its squared slope, so that s/L is half the mean of that square.
     """
@@ -77,7 +77,7 @@ def too_bent(history: AbstractRecordedHistory) -> Iterator[str]:
 
 
 def _guided(scene: Scene) -> Iterator[Warned]:
-    """Give a warning where gravity acts across the motion of bodies beside a mechanism."""
+    """Yield a warning where gravity acts across the motion of bodies beside a mechanism."""
     pull = max((math.hypot(*body.gravity) for body in scene.bodies.values()), default=0.0)
     across = math.sqrt(max(0.0, pull**2 - scene.gravity**2))
     names = [name for name, body in scene.bodies.items() if body.moves and body.falls]
@@ -87,7 +87,7 @@ def _guided(scene: Scene) -> Iterator[Warned]:
 
 
 def _driven_from_the_ground(scene: Scene) -> Iterator[Warned]:
-    """Give a warning for each drive of a link that stands on another one."""
+    """Yield a warning for each drive of a link that stands on another one."""
     for body in scene.bodies.values():
         for name, before in body.ground_drives:
             text = (

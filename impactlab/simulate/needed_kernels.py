@@ -50,7 +50,7 @@ def type_of_arrays() -> Any:
 
 
 def of_steps(scene: Scene, method: Method) -> Iterator[Kernel]:
-    """Give the kernels of a run in steps that do not depend on its bodies, those that take longest first.
+    """Yield the kernels of a run in steps that do not depend on its bodies, those that take longest first.
 
     An exact run has none.
     """
@@ -69,7 +69,7 @@ def of_steps(scene: Scene, method: Method) -> Iterator[Kernel]:
 
 
 def of_exact() -> Iterator[Kernel]:
-    """Give the kernels of an exact solution, the one that takes longest first."""
+    """Yield the kernels of an exact solution, the one that takes longest first."""
     arrays = type_of(with_room(empty_log(1, 1, 1, 1, 1), 1, 1, 1).memory)
     yield from (Kernel(march.advance, (arrays,)), Kernel(end_balance.end_error, (arrays,)))
     yield Kernel(periods.finish_spans, (arrays, type_of(np.zeros((0, periods.SPAN_COLUMNS)))))

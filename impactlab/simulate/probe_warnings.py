@@ -21,7 +21,7 @@ MIN_MISSING = 1e-4
 
 
 def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
-    """Give a warning for each body with probes that miss the internal force of a load beside them.
+    """Yield a warning for each body with probes that miss the internal force of a load beside them.
 
     Modes of a free end have no force there, however many are kept, and those of an inner point no jump. Elements at a
     node without mass have the strain of a node that nothing presses. An element of a beam that is struck between its
@@ -50,7 +50,7 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
 
 
 def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give a warning for each probe of a beam whose moment or shear force lacks a share by modes left out in the run.
+    """Yield a warning for each probe of a beam whose moment or shear force lacks a share by modes left out in the run.
 
     It is their static answer to the contact force of each instant, beside the largest value of the probe: in a short
     impact the moment is that of the struck place alone, and far smaller than in statics.

@@ -27,7 +27,7 @@ MIN_STORED = 0.01  # of the energy, in an initial overlap: less (a tenth of the 
 
 
 def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give the warnings of closed contacts that the method cannot resolve."""
+    """Yield the warnings of closed contacts that the method cannot resolve."""
     touched = {event.contact for event in history.events}
     for contact in history.scene.contacts:
         if contact.name in touched:

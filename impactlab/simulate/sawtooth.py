@@ -29,7 +29,7 @@ MIN_SHARE = 0.995  # of the stability limit: below it the sawtooth is within the
 def warnings(
     scene: Scene, method: Method, integrator: AbstractIntegrator, built: Mapping[str, BuiltBody], dt: float
 ) -> Iterator[Warned]:
-    """Give a warning for each rod or shaft that a dashpot sets into a sawtooth in steps of dt [s]."""
+    """Yield a warning for each rod or shaft that a dashpot sets into a sawtooth in steps of dt [s]."""
     if not integrator.needs_diagonal_mass:
         return
     for body in scene.wave_bodies:

@@ -14,7 +14,7 @@ REACH_FURTHER = "Move the slide, or give longer links or a shorter run."
 
 
 def slid(scene: Scene) -> Iterator[tuple[str, float]]:
-    """Give each body with a slide, and the number of the reading that is the angle of the link on it."""
+    """Yield each body with a slide, and the number of the reading that is the angle of the link on it."""
     for name, body in scene.bodies.items():
         if body.sliding:
             yield name, next(x for channel, x, _ in body.recorded if channel == f"angle:{body.sliding}")

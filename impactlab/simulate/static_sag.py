@@ -30,7 +30,7 @@ SAGS = {
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give a warning for each beam whose swing about its static sag is a share of its motion that matters.
+    """Yield a warning for each beam whose swing about its static sag is a share of its motion that matters.
 
     None of a scene in which gravity alone moves a beam, as one that is held straight and let go, nor of a beam with a
     given displacement at t = 0.
@@ -82,7 +82,7 @@ def _share_of_sag(sag: Array, weight: Array, system: Operators, duration: float)
 
 
 def _places(history: AbstractRecordedHistory, beam: Beam) -> Iterator[tuple[float, str]]:
-    """Give the places of a beam [m] whose displacement is recorded, and their channels."""
+    """Yield the places of a beam [m] whose displacement is recorded, and their channels."""
     places = [point.x for point in history.scene.faces if point.body == beam.name]
     places += [probe.x for probe in history.scene.recorded_probes if probe.body == beam.name]
     for x in dict.fromkeys(places):

@@ -106,7 +106,7 @@ class Batch:
         return BatchResults(first, *self.at(range(first, last)))
 
     def chunks(self, firsts: Sequence[int], size: int, workers: int) -> Iterator[BatchResults]:
-        """Give the results of chunks of points by their first ones, computed by so many threads."""
+        """Yield the results of chunks of points by their first ones, computed by so many threads."""
         if workers < 2:
             for first in firsts:
                 yield self.found(first, min(first + size, self.count))

@@ -79,7 +79,7 @@ class Folder:
         draft.replace(path)
 
     def chunks(self) -> Iterator[Chunk]:
-        """Give the chunks that are kept, without files that are none."""
+        """Yield the chunks that are kept, without files that are none."""
         for path in sorted((self.path / CHUNKS).glob("*.npz")):
             with (
                 contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError),
@@ -104,11 +104,11 @@ def refuse_folder(path: Path, content: Mapping[str, Any], shard: Shard | None) -
             text = f"the output folder {str(path)!r} cannot be made in {str(parent)!r}"
             raise CaseError(text, path="--out", remedy="Give another --out.")
         return
-    strangers = sorted(each.name for each in path.iterdir() if not any(fnmatch(each.name, name) for name in OURS))
+    other_files = sorted(each.name for each in path.iterdir() if not any(fnmatch(each.name, name) for name in OURS))
     if not (path / CONTENT).exists():
-        strangers += [f"{CHUNKS}/{each.name}" for each in (path / CHUNKS).glob("*.npz")]
-    if strangers:
-        text = f"the output folder {str(path)!r} holds files that no sweep wrote, such as {shown(strangers[0])}"
+        other_files += [f"{CHUNKS}/{each.name}" for each in (path / CHUNKS).glob("*.npz")]
+    if other_files:
+        text = f"the output folder {str(path)!r} holds files that no sweep wrote, such as {shown(other_files[0])}"
         raise CaseError(text, path="--out", remedy="Give a new folder with --out.")
     if (path / CONTENT).exists():
         _refuse_other(path, content)

@@ -175,7 +175,7 @@ class Cluster:
         return points_in(median(seconds) if len(seconds) == len(found) else math.inf)
 
     def chunks(self, firsts: Sequence[int], size: int) -> Iterator[Chunk]:
-        """Give the chunks that begin at certain points as they arrive."""
+        """Yield the chunks that begin at certain points as they arrive."""
         count = self.made.points.count
         jobs = [(first, min(first + size, count)) for first in firsts]
         lost: list[Job] = []
@@ -188,7 +188,7 @@ class Cluster:
             yield joined(sorted(self._split(job), key=lambda chunk: chunk.first))
 
     def _split(self, job: Job) -> Iterator[Chunk]:
-        """Give the chunks of parts of a job whose worker died or hung; a single point that it happens to is a row.
+        """Yield the chunks of parts of a job whose worker died or hung; a single point that it happens to is a row.
 
         A point counts as hung where it hangs twice: the first time it may have waited behind the run that hung before.
         """
@@ -209,7 +209,7 @@ class Cluster:
     def _ended(
         self, jobs: Sequence[Job], limit: float, at_once: int = 0, on: Mapping[Job, str] | None = None
     ) -> Iterator[JobOutcome]:
-        """Give the outcomes of jobs as they come; ``at_once`` of them wait or run, by default one for each worker."""
+        """Yield the outcomes of jobs as they come; ``at_once`` of them wait or run, by default one for each worker."""
         waiting, done = deque(jobs), SimpleQueue[str]()
         busy: dict[str, tuple[Job, Future, float]] = {}
         watch = ConnectionWatch(self.client, self.address)

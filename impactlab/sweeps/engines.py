@@ -53,7 +53,7 @@ def spent_on_first(made: Sweep) -> float:
 
 
 def computed(made: Sweep, firsts: Sequence[int], size: int, workers: int) -> Iterator[Chunk]:
-    """Give the chunks that begin at certain points, in this process or in workers."""
+    """Yield the chunks that begin at certain points, in this process or in workers."""
     count = made.points.count
     if firsts and made.batch is not None:
         yield from _batched(made, made.batch, firsts, size, workers)
@@ -91,7 +91,7 @@ def _alone(made: Sweep, numbers: Sequence[int], workers: int) -> dict[int, Row]:
 
 
 def _batched(made: Sweep, batch: Batch, firsts: Sequence[int], size: int, workers: int) -> Iterator[Chunk]:
-    """Give the chunks that begin at certain points, marched by a batch; points that it leaves are run on their own."""
+    """Yield the chunks that begin at certain points, marched by a batch; points that it leaves are run on their own."""
     waiting: list[BatchResults] = []
     for found in batch.chunks(firsts, size, workers):
         if workers > 0 and not found.served.all():

@@ -277,7 +277,7 @@ def _picture(axes: Axes, table: Any, values: Array, across: Places, up: Places, 
 
 
 def _runs(marked: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Give the first and the place after the last of each row of marked places."""
+    """Yield the first and the place after the last of each row of marked places."""
     ends = np.flatnonzero(np.diff(np.concatenate(([0], marked.astype(int), [0]))))
     yield from zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True)
 

@@ -180,13 +180,13 @@ def time_in_contact(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N s", CONTACT)
 def impulse(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Impulse of the contact force over the run; of a link that of its force, which may pull."""
+    """Impulse of the contact force over the run; of a link, which may pull, that of its force of either sign."""
     return {contact.name: history.impulse_of(contact.name) for contact in scene.contacts}
 
 
 @quantity("N", CONTACT)
 def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Largest contact force; missing where the law gives impulses alone, and of a link, which pulls, too."""
+    """Largest contact force; missing for laws of impulses, and for links (see largest_force)."""
     peaks = {name: [span.peak_force for span in history.spans(name)] for name in (each.name for each in scene.contacts)}
     return {
         name: max(
@@ -199,7 +199,7 @@ def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N", LINK)
 def largest_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Largest force of each contact and each link by name; of several of one name that of their sum."""
+    """Largest force of each contact and link by name; for several of one name, of the sum of their forces."""
     forces, by_name = peak_force(scene, history), dict[str, list[float]]()
     for contact in scene.contacts:
         by_name.setdefault(contact.group or contact.name, []).append(forces[contact.name])
@@ -235,7 +235,7 @@ def restitution(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("m/s", BODY)
 def final_velocity(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Mean velocity at the end of the run: momentum over mass; a mechanism has none in one direction."""
+    """Mean velocity at the end of the run: momentum over mass; not for mechanisms, which move in a plane."""
     names = [name for name in labels_of(scene, BODY) if not scene.bodies[name].changes]
     found = {name: mean_velocity(scene, history, name, history.duration) for name in names}
     return {name: velocity for name, velocity in found.items() if velocity is not None}
@@ -249,7 +249,7 @@ def final_energy(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N s", BODY)
 def final_momentum(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Momentum at the end of the run; none of a mechanism, whose momentum is a vector."""
+    """Momentum at the end of the run; not for mechanisms, whose momentum is a vector."""
     names = [name for name, body in scene.bodies.items() if body.moves and not body.changes]
     return {name: history.at_end(f"momentum:{name}") for name in names}
 

@@ -50,7 +50,7 @@ def check_sampled(wanted: Sampled, scene: Scene, method: Method, longest: float)
 
 
 def channels(scene: Scene) -> Iterator[str]:
-    """Give the channels that every run of a scene has."""
+    """Yield the channels that every run of a scene has."""
     yield from dict.fromkeys(f"force:{contact.group}" for contact in scene.contacts if contact.group)
     for contact in scene.contacts:
         yield f"force:{contact.name}"

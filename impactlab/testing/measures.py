@@ -109,7 +109,7 @@ def step_time(simulation: Simulation) -> tuple[float, int]:
 
 
 def of_adaptive(part: AbstractAdaptive) -> Iterator[Measured]:
-    """Give the figures of an integrator that chooses its own steps."""
+    """Yield the figures of an integrator that chooses its own steps."""
     suite = type("Suite", (AdaptiveContract,), {"part": part})()
 
     def walked() -> tuple[float, int, float]:
@@ -131,7 +131,7 @@ def of_adaptive(part: AbstractAdaptive) -> Iterator[Measured]:
 
 
 def of_integrator(part: AbstractScheme) -> Iterator[Measured]:
-    """Give the figures of an integrator."""
+    """Yield the figures of an integrator."""
     if isinstance(part, AbstractAdaptive):
         yield from of_adaptive(part)
     elif isinstance(part, AbstractIntegrator):
@@ -139,7 +139,7 @@ def of_integrator(part: AbstractScheme) -> Iterator[Measured]:
 
 
 def of_stepping(part: AbstractIntegrator) -> Iterator[Measured]:
-    """Give the figures of an integrator that takes steps of one length."""
+    """Yield the figures of an integrator that takes steps of one length."""
     suite = type("Suite", (IntegratorContract,), {"part": part})()
 
     def order() -> Measured:
@@ -201,7 +201,7 @@ def partners(law: AbstractContactLaw) -> tuple[AbstractIntegrator, AbstractRodMo
 
 
 def of_law(part: AbstractContactLaw) -> Iterator[Measured]:
-    """Give the figures of a contact law."""
+    """Yield the figures of a contact law."""
 
     def energy(gained: bool) -> Measured:
         integrator, model = partners(part)
@@ -244,7 +244,7 @@ def of_law(part: AbstractContactLaw) -> Iterator[Measured]:
 
 
 def of_model(part: AbstractRodModel) -> Iterator[Measured]:
-    """Give the figures of a rod model."""
+    """Yield the figures of a rod model."""
 
     def lowest(model: AbstractRodModel) -> float:
         system = model.build(CLAMPED, 0.0).operators()
@@ -283,7 +283,7 @@ def of_model(part: AbstractRodModel) -> Iterator[Measured]:
 
 
 def of_basis(part: AbstractBasis) -> Iterator[Measured]:
-    """Give the figures of a basis: on the clamped rod, 100 elements, struck by its own mass."""
+    """Yield the figures of a basis: on the clamped rod, 100 elements, struck by its own mass."""
     faces = (Face(0.0, 0, PIECE.mass),)
 
     def system(modes: int) -> tuple[AbstractDiscreteModel, Operators]:
@@ -311,7 +311,7 @@ def of_basis(part: AbstractBasis) -> Iterator[Measured]:
 
 
 def of_mechanism(part: AbstractMechanism) -> Iterator[Measured]:
-    """Give the figures of a mechanism: the energy of its free motion, and the order of its error."""
+    """Yield the figures of a mechanism: the energy of its free motion, and the order of its error."""
     suite = type("Suite", (MechanismContract,), {"part": part})()
 
     def energy() -> Measured:

@@ -156,7 +156,7 @@ def properties_of(part: Any, group: Group, name: str, registry: Registry) -> Ite
 
 
 def tried(part: Any, group: Group, first: Iterable[tuple[str, Callable[[], None]]] = ()) -> Iterator[Property]:
-    """Give each property that the suite of a group tests, after those given."""
+    """Yield each property that the suite of a group tests, after those given."""
     kind, kept = (part, staticmethod(part)) if group.arguments else (type(part), part)
     suite = type(f"Suite{kind.__name__}", (suite_of(group, kind),), {"part": kept})()
     checks = list(first)

@@ -102,6 +102,13 @@ def test_signals_of_a_mechanism_are_its_angles_and_the_moment_of_its_drive() -> 
     assert all(np.all(np.isfinite(line.values)) for panel in shown for line in panel.lines)
 
 
+def test_a_misspelt_key_is_not_reported_as_missing_as_well() -> None:
+    with pytest.raises(CaseError) as caught:
+        il.Case(bodies={"hammer": {"kind": "mass", "mas": 1.0}}, solve={"duration": 1.0}).resolved()
+    assert "Did you mean 'mass'?" in str(caught.value)
+    assert "missing" not in str(caught.value)
+
+
 def test_a_match_is_shown_with_units_and_without_arrays() -> None:
     from impactlab.fits.result import Fitted
     from impactlab.piling.match import Match

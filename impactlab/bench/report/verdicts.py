@@ -52,7 +52,7 @@ def worst_error(row: Row) -> float | None:
 
 
 def violations(row: Row) -> Iterator[str]:
-    """Give the violations of a row in words.
+    """Yield the violations of a row in words.
 
     A run is completed, refused with a reason and a remedy, or failed with a reason and the time it reached. A completed
     run keeps momentum and warns of energy that it gained; where its result is off by more than `WRONG` of the

@@ -105,10 +105,10 @@ def check_report(out_dir: Path, parts: Sequence[str]) -> None:
     if not out_dir.is_dir():
         raise CaseError(f"there is no folder {str(out_dir)!r} to write in", remedy="Make it, or give another --out.")
     known = written_in(out_dir, MANIFEST)
-    strangers = sorted(name for part in parts for name in files_in(out_dir, part) if name not in known)
-    if strangers:
+    other_files = sorted(name for part in parts for name in files_in(out_dir, part) if name not in known)
+    if other_files:
         raise CaseError(
-            f"the report would replace {strangers[0][:80]!r} in {str(out_dir)!r}, which no report wrote",
+            f"the report would replace {other_files[0][:80]!r} in {str(out_dir)!r}, which no report wrote",
             remedy="Give another --out.",
         )
 

@@ -47,7 +47,7 @@ def from_loads(m: MarchArrays, q: Pattern, node: int) -> float:
     """Return when the forces on the ends of its body reach a node [s]; inf without any."""
     first = np.inf
     for n in range(len(m.nodes)):
-        if m.nodes[n].push != 0.0 and q.nodes[n].kind != FIXED and q.nodes[n].body == q.nodes[node].body:
+        if m.nodes[n].end_force != 0.0 and q.nodes[n].kind != FIXED and q.nodes[n].body == q.nodes[node].body:
             first = min(first, travel_time(m, q, node, n))
     return first
 

@@ -115,7 +115,7 @@ def same_network(made: Log, wanted: Log) -> bool:
 
 
 COLUMNS = (
-    "mass", "spring", "dashpot", "push", "u", "v", "impedance", "transit", "carried", "left", "right", "face",
+    "mass", "spring", "dashpot", "end_force", "u", "v", "impedance", "transit", "carried", "left", "right", "face",
     "stiffness", "damping", "gap", "closed",
 )  # fmt: skip
 STATE = ("gravity", "duration", "tolerance", "fastest", "farthest", "pool_used")

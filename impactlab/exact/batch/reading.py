@@ -160,7 +160,7 @@ def load_work(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
         if q.nodes[n].body != b:
             continue
         node = m.nodes[n]
-        load = node.push + (node.mass * gravity if 0.0 < node.mass < np.inf else 0.0)
+        load = node.end_force + (node.mass * gravity if 0.0 < node.mass < np.inf else 0.0)
         if load != 0.0:
             total += load * (node_at(m, n, t, True) - node_at(m, n, 0.0, True))
     return total

@@ -113,7 +113,7 @@ def end_force(m: MarchArrays, q: Pattern, b: int) -> float:
     total = 0.0
     for n in range(len(q.nodes)):
         if q.nodes[n].body == b:
-            total += m.nodes[n].push
+            total += m.nodes[n].end_force
     return total
 
 
@@ -123,7 +123,7 @@ def size_of_end_forces(m: MarchArrays, q: Pattern, b: int) -> float:
     total = 0.0
     for n in range(len(q.nodes)):
         if q.nodes[n].body == b:
-            total += abs(m.nodes[n].push)
+            total += abs(m.nodes[n].end_force)
     return total
 
 

@@ -84,13 +84,13 @@ def write_nodes(m: MarchArrays, q: Pattern, p: Array, tolerance: float) -> None:
     """Write the nodes at t = 0."""
     for n in range(len(q.nodes)):
         of, node = q.nodes[n], m.nodes[n]
-        node.mass = node.v = node.u = node.spring = node.dashpot = node.push = 0.0
+        node.mass = node.v = node.u = node.spring = node.dashpot = node.end_force = 0.0
         if of.kind == FIXED:
             node.mass = np.inf
         elif of.kind == RIGID:
             node.mass, node.v = p[of.value], p[of.velocity]
         elif of.kind == END:
-            node.push = p[of.force]
+            node.end_force = p[of.force]
             if of.support == MASS:
                 node.mass = p[of.value]
                 node.v = p[of.velocity] if node.mass > 0.0 else 0.0
@@ -199,7 +199,7 @@ def write(m: MarchArrays, q: Pattern, p: Array, places: Array, speeds: Array, mo
     for n in range(len(m.nodes)):
         fastest = max(fastest, abs(m.nodes[n].v))
     for e in range(len(m.ends)):
-        fastest = max(fastest, abs(m.nodes[m.ends[e].node].push / m.ends[e].impedance))
+        fastest = max(fastest, abs(m.nodes[m.ends[e].node].end_force / m.ends[e].impedance))
     state.fastest = fastest
     state.farthest = max(fastest * 2.0 * shortest, 0.0)
     write_first_pieces(m, speeds)

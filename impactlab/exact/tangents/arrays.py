@@ -15,12 +15,12 @@ from impactlab.exact.network import Log
 from impactlab.types import Array, Ints
 
 OF_STATE = ("gravity", "duration")
-OF_NODES = ("mass", "u", "v", "spring", "dashpot", "push")
+OF_NODES = ("mass", "u", "v", "spring", "dashpot", "end_force")
 OF_ENDS = ("impedance", "transit")
 OF_CONTACTS = ("stiffness", "damping", "gap")
 AT_ONCE, CROSSED, BY_FRONT = range(3)  # how an event was found
 GRAVITY, DURATION = range(2)
-MASS, U, V, SPRING, DASHPOT, PUSH = range(6)
+MASS, U, V, SPRING, DASHPOT, END_FORCE = range(6)
 IMPEDANCE, TRANSIT = range(2)
 STIFFNESS, DAMPING, GAP = range(3)
 

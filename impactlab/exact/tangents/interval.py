@@ -24,11 +24,11 @@ from impactlab.exact.nodes import group_nodes, tail
 from impactlab.exact.tangents.arrays import (
     DAMPING,
     DASHPOT,
+    END_FORCE,
     GAP,
     GRAVITY,
     IMPEDANCE,
     MASS,
-    PUSH,
     SPRING,
     STIFFNESS,
     TRANSIT,
@@ -136,7 +136,7 @@ def drive(m: MarchArrays, d: TangentArrays, q: int, j: int, longest: int) -> Non
         g = node.group - base
         v = m.rows[g]
         load = m.load[g]
-        load[0] += d.of_nodes[q, i, PUSH] - d.of_nodes[q, i, SPRING] * node.u - node.spring * d.u[q, i]
+        load[0] += d.of_nodes[q, i, END_FORCE] - d.of_nodes[q, i, SPRING] * node.u - node.spring * d.u[q, i]
         if node.mass < np.inf:
             load[0] += d.of_nodes[q, i, MASS] * state.gravity + node.mass * d.of_state[q, GRAVITY]
         if d.of_nodes[q, i, DASHPOT] != 0.0:
@@ -207,7 +207,7 @@ def contact_force(m: MarchArrays, d: TangentArrays, q: int, j: int, c: int, n: i
         force[k] = side * (face.spring * rows[nodes + at, k] + face.dashpot * rows[at, k])
         force[k] += side * d.of_nodes[q, contact.face, SPRING] * m.rows[nodes + at, k]
         force[k] += side * d.of_nodes[q, contact.face, DASHPOT] * m.rows[at, k]
-    force[0] -= side * d.of_nodes[q, contact.face, PUSH]
+    force[0] -= side * d.of_nodes[q, contact.face, END_FORCE]
     for e in range(ends):
         end = m.ends[junction.first_end + e]
         if end.node == contact.face:
@@ -218,10 +218,10 @@ def contact_force(m: MarchArrays, d: TangentArrays, q: int, j: int, c: int, n: i
     for other in range(junction.first_contact, c):
         there = m.contacts[other]
         if there.left == contact.face or there.right == contact.face:
-            push = side if there.left == contact.face else -side
+            sign = side if there.left == contact.face else -side
             row = rows[2 * (nodes + ends) + other - junction.first_contact]
             for k in range(n):
-                force[k] += push * row[k]
+                force[k] += sign * row[k]
 
 
 @EXACT_PART

@@ -15,7 +15,7 @@ MAX_NARROWER = 0.02  # of the length of a piece, by which it may change
 
 
 def kept_pieces(log: Log) -> Iterator[tuple[int, int]]:
-    """Give junction and number of all pieces."""
+    """Yield junction and number of all pieces."""
     for j, count in enumerate(log.junctions["records"].tolist()):
         for k in range(count):
             yield j, k

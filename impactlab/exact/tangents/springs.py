@@ -49,14 +49,14 @@ def add_change_of_stiffness(m: MarchArrays, d: TangentArrays, q: int, j: int, b:
             stiffer, heavier = d.of_contacts[q, c, STIFFNESS], d.of_contacts[q, c, DAMPING]
             opening = d.of_contacts[q, c, GAP] + d.u[q, contact.right] - d.u[q, contact.left]
             for k in range(ORDER):
-                push = stiffer * (m.rows[nodes + contact.right - base, k] - m.rows[nodes + contact.left - base, k])
-                push += heavier * (m.rows[contact.right - base, k] - m.rows[contact.left - base, k])
+                added = stiffer * (m.rows[nodes + contact.right - base, k] - m.rows[nodes + contact.left - base, k])
+                added += heavier * (m.rows[contact.right - base, k] - m.rows[contact.left - base, k])
                 if k == 0:
-                    push += stiffer * contact.gap + contact.stiffness * opening
+                    added += stiffer * contact.gap + contact.stiffness * opening
                 if here >= 0:
-                    b[here, k] += push
+                    b[here, k] += added
                 if there >= 0:
-                    b[there, k] -= push
+                    b[there, k] -= added
 
 
 @ALLOCATING_PART

@@ -187,7 +187,7 @@ class Mechanism(MechanismBody):
 
 
 def links_on_hubs(bodies: Iterable[Body]) -> Iterator[tuple[Mechanism, Link]]:
-    """Give each mechanism of a single link that is clamped to a driven hub, and the link."""
+    """Yield each mechanism of a single link that is clamped to a driven hub, and the link."""
     for body in bodies:
         if isinstance(body, Mechanism) and len(body.links) == 1:
             (link,) = body.links

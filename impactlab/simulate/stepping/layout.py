@@ -187,7 +187,7 @@ class Layout:
         return found
 
     def _sources_of_contact(self, number: int) -> Iterator[tuple[str, Source]]:
-        """Give the sources of force and gap of a contact, and of the motion of its faces on bodies that deform."""
+        """Yield the sources of force and gap of a contact, and of the motion of its faces on bodies that deform."""
         contact, column = self.scene.contacts[number], self.column_of(number)
         law = self.plan.acting.laws[contact.name]
         # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.

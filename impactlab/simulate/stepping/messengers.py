@@ -22,7 +22,7 @@ DRIFT_WARN = 1e-3
 
 
 def _read(scene: Scene, starts: tuple[Start, ...]) -> Iterator[tuple[int, Arriving, Point]]:
-    """Give each reading of messengers: number of the contact, reading, and the face that it is of."""
+    """Yield each reading of messengers: number of the contact, reading, and the face that it is of."""
     for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True)):
         for reading in start.readings:
             if isinstance(reading, Arriving):

@@ -22,7 +22,7 @@ from impactlab.scene.facts import facts_at
 from impactlab.scene.method import Method, side_facts
 from impactlab.scene.precision import beyond, check_finite, in_precision
 from impactlab.scene.problem import Contact, Point, Scene
-from impactlab.types import MEMORY, PARAMETERS, READINGS, Arriving, Quantity, Reading, SideFacts, Start
+from impactlab.types import MEMORY, PARAMETERS, READINGS, Array, Arriving, Quantity, Reading, SideFacts, Start
 
 
 class BuiltBody(NamedTuple):
@@ -122,9 +122,8 @@ def prepare_steppers(
             continue
         rows = [model.row(points[number][side].x, "displacement") for number, side in touching]
         rows += [model.row(push.x, push.quantity) for push in pushed.get(name, ())]
-        loads = [(model.row(x, "displacement"), load) for x, load in body.loads]
-        rows += [row for row, _ in loads]
-        ports = np.array(rows).reshape(len(rows), system.load.size)
+        of_loads = [model.row(x, "displacement") for x, _ in body.loads]
+        ports = np.array(rows + of_loads).reshape(len(rows) + len(of_loads), system.load.size)
         subject, path = f"the steps of '{name}'", f"bodies.{name}"
         with in_precision(subject, path, body):
             if isinstance(model, MechanismModel):
@@ -132,18 +131,32 @@ def prepare_steppers(
             elif isinstance(model, AbstractSelfStepping):
                 stepper = model.stepper(ports, dt)
             else:
-                forces = [float(load.at(np.zeros(1))[0]) * row for row, load in loads]
+                forces = [
+                    float(load.at(np.zeros(1))[0]) * row for (_, load), row in zip(body.loads, of_loads, strict=True)
+                ]
                 forces += [force * row for force, row in zip(held, rows, strict=False) if force != 0.0]
-                at_start = sum(forces, np.zeros(system.load.size)) if forces else None
-                if system.momentum is None:
-                    system = system._replace(momentum=model.momentum_row())
-                stepper = integrator.prepare(system, ports, dt, at_start)
+                stepper = _stepper(integrator, system, model, ports, dt, forces)
         checked = stepper.parameters, stepper.state, stepper.force_response, stepper.impulse_response
         check_finite(subject, path, body, *checked)
         steppers[name] = stepper
         if alike is not None and name not in pushed:
             rigid[alike] = stepper
     return steppers
+
+
+def _stepper(
+    integrator: AbstractIntegrator,
+    system: Operators,
+    model: AbstractDiscreteModel,
+    ports: Array,
+    dt: float,
+    forces: Sequence[Array],
+) -> Stepper:
+    """Return the stepper of a body with matrices, under some forces on its coordinates at t = 0."""
+    at_start = sum(forces, np.zeros(system.load.size)) if forces else None
+    if system.momentum is None:
+        system = system._replace(momentum=model.momentum_row())
+    return integrator.prepare(system, ports, dt, at_start)
 
 
 class placed_at(in_precision):  # noqa: N801 - used as `with placed_at(...)`
@@ -262,24 +275,30 @@ def pushes_of(scene: Scene, built: Mapping[str, BuiltBody], starts: Sequence[Sta
     for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True)):
         for reading, weight in start.pushed:
             point, x = reading_place(contact, reading)
-            body, model, quantity = scene.bodies[point.body], built[point.body].model, reading.quantity
-            left_out = abs(model.left_out(x, quantity, point.x))
-            largest = np.abs(model.row(0.5 * body.length, quantity)).max(initial=0.0)
-            text, remedy = "", "Use finite_element, or modal with basis craig_bampton."
-            if quantity == "force" and facts_at(scene, point, math.nan).end == "force":
-                text = f"the law takes the force at the face for that of the contact, and at {point.label} another acts"
-                remedy = "Use addition_deletion or penalty."
-            elif np.abs(model.row(x, quantity)).max(initial=0.0) <= 1e-9 * largest:
-                text = f"the law uses the {quantity} at the face, which is zero in all coordinates of '{point.body}'"
-            elif quantity == "force" and left_out > MAX_MISSING_FORCE:
-                text = (
-                    f"the law uses the force at the face, and the modes kept of '{point.body}' hold only "
-                    f"{100.0 * (1.0 - left_out):.3g} % of it"
-                )
-            if text:
-                raise PairingError(text, remedy=remedy, path=f"contacts.{number}.law")
-            pushes.append(Push(number, point.body, x, quantity, weight))
+            _check_pushed(scene, built[point.body].model, point, x, reading.quantity, f"contacts.{number}.law")
+            pushes.append(Push(number, point.body, x, reading.quantity, weight))
     return tuple(pushes)
+
+
+def _check_pushed(
+    scene: Scene, model: AbstractDiscreteModel, point: Point, x: float, quantity: Quantity, path: str
+) -> None:
+    """Raise `PairingError` where a row that a law pushes along is zero, or its force is not that of the contact."""
+    text, remedy = "", "Use finite_element, or modal with basis craig_bampton."
+    left_out = abs(model.left_out(x, quantity, point.x))
+    largest = np.abs(model.row(0.5 * scene.bodies[point.body].length, quantity)).max(initial=0.0)
+    if quantity == "force" and facts_at(scene, point, math.nan).end == "force":
+        text = f"the law takes the force at the face for that of the contact, and at {point.label} another acts"
+        remedy = "Use addition_deletion or penalty."
+    elif np.abs(model.row(x, quantity)).max(initial=0.0) <= 1e-9 * largest:
+        text = f"the law uses the {quantity} at the face, which is zero in all coordinates of '{point.body}'"
+    elif quantity == "force" and left_out > MAX_MISSING_FORCE:
+        text = (
+            f"the law uses the force at the face, and the modes kept of '{point.body}' hold only "
+            f"{100.0 * (1.0 - left_out):.3g} % of it"
+        )
+    if text:
+        raise PairingError(text, remedy=remedy, path=path)
 
 
 def check_phases(phased: Mapping[str, Phases], built: Mapping[str, BuiltBody], steppers: Mapping[str, Stepper]) -> None:

@@ -143,7 +143,7 @@ def _before_start(assembly: Assembly) -> Early:
 
 
 def _rates(assembly: Assembly, integrator: AbstractIntegrator) -> Iterator[Rate]:
-    """Give the channels of velocities, energies and momenta."""
+    """Yield the channels of velocities, energies and momenta."""
     m, layout, scene = assembly.memory, assembly.layout, assembly.scene
     n_faces, early = len(assembly.faces), integrator.velocity_point < 1.0
     begin = _state_at_start(assembly) if early else m.state
