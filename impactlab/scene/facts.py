@@ -55,11 +55,13 @@ def split_at_contacts(scene: Scene) -> Scene:
     A force inside an element moves its place by too little, in a bar or by shear: the compliance that is missing is of
     the first order in the length of the element, and depends on where in it the force acts.
     """
-    bodies = dict(scene.bodies)
+    cut: dict[str, Body] = {}
     for body in scene.elastic.values():
         places = sorted({point.x for point in scene.faces if point.body == body.name and not on_end(body, point)})
-        bodies[body.name] = dataclasses.replace(body, segments=tuple(cut_at(body.segments, places)))
-    return dataclasses.replace(scene, bodies=bodies)
+        if places:
+            cut[body.name] = dataclasses.replace(body, segments=tuple(cut_at(body.segments, places)))
+    # The same scene where nothing is cut: all that was found of it is still known.
+    return dataclasses.replace(scene, bodies=dict(scene.bodies) | cut) if cut else scene
 
 
 def cut_at(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Any]:
