@@ -8,7 +8,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.numerics.banded import solve
 from impactlab.scene.problem import Scene
 from impactlab.simulate.stepping.history import RecordedHistory
-from impactlab.testing.trace import Trace
+from impactlab.testing.trace import Trace, forces_after
 
 
 def strongest_pull(history: AbstractHistory) -> float:
@@ -35,16 +35,17 @@ def reported_impulse_error(traced: Trace) -> float:
 
     Give a scene whose duration is a whole number of steps: contacts still closed are reported up to the end. Sums of
     forces reach the instant of the last momentum, in a leapfrog half a step before the end, in generalised-alpha half a
-    step after it; what the last force gives from there to the end is added. What a force at t = 0 gives before it, or
-    still has to give, is not reported.
+    step after it; what the force of the next step gives from there to the end is added, as momenta at the end lie on
+    the line to that step. What a force at t = 0 gives before it, or still has to give, is not reported.
     """
     worst = 0.0
     late = traced.integrator.momentum_early * traced.dt
+    after = forces_after(traced) if late != 0.0 else traced.forces[-1]
     for number, (name, given) in enumerate(given_impulses(traced).items()):
         spans = [span for span in traced.history.contacts if span.contact == name]
         joined = traced.history.method.laws[name].two_sided
         if joined or any(span.end is None for span in spans):
-            given += late * float(traced.forces[-1, number])
+            given += late * float(after[number])
         given -= late * traced.plan.pressed.get(number, 0.0)
         reported = traced.history.impulse_of(name) if joined else sum(span.impulse for span in spans)
         moved = float(np.abs(traced.forces[:, number]).sum()) * traced.dt if joined else given

@@ -88,6 +88,14 @@ def trace(simulation: Simulation) -> Trace:
     return Trace(plan.scene, plan, history, assembly.dt, np.array(states), *replies)
 
 
+def forces_after(traced: Trace) -> Array:
+    """Return the forces of the contacts in the step after the end of a run [N], which is taken again for them."""
+    assembly = Assembly(traced.plan, traced.integrator, traced.dt, with_beads=False)
+    loop.start(assembly.memory, assembly.dt)
+    walk_to(assembly, RecordedHistory(assembly, traced.integrator), traced.plan.steps + 1, sample_stride=1)
+    return np.array([each.force for each in assembly.contacts])
+
+
 def run_in_cuts(simulation: Simulation, next_cut: Callable[[int], int]) -> RecordedHistory:
     """Return the history of a run whose loop stops at each ``next_cut(step)``.
 

@@ -202,7 +202,7 @@ def test_a_converged_reference_is_not_called_exact(pile: AbstractHistory) -> Non
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["converged", "base"]
     document = {"rows": [{"name": "base", "summary": {"errors": None}}]}
     captions = " ".join(plate.caption for plate in page_figures.of_comparison(document, shown, pile.scene))
-    assert "converged touches" in captions
+    assert "converged closings and openings" in captions
     assert "exact" not in captions
 
 

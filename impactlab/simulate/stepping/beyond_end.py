@@ -18,7 +18,6 @@ from impactlab.numerics.raised import keep_raised
 from impactlab.simulate.stepping import event_times
 from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.layout import PER_CONTACT
 from impactlab.simulate.stepping.loop import DONE, advance_dated
 from impactlab.types import Array
 
@@ -44,12 +43,12 @@ class RecordsAround(NamedTuple):
         share = (time - (self.time - early)) / self.dt
         return np.asarray(rows[0] + share * (rows[1] - rows[0]))
 
-    def impulse(self, time: float, place: int, given: float, early: float) -> float:
+    def impulse(self, time: float, column: int, given: float, early: float) -> float:
         """Return the impulse [N s] of a contact up to a time [s], of one that was ``given`` by the steps of the run.
 
         Its force is that of the line on which momenta lie, which belong ``early`` [s] before the end of their steps.
         """
-        first, second = (float(force) for force in self.record[:, 1 + PER_CONTACT * place])
+        first, second = (float(force) for force in self.record[:, column])
         return given + self.beyond * self.dt * first + (time - self.time + early) * second
 
 

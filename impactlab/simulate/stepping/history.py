@@ -220,23 +220,23 @@ class RecordedHistory(AbstractRecordedHistory):
     @cached_property
     def _joined_impulses(self) -> dict[str, float]:
         """Impulses of the links by name [N s]."""
-        solved = enumerate(zip(self.assembly.layout.solved, self.assembly.contacts, strict=True))
+        solved = zip(self.assembly.layout.solved, self.assembly.contacts, strict=True)
         return {
-            self.scene.contacts[number].name: self._up_to_end(place, record.total, record.force)
+            self.scene.contacts[number].name: self._up_to_end(number, record.total, record.force)
             - self._before_start(number)
-            for place, (number, record) in solved
+            for number, record in solved
             if record.joined
         }
 
-    def _up_to_end(self, place: int, given: float, force: float) -> float:
+    def _up_to_end(self, number: int, given: float, force: float) -> float:
         """Return the impulse [N s] of a contact up to the end of the run, as the momenta there.
 
         All steps together have ``given`` it, the last one with a ``force`` [N].
         """
         around, early = self._settled.around, self._integrator.momentum_early * self.assembly.dt
-        if around is None or place >= len(self.assembly.contacts):
+        if around is None:
             return given - (self.assembly.clock.time - early - self.duration) * force
-        return around.impulse(self.duration, place, given, early)
+        return around.impulse(self.duration, self.assembly.layout.column_of(number), given, early)
 
     def _before_start(self, number: int) -> float:
         """Return the impulse that the steps count of a contact before t = 0 [N s], as of faces pressed together.
@@ -354,7 +354,7 @@ class RecordedHistory(AbstractRecordedHistory):
             name, (impulse, force, peak) = contacts[number].name, readout.span_of(assembly, number)
             if not assembly.acting.laws[name].hard:  # a force that may jump is known as means over steps alone
                 peak = self._peak_at_end(number, time, force, peak)
-            since_start = self._up_to_end(assembly.layout.places[number], impulse, force) - early.pop(number, 0.0)
+            since_start = self._up_to_end(number, impulse, force) - early.pop(number, 0.0)
             spans.append(ContactSpan(name, time, None, since_start, peak))
         for number, given in kicks.items():
             name = contacts[number].name
