@@ -40,8 +40,10 @@ def check_momentum(scene: Simulation) -> None:
     traced = trace(scene)
     steps = len(traced.forces)
     assert strongest_pull(traced.history) == 0.0
-    # Ten terms of the size of the largest, each rounded a few times (seen: 1.3 eps).
-    assert worst_balance(traced) < 16.0 * EPS * magnified(scene)
+    # Of a matrix with w bands beside its diagonal, factor and substitutions sum w + 1 products in a row, each of them
+    # rounded a few times (seen: 1.3 eps with one band; 27 eps with six, and masses that differ by 2e5).
+    bands = max(built.system.stiffness.shape[0] - 1 for built in traced.plan.built.values())
+    assert worst_balance(traced) < 8.0 * (1 + max(1, bands)) * EPS * magnified(scene)
     # Sums of so many terms of one sign, added in another order than the loop adds them.
     assert reported_impulse_error(traced) < (steps + 8.0) * EPS
     # A velocity is rounded once a step.
