@@ -124,8 +124,9 @@ def run(
     history, status = step_through(plan, assembly, progress, began, with_warnings)
     solved = clock.perf_counter()
     with spent_on("checks"), GarbageCollectionPaused():
-        if with_warnings:
-            add_warnings(history)
+        with history.summed_up_to_last_step():
+            if with_warnings:
+                add_warnings(history)
         history.cost.checks_s = clock.perf_counter() - solved
         check_run(status, assembly, history)
     return history

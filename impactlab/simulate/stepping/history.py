@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any, final
 
@@ -30,6 +31,7 @@ from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times, readout, run_ends
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.beyond_end import ON_STEP, LateClosings, RecordsAround, around_end, late_closings
 from impactlab.simulate.stepping.chain_waves import ChainWaves
 from impactlab.simulate.stepping.delay_waves import DelayWaves
 from impactlab.simulate.stepping.recorded_channels import Ends, RecordedChannels, ends_of
@@ -56,6 +58,7 @@ class RecordedHistory(AbstractRecordedHistory):
         self._times = np.zeros(0)  # of the snapshots
         self._integrator = integrator
         self._raw: list[tuple[float, int, int, float, float, float]] = []
+        self._up_to_last_step = False
 
     def drain(self) -> None:
         """Take the events out of the loop's buffer."""
@@ -104,7 +107,29 @@ class RecordedHistory(AbstractRecordedHistory):
     @cached_property
     def _settled(self) -> run_ends.EndChannels:
         """Velocities, momenta and energies at both ends of the run, where the records lie beside them."""
-        return run_ends.settled(self.assembly, self._integrator, self._raw, self.duration, self.recorded)
+        given = self.assembly, self._integrator, self.duration, self.recorded, self._late_closings
+        return run_ends.settled(*given, lambda: self._around)
+
+    @cached_property
+    def _late_closings(self) -> LateClosings:
+        return late_closings(self.assembly, self._integrator, self._raw, self.duration)
+
+    @cached_property
+    def _around(self) -> RecordsAround | None:
+        """Records around the end of the run, for which a step beyond it is taken."""
+        return around_end(self.assembly, self._late_closings)
+
+    @contextmanager
+    def summed_up_to_last_step(self) -> Iterator[None]:
+        """Take no step beyond the end for impulses of contacts that are closed there, as the checks need none."""
+        self._up_to_last_step = True
+        try:
+            yield
+        finally:
+            self._up_to_last_step = False
+            if "contacts" in self.__dict__ and any(span.end is None for span in self.contacts):
+                for name in ("_found", "events", "contacts", "_joined_impulses"):
+                    self.__dict__.pop(name, None)
 
     @cached_property
     def load_impulses(self) -> Mapping[str, float]:  # type: ignore[override]
@@ -233,10 +258,13 @@ class RecordedHistory(AbstractRecordedHistory):
 
         All steps together have ``given`` it, the last one with a ``force`` [N].
         """
-        around, early = self._settled.around, self._integrator.momentum_early * self.assembly.dt
-        if around is None:
-            return given - (self.assembly.clock.time - early - self.duration) * force
-        return around.impulse(self.duration, self.assembly.layout.column_of(number), given, early)
+        assembly, early = self.assembly, self._integrator.momentum_early * self.assembly.dt
+        goes_on = self.duration > assembly.clock.time + ON_STEP * assembly.dt
+        beside = early != 0.0 or goes_on or self._late_closings.kicked
+        around = self._around if beside and not self._up_to_last_step else None
+        if around is None:  # momenta there lie on a line within the last step
+            return given - (assembly.clock.time - early - self.duration) * force
+        return around.impulse(self.duration, assembly.layout.column_of(number), given, early)
 
     def _before_start(self, number: int) -> float:
         """Return the impulse that the steps count of a contact before t = 0 [N s], as of faces pressed together.

@@ -9,7 +9,7 @@ own, when a value is first asked for, and values at the end lie on the line thro
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from impactlab.numerics.banded import multiply
 from impactlab.simulate.channels import Channel
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.beyond_end import ON_STEP, Raw, RecordsAround, around_end, late_closings, row_of
+from impactlab.simulate.stepping.beyond_end import ON_STEP, LateClosings, RecordsAround, row_of
 from impactlab.simulate.stepping.layout import PER_CONTACT
 from impactlab.simulate.stepping.recorded_channels import lag_of
 from impactlab.types import Array
@@ -56,11 +56,15 @@ class EndChannels(NamedTuple):
     end: Array | None  # sample at the end of the run; None where it lies between two samples of the run
     start: Array  # first sample
     load_impulses: dict[str, float]  # N s, of loads over time in the run, by body
-    around: RecordsAround | None  # records of a step beyond the end, where values there need them
 
 
 def settled(
-    assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float, recorded: Mapping[str, Channel]
+    assembly: Assembly,
+    integrator: AbstractIntegrator,
+    duration: float,
+    recorded: Mapping[str, Channel],
+    touches: LateClosings,
+    beyond: Callable[[], RecordsAround | None],
 ) -> EndChannels:
     """Return the channels of a run whose records lie beside its start or its end.
 
@@ -69,18 +73,19 @@ def settled(
     assembly : Assembly
         Of the run, which has ended.
     integrator : AbstractIntegrator
-    raw : sequence of tuples
-        Its events, with the numbers of their contacts in the scene.
     duration : float
         Where the run ends [s], in its last step.
     recorded : mapping
         Its channels as they were recorded.
+    touches : LateClosings
+        Those in its last step.
+    beyond : function
+        Gives the records around the end, and is called where they are needed.
     """
-    touches, rates = late_closings(assembly, integrator, raw, duration), list(_rates(assembly, integrator))
-    slack = ON_STEP * assembly.dt
-    beyond = assembly.clock.time + slack  # of values at the ends of steps
-    missing = {rate.channel for rate in rates if touches.kicked or rate.lag != 0.0 or duration > beyond}
-    around = around_end(assembly, touches) if missing else None
+    rates, slack = list(_rates(assembly, integrator)), ON_STEP * assembly.dt
+    last = assembly.clock.time + slack  # of values at the ends of steps
+    missing = {rate.channel for rate in rates if touches.kicked or rate.lag != 0.0 or duration > last}
+    around = beyond() if missing else None
     found: dict[str, Channel] = {}
     for rate in rates:
         channel = recorded[rate.channel]
@@ -91,15 +96,15 @@ def settled(
             times, values = np.concatenate(([0.0], times[1:])), np.concatenate(([rate.at_start], values[1:]))
         if around is not None and rate.channel in missing:
             rows, kept = (around.sample if rate.sampled else around.record)[:, rate.column], times < duration - slack
-            last = around.at(duration, rows, rate.lag)
-            times, values = np.append(times[kept], duration), np.append(values[kept], last)
+            at_end = around.at(duration, rows, rate.lag)
+            times, values = np.append(times[kept], duration), np.append(values[kept], at_end)
         if times is not channel.times:
             found.setdefault(rate.channel, channel._replace(times=times, values=values))
     early = integrator.velocity_point < 1.0
     lag = 0.5 * assembly.dt if early else 0.0
     end = None if around is None else around.at(duration, around.sample, lag)
     start, given = assembly.memory.sample[0].copy(), _load_impulses(assembly, integrator, duration, around)
-    return EndChannels(found, _before_start(assembly) if early else None, end, start, given, around)
+    return EndChannels(found, _before_start(assembly) if early else None, end, start, given)
 
 
 def _load_impulses(
