@@ -127,8 +127,9 @@ class RecordedHistory(AbstractRecordedHistory):
             yield
         finally:
             self._up_to_last_step = False
+            self.__dict__.pop("_joined_impulses", None)
             if "contacts" in self.__dict__ and any(span.end is None for span in self.contacts):
-                for name in ("_found", "events", "contacts", "_joined_impulses"):
+                for name in ("_found", "events", "contacts"):
                     self.__dict__.pop(name, None)
 
     @cached_property
