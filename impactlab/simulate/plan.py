@@ -102,6 +102,13 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
     return 2.0 * math.pi / highest / (rule.points_per_period or 10.0)
 
 
+def checked_step(dt: float) -> float:
+    """Return a step [s]; raise `CaseError` where it is not finite and above 0."""
+    if not 0.0 < dt < math.inf:
+        raise beyond("the step", "solve.step")
+    return dt
+
+
 def fitted_step(dt: float, built: dict[str, BuiltBody]) -> float:
     """Return the longest step [s] with the least misfit of self-stepping bodies, of these one that breaks few waves."""
     own = [body.model for body in built.values() if isinstance(body.model, AbstractSelfStepping)]
@@ -171,10 +178,8 @@ def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, bu
             with in_precision(f"the longest stable step of '{name}'", f"bodies.{name}", body.body):
                 limits[name] = integrator.limit(body.system)
     with in_precision("the step", "solve.step"):
-        dt = fitted_step(resolve_step(scene, method, built), built)
+        dt = fitted_step(checked_step(resolve_step(scene, method, built)), built)
         count = scene.duration / dt
-    if not 0.0 < dt < math.inf:
-        raise beyond("the step", "solve.step")
     name = min(limits, key=lambda key: limits[key], default="")
     if name and dt > limits[name] * (1.0 + 1e-9):
         model = built[name].model
@@ -222,7 +227,7 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     check_bodies(scene, method)
     checked = 0
     if method.step.dt is not None and not isinstance(method.integrator, AbstractAdaptive):
-        checked = math.ceil(scene.duration / method.step.dt - 1e-9)
+        checked = math.ceil(scene.duration / checked_step(method.step.dt) - 1e-9)
         check_records(scene, checked)  # before thousands of bodies are built
     built = build_bodies(scene, method)
     own = self_stepping(built)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 
 import impactlab as il
-from impactlab.errors import PairingError
+from impactlab.errors import CaseError, PairingError
+from impactlab.scene.method import StepRule
 from impactlab.simulate import prepare
 
 C, LENGTH = 5000.0, 0.5  # m/s, m
@@ -83,3 +86,21 @@ def test_an_infinite_beam_without_shear_has_neither() -> None:
     )
     with pytest.raises(PairingError, match="is infinite, and has neither modes nor elements"):
         il.run(case)
+
+
+@pytest.mark.parametrize("dt", [math.inf, math.nan])
+def test_a_step_without_end_is_refused(dt: float) -> None:
+    """From Python; a case file refuses it when it is read."""
+    ends = {"left": "pinned", "right": "pinned"}
+    material = STEEL | {"poisson": 0.3}
+    beam = il.Beam(
+        length=0.3, section={"width": 0.01, "height": 0.01}, material=material, theory="timoshenko", ends=ends
+    )
+    case = il.Case(
+        bodies={"ball": il.Mass(0.05, velocity=1.0), "beam": beam},
+        contacts=[il.Contact("ball", "beam.at(0.15)", HERTZ)],
+        solve={"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": 1e-6}},
+    )
+    scene, method = case.simulation()
+    with pytest.raises(CaseError, match="the step"):
+        prepare(scene, dataclasses.replace(method, step=StepRule(dt=dt)))
