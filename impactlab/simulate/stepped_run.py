@@ -20,13 +20,12 @@ from impactlab.scene.problem import Scene
 from impactlab.scene.recent import KeepsResults
 from impactlab.simulate import needed_kernels
 from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
-from impactlab.simulate.plan import Plan, is_stepped, prepare
+from impactlab.simulate.plan import Plan, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.fault_of_part import fault_of_part
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.simulate.stepping.loop import advance_dated
-from impactlab.simulate.stepping.preparation import self_stepping
 from impactlab.simulate.stepping.unfilled import check_called
 from impactlab.types import Progress
 from impactlab.wall_time import spent_on
@@ -46,7 +45,8 @@ class Prepared:
     """The plan of a run, and the arrays of its loop: those made first serve the first run, copies the next ones."""
 
     def __init__(self, scene: Scene, method: Method) -> None:
-        self.plan = prepare(scene, method)
+        last = ready.last
+        self.plan = prepare(scene, method, None if last is None else last.plan.known_bodies)
         self._made, self._given = self._assembly(), False
         self.can_repeat: bool = self.plan.march is None and (self._made is None or self._made.can_repeat)
 
@@ -102,7 +102,7 @@ def run_adaptive(march: March, progress: Progress | None, began: float, with_war
     failure = partial(StepError, time=march.time, step=march.steps, history=history)
     check_momentum(history, march.state[system.impulses].tolist(), history.load_impulses, march.time, failure)
     bound = march.integrator.gains_energy + sum(law.gains_energy for law in laws_of(system.scene, system.method))
-    check_gain(history, bound, "Give a smaller relative_tolerance.", failure)
+    check_gain(history, bound, lambda: "Give a smaller relative_tolerance.", failure)
     return history
 
 
@@ -147,7 +147,7 @@ def step_through(
             check_rates(plan.scene, 1.0 / (assembly.stride * assembly.dt))
         history = RecordedHistory(assembly, plan.integrator)
         history.warnings.extend(plan.warnings)
-        history.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
+        history.integrator_used = plan.is_stepped
         entered(loop.start, assembly.memory, assembly.dt)
         if not is_loaded(advance_of(assembly)):  # here, so that the first run's solve time is that of the steps
             entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)

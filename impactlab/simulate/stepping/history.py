@@ -53,6 +53,7 @@ class RecordedHistory(AbstractRecordedHistory):
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
         super().__init__(assembly.scene, assembly.method, assembly.layout.built, assembly.dt)
         self.assembly = assembly
+        self._facts = assembly.layout.plan.facts
         self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
         self._places: dict[str, Array] = {}  # of their fields
         self._times = np.zeros(0)  # of the snapshots
