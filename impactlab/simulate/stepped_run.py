@@ -45,8 +45,8 @@ class Prepared:
     """The plan of a run, and the arrays of its loop: those made first serve the first run, copies the next ones."""
 
     def __init__(self, scene: Scene, method: Method) -> None:
-        last = ready.last
-        self.plan = prepare(scene, method, None if last is None else last.plan.known_bodies)
+        last: Prepared | None = ready.last
+        self.plan: Plan = prepare(scene, method, None if last is None else last.plan.known_bodies)
         self._made, self._given = self._assembly(), False
         self.can_repeat: bool = self.plan.march is None and (self._made is None or self._made.can_repeat)
 
