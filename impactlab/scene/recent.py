@@ -35,11 +35,6 @@ class KeepsResults(Generic[Made]):
         self._make, self._is_kept, self._limited = make, is_kept, limited
         self._known: dict[Any, tuple[Scene, Method, Made]] = {}
 
-    @property
-    def last(self) -> Made | None:
-        """The result that was kept last, None so far."""
-        return next(reversed(self._known.values()))[2] if self._known else None
-
     def __call__(self, scene: Scene, method: Method) -> Made:
         """Return the result for a scene and a method, made or kept; it raises as the function does."""
         key = id(scene), id(method), memory_limit() if self._limited else 0.0

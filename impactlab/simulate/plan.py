@@ -28,7 +28,7 @@ from impactlab.scene.sizes import check_fields, check_records, with_room
 from impactlab.simulate import exact_run, load_warnings, probe_warnings, sawtooth
 from impactlab.simulate.body_sizes import check_bodies
 from impactlab.simulate.contact_facts import ContactFacts
-from impactlab.simulate.known_bodies import KnownBodies
+from impactlab.simulate.known_bodies import MAX_COMPARED, KnownBodies
 from impactlab.simulate.pairing import (
     check_ordinary,
     check_pairs,
@@ -65,6 +65,7 @@ else:  # needed only under adaptive steps
 
 MAX_STEPS = 2_000_000_000
 MISFIT_WARN = 2e-3  # of the length of a body, by which its contacts and ends together are moved to a grid
+MAX_KEPT = 2.5e6  # numbers of bodies that are kept for the next plan, 20 MB
 
 
 @dataclass(frozen=True)
@@ -86,9 +87,13 @@ class Plan:
     # Contact forces at t = 0 [N] by number of the contact, of schemes whose forces act at an instant.
     pressed: Mapping[int, float] = field(default_factory=dict)
 
+    body_numbers: float = 0.0  # that its bodies take in memory, about
+
     @property
-    def known_bodies(self) -> KnownBodies:
-        """Its bodies, which plans of other scenes take over where they are the same."""
+    def known_bodies(self) -> KnownBodies | None:
+        """Its bodies, which plans of other scenes take over where they are the same; None where they are large."""
+        if not 0 < len(self.built) <= MAX_COMPARED or self.body_numbers > MAX_KEPT:
+            return None
         steppers = {} if self.pushes or self.pressed else self.steppers
         return KnownBodies(self.scene, self.method.models, self.built, self.integrator, self.dt, steppers)
 
@@ -259,7 +264,7 @@ def mechanism_kernels(built: Mapping[str, BuiltBody]) -> Iterator[Kernel]:
 def _prepared(scene: Scene, method: Method, known: KnownBodies | None) -> Plan:
     if is_exact(scene, method):
         return Plan(scene, method, method, None, 0, {}, {}, (), (), None, exact_run.check(scene, method))
-    check_bodies(scene, method)
+    numbers = check_bodies(scene, method)
     checked = 0
     if method.step.dt is not None and not isinstance(method.integrator, AbstractAdaptive):
         checked = math.ceil(scene.duration / method.step.dt - 1e-9)
@@ -269,7 +274,7 @@ def _prepared(scene: Scene, method: Method, known: KnownBodies | None) -> Plan:
     own = self_stepping(built)
     stepped = is_stepped(scene, own)
     if isinstance(method.integrator, AbstractAdaptive) and stepped:
-        return prepare_adaptive(scene, method, method.integrator, built)
+        return replace(prepare_adaptive(scene, method, method.integrator, built), body_numbers=numbers)
     given = method.integrator
     integrator: AbstractIntegrator = given if isinstance(given, AbstractIntegrator) else Newmark()
     warnings = []
@@ -306,7 +311,7 @@ def _prepared(scene: Scene, method: Method, known: KnownBodies | None) -> Plan:
     warnings += [*probe_warnings.warnings(scene, built), *load_warnings.warnings(scene, dt)]
     warnings += sawtooth.warnings(scene, acting, integrator, built, dt)
     parts = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
-    return Plan(*parts, pressed=pressed)
+    return Plan(*parts, pressed=pressed, body_numbers=numbers)
 
 
 def _started(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory
@@ -20,6 +20,7 @@ from impactlab.scene.problem import Scene
 from impactlab.scene.recent import KeepsResults
 from impactlab.simulate import needed_kernels
 from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
+from impactlab.simulate.known_bodies import KnownBodies
 from impactlab.simulate.plan import Plan, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
@@ -44,9 +45,11 @@ FIRST_CHUNK = 4_000_000  # steps times entries of the state: a few milliseconds
 class Prepared:
     """The plan of a run, and the arrays of its loop: those made first serve the first run, copies the next ones."""
 
+    bodies: ClassVar[KnownBodies | None] = None  # of the plan before
+
     def __init__(self, scene: Scene, method: Method) -> None:
-        last: Prepared | None = ready.last
-        self.plan: Plan = prepare(scene, method, None if last is None else last.plan.known_bodies)
+        self.plan = prepare(scene, method, Prepared.bodies)
+        Prepared.bodies = self.plan.known_bodies or Prepared.bodies
         self._made, self._given = self._assembly(), False
         self.can_repeat: bool = self.plan.march is None and (self._made is None or self._made.can_repeat)
 
