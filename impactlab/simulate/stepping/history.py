@@ -334,8 +334,8 @@ class RecordedHistory(AbstractRecordedHistory):
             time=time,
             bodies={name: sample[:, column] for name, column in columns.items()},
             stored=sample[:, 1],
-            booked=dict(zip(BOOKED, sample[:, 2:SAMPLED].T, strict=True)),
-            work=work - work[:1].sum(),
+            booked={name: sample[:, column] for column, name in enumerate(BOOKED, start=2)},
+            work=work - (work[0] if len(work) else 0.0),
             carried=None if drifts_alone(scene, joined) else carried_by(joined, time),
         )
 
