@@ -78,6 +78,7 @@ class AbstractBasis(ABC):
     gains_energy: ClassVar[float] = 0.0  # declared bound on the gain that a change of coordinates may add, relative
     finer: ClassVar[str] = "more modes"  # what brings the modes nearer to those of the mesh, in messages
     free_end: ClassVar[bool] = False  # eigenvectors with free contacts alone: a uniform rod's are known in closed form
+    reads_partners: ClassVar[bool] = True  # False: `span` does not depend on the masses that the body meets
 
     @abstractmethod
     def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:

@@ -31,6 +31,7 @@ class CraigBampton(AbstractBasis):
     """
 
     citations = ("CraigBampton1968",)
+    reads_partners = False
     static_exact = True
 
     def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:

@@ -24,6 +24,7 @@ class Eigenvectors(AbstractBasis):
     """
 
     citations = ("EscalonaMayoDominguez1999",)
+    reads_partners = False
     free_end = True
 
     def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:

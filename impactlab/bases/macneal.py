@@ -25,6 +25,7 @@ class Macneal(AbstractBasis):
     """
 
     citations = ("MacNeal1971",)
+    reads_partners = False
 
     def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
         return Span(eigenvectors(mesh, modes + mesh.rigid.shape[1]), uncoupled=True, residual=True)

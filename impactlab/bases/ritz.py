@@ -33,6 +33,7 @@ class Ritz(AbstractBasis):
     """
 
     citations = ("WilsonYuanDickens1982", "EscalonaMayoDominguez1999")
+    reads_partners = False
     static_exact = True
 
     def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:

@@ -35,6 +35,7 @@ class Substructured(AbstractBasis):
     """
 
     citations = ("WuHaug1990", "CraigBampton1968")
+    reads_partners = False
     static_exact = True
     finer = "more `others`, and as many more modes for each piece"
     examples = ({}, {"pieces": 3, "others": 0})

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from decimal import Decimal
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from impactlab.casefile.usual_units import usual_factor
@@ -52,6 +52,7 @@ def is_si(unit: str) -> bool:
         return False
 
 
+@lru_cache(maxsize=1024)  # cases of a sweep give the same texts again
 def to_si(text: str, unit: str) -> float:
     """Return a text such as ``210 GPa`` as a number in an SI unit.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,8 +14,9 @@ import numpy as np
 from impactlab.exact.branch_tables import with_branches
 from impactlab.exact.contact_kinds import Bond, bonds_of
 from impactlab.exact.end_loads import loaded
-from impactlab.exact.initial_waves import with_first_pieces
-from impactlab.exact.network import Layout, Link, Log, empty_log
+from impactlab.exact.initial_waves import MIN_ROOM, with_first_pieces
+from impactlab.exact.network import Layout, Link, Log, copied, empty_log, with_room
+from impactlab.numerics.addresses import COMPILED
 from impactlab.scene.bodies import End, Segment, WaveBody
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Point, Scene
@@ -22,6 +24,7 @@ from impactlab.types import Ints
 
 MERGE_TOL = 1.0e-12  # of the shortest round trip: closer breaks are merged
 SAME_CUT = 1.0e-12  # of the length of a rod: nearer places are one node
+MAX_KEPT = 100  # nodes of a drawing whose order is kept
 
 
 class Node(NamedTuple):
@@ -104,7 +107,8 @@ def draw(scene: Scene) -> Drawing:
 
     def node_at(point: Point) -> int:
         if point.body in places:
-            return members[point.body][int(np.argmin([abs(x - point.x) for x in places[point.body]]))]
+            away = [abs(x - point.x) for x in places[point.body]]
+            return members[point.body][away.index(min(away))]
         if not scene.bodies[point.body].moves:  # a wall ties nothing together: one node for every contact
             members[point.body].append(len(nodes))
             nodes.append(Node(math.inf))
@@ -114,7 +118,7 @@ def draw(scene: Scene) -> Drawing:
     return drawing
 
 
-def junctions(count: int, pairs: list[tuple[int, int]]) -> Ints:
+def junctions(count: int, pairs: Sequence[tuple[int, int]]) -> Ints:
     """Return the junction of every node: nodes linked by contacts share one."""
     parent = list(range(count))
 
@@ -159,12 +163,21 @@ class Order(NamedTuple):
     counts: dict[str, Ints]  # of nodes, ends and contacts of each junction
 
 
-def ordered(drawing: Drawing, turns: Sequence[int]) -> Order:
-    """Return the order of a drawing by junction; ``turns`` order the contacts of one junction."""
-    junction = junctions(len(drawing.nodes), drawing.pairs)
-    of_ends, of_contacts = junction[drawing.end_nodes], junction[[a for a, _ in drawing.pairs]]
+class Joints(NamedTuple):
+    """How the nodes, ends and contacts of a drawing are joined: all that their order depends on."""
+
+    nodes: int
+    end_nodes: tuple[int, ...]  # node of each end
+    pairs: tuple[tuple[int, int], ...]  # nodes of each contact
+    turns: tuple[int, ...]  # by which contacts of one junction are ordered
+
+
+def ordered(joints: Joints) -> Order:
+    """Return the order of the parts of a drawing by junction."""
+    junction = junctions(joints.nodes, joints.pairs)
+    of_ends, of_contacts = junction[[*joints.end_nodes]], junction[[a for a, _ in joints.pairs]]
     nodes, ends = np.argsort(junction, kind="stable"), np.argsort(of_ends, kind="stable")
-    contacts = np.lexsort((np.array(turns), of_contacts))
+    contacts = np.lexsort((np.array(joints.turns), of_contacts))
     steps = np.arange(int(junction.max()) + 2)
     ranges = {"node": junction[nodes], "end": of_ends[ends], "contact": of_contacts[contacts]}
     first = {kind: np.searchsorted(of, steps) for kind, of in ranges.items()}
@@ -176,16 +189,16 @@ def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
     """Return the network of a scene and its log at t = 0; raises `CaseError` or `PairingError`."""
     bonds = bonds_of(scene, method)
     drawing = draw(scene)
-    order = ordered(drawing, [bond.turn for bond in bonds])
+    turns = tuple([bond.turn for bond in bonds])
+    order, log = blank(Joints(len(drawing.nodes), tuple(drawing.end_nodes), tuple(drawing.pairs), turns))
     bonds = [bonds[c] for c in order.contacts]
     z = [segment.impedance for *_, segment in drawing.pieces for _ in range(2)]
     transit = [length / segment.wave_speed for _, _, length, segment in drawing.pieces for _ in range(2)]
-    log = log_of(order)
     tolerance = MERGE_TOL * 2.0 * min(transit)
     log.state["gravity"], log.state["duration"], log.state["tolerance"] = scene.gravity, scene.duration, tolerance
     neglect_masses(drawing, z, tolerance)
     write_nodes(log, drawing, order)
-    write_ends(log, drawing, order, z, transit)
+    log.ends["impedance"], log.ends["transit"] = np.array((z, transit))[:, order.ends]
     write_contacts(log, scene, drawing, order, bonds, z)
     if any(bond.branches is not None for bond in bonds):
         log = with_branches(log, [bond.branches for bond in bonds])
@@ -196,16 +209,40 @@ def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
     return layout, with_first_pieces(scene, layout, loaded(log, ends_with_loads, scene.duration))
 
 
-def log_of(order: Order) -> Log:
-    """Return an empty log with its junctions."""
+def blank(joints: Joints) -> tuple[Order, Log]:
+    """Return the order of a drawing and a log without its numbers; kept of small ones, for scenes that differ in them.
+
+    Nothing else than the joints sets either.
+    """
+    if joints.nodes > MAX_KEPT or not COMPILED:
+        return joined(joints)
+    order, log = kept(joints)
+    return order, copied(log)
+
+
+def joined(joints: Joints) -> tuple[Order, Log]:
+    """Return the order of a drawing, and a log of its junctions, the places of its parts and where waves arrive."""
+    order = ordered(joints)
     counts = order.counts
     rows = 2 * counts["node"] + 2 * counts["end"] + counts["contact"]
     log = empty_log(len(rows), len(order.nodes), len(order.ends), len(order.contacts), int(rows.max()))
+    log = with_room(log, MIN_ROOM, 0, MIN_ROOM)
     for kind, of in order.first.items():
         log.junctions[f"first_{kind}"], log.junctions[f"last_{kind}"] = of[:-1], of[1:]
     log.junctions["nodes"], log.junctions["ends"], log.junctions["rows"] = counts["node"], counts["end"], rows
     log.junctions["burst"] = -np.inf
-    return log
+    log.nodes["junction"] = order.junctions["node"]
+    of_ends = order.junctions["end"]
+    peer = np.array(order.new_ends)[order.ends ^ 1]  # emits the wave that arrives
+    source = of_ends[peer]
+    log.ends["node"], log.ends["junction"] = [order.new_nodes[joints.end_nodes[e]] for e in order.ends], of_ends
+    log.ends["source"], log.ends["row"] = source, 2 * counts["node"][source] + peer - order.first["end"][source]
+    pairs = [joints.pairs[c] for c in order.contacts]
+    log.contacts["left"], log.contacts["right"] = [[order.new_nodes[pair[side]] for pair in pairs] for side in range(2)]
+    return order, log
+
+
+kept = lru_cache(maxsize=16)(joined)
 
 
 def neglect_masses(drawing: Drawing, z: Sequence[float], tolerance: float) -> None:
@@ -220,23 +257,11 @@ def write_nodes(log: Log, drawing: Drawing, order: Order) -> None:
     """Write the nodes at t = 0."""
     for name, column in zip(Node._fields, zip(*(drawing.nodes[n] for n in order.nodes), strict=True), strict=True):
         log.nodes[name] = column
-    log.nodes["junction"] = order.junctions["node"]
-
-
-def write_ends(log: Log, drawing: Drawing, order: Order, z: Sequence[float], transit: Sequence[float]) -> None:
-    """Write the ends of rod pieces: node, impedance, transit time, and where the arriving wave is emitted."""
-    of_ends = order.junctions["end"]
-    peer = np.array(order.new_ends)[order.ends ^ 1]
-    source = of_ends[peer]
-    log.ends["node"], log.ends["junction"] = [order.new_nodes[drawing.end_nodes[e]] for e in order.ends], of_ends
-    log.ends["impedance"], log.ends["transit"] = np.array((z, transit))[:, order.ends]
-    log.ends["source"], log.ends["row"] = source, 2 * order.counts["node"][source] + peer - order.first["end"][source]
 
 
 def write_contacts(log: Log, scene: Scene, drawing: Drawing, order: Order, bonds: list[Bond], z: list[float]) -> None:
-    """Write the contacts: faces, gap, stiffness and damping, and the scale of their force."""
+    """Write the contacts: gap, stiffness and damping, the face that gives a force, and the scale of the force."""
     new, pairs = order.new_nodes, [drawing.pairs[c] for c in order.contacts]
-    log.contacts["left"], log.contacts["right"] = [[new[pair[side]] for pair in pairs] for side in range(2)]
     faces = [-1 if bond.face is None else new[pair[bond.face]] for pair, bond in zip(pairs, bonds, strict=True)]
     log.contacts["face"], log.contacts["gap"] = faces, [scene.contacts[c].gap for c in order.contacts]
     log.contacts["stiffness"] = [bond.stiffness for bond in bonds]

@@ -117,7 +117,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
     return with_faces(scene, bonds)
 
 
-bonds_of = KeepsResults(check, lambda _: True)
+bonds_of = KeepsResults(check, lambda _: True, limited=False)
 """`check`, whose last results are kept: a run asks for them before its network is built, and there."""
 
 

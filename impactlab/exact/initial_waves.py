@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -22,6 +24,15 @@ MIN_POOL = 60_000
 
 Piece = tuple[float, float, Array]
 """Start, end, and the Chebyshev coefficients of a function between them."""
+
+
+class FirstPiece(NamedTuple):
+    """A piece of all signals of a junction before t = 0."""
+
+    start: float  # s
+    stop: float  # s
+    size: int  # coefficients of a signal
+    values: list[float]  # those of all signals, one after the other
 
 
 def coefficients(values: Array) -> Array:
@@ -152,35 +163,37 @@ def with_first_pieces(scene: Scene, layout: Layout, log: Log) -> Log:
         for link in links:
             speed[link.left_end] = speed[link.right_end] = scene.bodies[name].velocity
     sums = [float(np.sum(np.abs(wave))) for row in pieces.values() for *_, wave in row]
-    tables: list[list[Piece]] = []
+    tables: list[list[FirstPiece]] = []
     ranges = (log.junctions[name].tolist() for name in ("first_end", "last_end", "nodes", "rows"))
     for first, last, nodes, rows in zip(*ranges, strict=True):
         own = range(first, last)
         breaks = {-max((transit[e] for e in own), default=tolerance), 0.0}
-        breaks |= {t for e in own for start, stop, _ in pieces.get(e, []) for t in (start, stop)}
+        breaks |= {t for e in own for start, stop, _ in pieces.get(e, ()) for t in (start, stop)}
         times: list[float] = []
         for t in sorted(breaks):
             if not times or t - times[-1] > tolerance:
                 times.append(t)
         times[-1] = 0.0
         carried = [0.0] * len(own)
-        row: list[Piece] = []
+        row: list[FirstPiece] = []
         for t1, t0 in pairwise(reversed(times)):
-            waves = []
+            waves, integrals = [], []
             for i, e in enumerate(own):
-                wave = np.array([0.5 * speed[e], 0.0])
-                for a, b, given in pieces.get(e, []):
+                wave = [0.5 * speed[e], 0.0]
+                for a, b, given in pieces.get(e, ()):
                     if a - tolerance <= t0 and t1 <= b + tolerance:
-                        wave = moved(given, a, b, t0, t1)
+                        wave = moved(given, a, b, t0, t1).tolist()
                 wave[0] += 0.25 * gravity * (t0 + t1)
                 wave[1] += 0.25 * gravity * (t1 - t0)
                 integral, carried[i] = integrated(wave, 0.5 * (t1 - t0), carried[i])
-                waves.append((wave, integral))
-            table = np.zeros((rows, max((len(integral) for _, integral in waves), default=1)))
-            for i, (wave, integral) in enumerate(waves):
-                table[2 * nodes + i, : len(wave)] = wave
-                table[2 * nodes + len(own) + i, : len(integral)] = integral
-            row.append((t0, t1, table))
+                waves.append(wave)
+                integrals.append(integral)
+            size = max(map(len, integrals), default=1)
+            values = [0.0] * (2 * nodes * size)
+            for series in (*waves, *integrals):
+                values += [*series, *[0.0] * (size - len(series))]
+            values += [0.0] * (rows * size - len(values))
+            row.append(FirstPiece(t0, t1, size, values))
         tables.append(row[::-1])
     of_constant = log.nodes["end_force"][ends["node"]] / ends["impedance"]
     of_loads = [
@@ -196,12 +209,12 @@ def with_first_pieces(scene: Scene, layout: Layout, log: Log) -> Log:
     return filled(log, tables)
 
 
-def integrated(wave: Array, half: float, last: float) -> tuple[Array, float]:
+def integrated(wave: Sequence[float], half: float, last: float) -> tuple[list[float], float]:
     """Return the integral of a series that ends at ``last``, and its first value; half is half the length in time."""
-    c = [2.0 * float(wave[0]), *wave[1:].tolist(), 0.0, 0.0]
+    c = [2.0 * wave[0], *wave[1:], 0.0, 0.0]
     whole = [half * (c[k - 1] - c[k + 1]) / (2.0 * k) for k in range(1, len(wave) + 1)]
     constant = last - sum(whole)
-    return np.array([constant, *whole]), constant - sum(whole[::2]) + sum(whole[1::2])
+    return [constant, *whole], constant - sum(whole[::2]) + sum(whole[1::2])
 
 
 def moved(wave: Array, a: float, b: float, t0: float, t1: float) -> Array:
@@ -210,16 +223,16 @@ def moved(wave: Array, a: float, b: float, t0: float, t1: float) -> Array:
     return coefficients(np.asarray(chebyshev.chebval((2.0 * t - a - b) / (b - a), wave), dtype=float))
 
 
-def filled(log: Log, tables: list[list[Piece]]) -> Log:
+def filled(log: Log, tables: list[list[FirstPiece]]) -> Log:
     """Return the log with pieces of each junction, and room for more."""
-    used = sum(table.size for row in tables for *_, table in row)
-    log = with_room(log, max(MIN_ROOM, 2 * max(len(row) for row in tables)), used + MIN_POOL, MIN_ROOM)
+    used = sum(len(piece.values) for row in tables for piece in row)
+    log = with_room(log, max(MIN_ROOM, 2 * max(map(len, tables))), used + MIN_POOL, MIN_ROOM)
     at = 0
     for j, row in enumerate(tables):
-        for number, (t0, t1, table) in enumerate(row):
-            log.pieces[j, number] = t0, t1, table.shape[1], at
-            log.pool[at : at + table.size] = table.ravel()
-            at += table.size
-        log.junctions["records"][j] = len(row)
+        for number, (t0, t1, size, values) in enumerate(row):
+            log.pieces[j, number] = t0, t1, size, at
+            log.pool[at : at + len(values)] = values
+            at += len(values)
+    log.junctions["records"] = [*map(len, tables)]
     log.state["pool_used"] = at
     return log

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import time as clock
 from typing import TYPE_CHECKING
@@ -40,13 +41,31 @@ MAX_KEPT_NUMBERS = 100_000  # of a network that is kept for the next run of the 
 MAX_INTERVALS = 30_000_000  # some minutes, as an interval takes 0.5 to 10 us
 
 
-built = KeepsResults(build, lambda made: COMPILED and room(made[1]) + made[1].memory.stack.size <= MAX_KEPT_NUMBERS)
+class Network:
+    """The network of a scene: the log made first serves the first march, copies the next ones."""
+
+    def __init__(self, scene: Scene, method: Method) -> None:
+        self._run = scene, method
+        self.layout, log = build(scene, method)
+        self.is_kept = COMPILED and room(log) + log.memory.stack.size <= MAX_KEPT_NUMBERS
+        self._first = [log]
+        self._kept: Log | None = None  # to copy
+
+    def log(self) -> Log:
+        """Return a log that no march has written into; nothing is copied for a scene that is run once."""
+        with contextlib.suppress(IndexError):
+            return self._first.pop()
+        self._kept = self._kept or build(*self._run)[1]
+        return copied(self._kept)
+
+
+built = KeepsResults(Network, lambda made: made.is_kept)
 
 
 def network(scene: Scene, method: Method) -> tuple[Layout, Log]:
     """Return the network of a scene, with arrays of its own; raises `CaseError` or `PairingError`."""
-    layout, log = built(scene, method)
-    return dataclasses.replace(layout, carried={}), copied(log) if COMPILED else log
+    made = built(scene, method)
+    return dataclasses.replace(made.layout, carried={}), made.log()
 
 
 def serves(scene: Scene, method: Method) -> str | None:

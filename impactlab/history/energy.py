@@ -106,7 +106,7 @@ class EnergyBook:
     def returned(self) -> float:
         """Energy that dampers gave back [J]: the largest falls of the losses booked in them."""
         booked = (self.booked[name] for name in ("damping", "ends") if name in self.booked)
-        return sum(float(np.max(np.maximum.accumulate(each) - each)) for each in booked if each.any())
+        return sum(float(np.max(np.maximum.accumulate(each) - each)) for each in booked if np.count_nonzero(each))
 
     @cached_property
     def final_error(self) -> float:
@@ -126,4 +126,4 @@ class EnergyBook:
 
 def _largest(values: Array) -> float:
     """Return the largest size of some values, 0 of none; `np.max` takes several times as long for a few hundred."""
-    return float(np.maximum.reduce(np.abs(values), initial=0.0))
+    return float(np.maximum.reduce(np.abs(values), initial=0.0)) if np.count_nonzero(values) else 0.0

@@ -58,8 +58,8 @@ class Collision:
     no_restitution: str | None  # why there is none, in words; None where there is one
 
 
-def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
-    """Return the collisions of a run, in order of their starts."""
+def collisions(scene: Scene, history: AbstractHistory, *, energies: bool = True) -> tuple[Collision, ...]:
+    """Return the collisions of a run, in order of their starts; without ``energies`` they have none, and cost less."""
     found = []
     channels = frozenset(history.channels())  # once: a chain has thousands
     given = {name: _given(scene, history, name, channels) for name in scene.bodies}
@@ -74,12 +74,12 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
         until = -math.inf
         for span in spans:
             if group and span.start - until > longest:
-                found.append(_collision(scene, history, given, others, pair, group))
+                found.append(_collision(scene, history, given, others, pair, group, energies))
                 group = []
             group.append(span)
             until = max(until, span.until(math.inf))
         if group:
-            found.append(_collision(scene, history, given, others, pair, group))
+            found.append(_collision(scene, history, given, others, pair, group, energies))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
@@ -122,6 +122,7 @@ def _collision(
     others: Others,
     pair: tuple[str, str],
     spans: list[ContactSpan],
+    energies: bool,
 ) -> Collision:
     start, last = spans[0].start, history.duration
     closed = any(span.end is None for span in spans)
@@ -134,7 +135,9 @@ def _collision(
     speeds = [_speed(scene, history, name, before, given_to[name]) for name in (striker, other)]
     approach = _difference(speeds, sign)
     leaves = _difference([_speed(scene, history, name, until, given_to[name]) for name in (other, striker)], sign)
-    lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
+    lost = given = None
+    if energies:
+        lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     why = "they are still in contact at the end of the run" if closed else None
     why = why or others.part_in(pair, (start, until), sum(span.impulse for span in spans))
     if why is None and (approach is None or leaves is None):

@@ -151,6 +151,11 @@ class AbstractRodModel(ABC):
         """Whether there are elements, as here, so that ``courant`` has a meaning."""
         return True
 
+    @property
+    def reads_partners(self) -> bool:
+        """Whether its bodies may depend on the masses that they meet (`Face.partner_mass`), as here."""
+        return True
+
     @abstractmethod
     def element_length(self, body: ElasticBody) -> float:
         """Return h [m], the shortest element, or the length per mode where there is no mesh."""

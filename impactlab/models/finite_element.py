@@ -57,6 +57,10 @@ class FiniteElement(AbstractRodModel):
     def __post_init__(self) -> None:
         check_order(self.order, self.mass)
 
+    @property
+    def reads_partners(self) -> bool:
+        return False
+
     def element_length(self, body: ElasticBody) -> float:
         return laid_out(body.segments, self.elements).shortest * node_distance(self.order)
 

@@ -70,6 +70,10 @@ class Modal(AbstractRodModel):
     def has_mesh(self) -> bool:
         return self.elements is not None
 
+    @property
+    def reads_partners(self) -> bool:
+        return self.elements is not None and self.basis.reads_partners
+
     def element_length(self, body: ElasticBody) -> float:
         if self.elements is None:
             return body.length / (self.modes or 1) * node_distance(self.order)

@@ -21,8 +21,8 @@ DENSE = 5.0  # square matrices of the mesh behind modes
 MAX_BEAM_MODES = 5000  # analytic ones, 0.15 ms each to find
 
 
-def check_bodies(scene: Scene, method: Method) -> None:
-    """Raise `CaseError` where bodies in coordinates are too large, before any is built."""
+def check_bodies(scene: Scene, method: Method) -> float:
+    """Return the numbers that bodies in coordinates take; raise `CaseError` if too many, before any is built."""
     ports = Counter(point.body for point in scene.faces)
     adaptive = isinstance(method.integrator, AbstractAdaptive)
     total, largest, count_of_bodies, named, field = 0.0, 0.0, 0, "", ""
@@ -39,6 +39,7 @@ def check_bodies(scene: Scene, method: Method) -> None:
         if count_of_bodies > 1:
             named = f"{count_of_bodies} bodies in coordinates, the largest with {named},"
         check_memory(total, named, f"solve.model{field}", "Give fewer.")
+    return total
 
 
 def _described(body: ElasticBody, model: AbstractRodModel, ports: int) -> tuple[float, float, str]:

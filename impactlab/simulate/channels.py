@@ -14,7 +14,8 @@ from impactlab.errors import ImpactlabError, closest
 from impactlab.history.base import END_ROUNDING, AbstractHistory, Cost, Field, places_on, within_run
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
-from impactlab.scene.problem import Scene
+from impactlab.scene.problem import Contact, Scene
+from impactlab.simulate.contact_facts import ContactFacts
 from impactlab.simulate.stepping.preparation import BuiltBody
 from impactlab.types import Array, Quantity
 
@@ -74,11 +75,20 @@ class AbstractRecordedHistory(AbstractHistory):
         self.scene, self.method, self.duration, self.dt = scene, method, scene.duration, dt
         self.warnings, self.cost = [], Cost()
         self.built = built
+        self._facts: dict[str, ContactFacts] = {}  # of contacts, by name
         self._slopes: dict[str, Array] = {}  # of forces that were read
         self._along: dict[
             tuple[str, Quantity, bool], FieldRows
         ] = {}  # of fields that were read: grid, places given last
         self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
+
+    def facts_of(self, contact: Contact) -> ContactFacts:
+        """Return the facts of a contact that checks read; all runs of a plan share them."""
+        known = self._facts.get(contact.name)
+        if known is None:
+            known = ContactFacts(self.scene, self.method, self.built, self.dt, contact)
+            self._facts[contact.name] = known
+        return known
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the fields of a copy, pickled or not: all is read, and the memory of the run stays behind."""

@@ -13,11 +13,10 @@ from typing import NamedTuple
 from impactlab.history.base import ContactSpan, Warned
 from impactlab.history.frame import frames, in_frame, touched_in
 from impactlab.metrics.norms import midpoints
-from impactlab.scene.facts import impedance_of, moving_faces
-from impactlab.scene.method import is_relative, stiffness_of
+from impactlab.scene.facts import moving_faces
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
-from impactlab.simulate.resolvability import COARSE_WARN, resolution
+from impactlab.simulate.resolvability import COARSE_WARN
 from impactlab.types import Array
 
 MIN_OPENING = 0.1  # round trips that faces are apart before a contact counts: a contact that chatters is one
@@ -34,7 +33,7 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
     scene = history.scene
     if not 0.0 < scene.round_trip < math.inf:
         return
-    resolutions = {contact.name: resolution(history, contact) for contact in scene.contacts}
+    resolutions = {contact.name: history.facts_of(contact).resolution for contact in scene.contacts}
     periods = {contact.name: _periods(history, contact) for contact in scene.contacts}
     yield from _shifted(history, resolutions, periods)
     late, doubtful = _late(history, resolutions, periods), _doubtful(history, resolutions)
@@ -171,7 +170,7 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
     passed, counts = dict[str, list[float]](), dict[str, tuple[int, int]]()
     for contact in scene.contacts:
         spans = _spans(history, contact)
-        found = list(_unresolved(spans, RESOLVED * (resolutions[contact.name] + _delay(history, contact))))
+        found = list(_unresolved(spans, RESOLVED * (resolutions[contact.name] + history.facts_of(contact).delay)))
         for point in contact.faces:
             body = scene.bodies[point.body]
             if not body.moves:
@@ -201,18 +200,6 @@ def _chattering(doubtful: UnresolvedClosings, motions: Mapping[str, Mapping[str,
             "compare two resolutions or models"
         )
         yield Warned("chatter", text)
-
-
-def _delay(history: AbstractRecordedHistory, contact: Contact) -> float:
-    """Return the time [s] by which a spring in place of a hard contact delays its force: impedance over stiffness.
-
-    A spring given in N/m is physics, and so is its delay.
-    """
-    scene, method = history.scene, history.method
-    if not is_relative(method.laws[contact.name]):
-        return 0.0
-    stiffness, impedance = stiffness_of(scene, method, contact), impedance_of(scene, contact)
-    return impedance / stiffness if stiffness and impedance < math.inf else 0.0
 
 
 def _unresolved(spans: Sequence[ContactSpan], limit: float) -> Iterator[tuple[float, float]]:

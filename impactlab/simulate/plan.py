@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from impactlab.contact.base import AbstractContactLaw
@@ -26,7 +27,16 @@ from impactlab.scene.ranges import PERIODS_IN_A_STEP
 from impactlab.scene.sizes import check_fields, check_records, with_room
 from impactlab.simulate import exact_run, load_warnings, probe_warnings, sawtooth
 from impactlab.simulate.body_sizes import check_bodies
-from impactlab.simulate.pairing import check_ordinary, check_pairs, check_smooth, check_system, constraint_warnings
+from impactlab.simulate.contact_facts import ContactFacts
+from impactlab.simulate.known_bodies import MAX_COMPARED, KnownBodies
+from impactlab.simulate.pairing import (
+    check_ordinary,
+    check_pairs,
+    check_smooth,
+    check_system,
+    constraint_warnings,
+    energy_bound,
+)
 from impactlab.simulate.stepping.closed_limit import check_closed
 from impactlab.simulate.stepping.messengers import check_messengers, check_step_of_face
 from impactlab.simulate.stepping.opposed_faces import check_faces
@@ -55,6 +65,7 @@ else:  # needed only under adaptive steps
 
 MAX_STEPS = 2_000_000_000
 MISFIT_WARN = 2e-3  # of the length of a body, by which its contacts and ends together are moved to a grid
+MAX_KEPT = 2.5e6  # numbers of bodies that are kept for the next plan, 20 MB
 
 
 @dataclass(frozen=True)
@@ -75,6 +86,37 @@ class Plan:
     march: adaptive.March | None = None  # of an adaptive run
     # Contact forces at t = 0 [N] by number of the contact, of schemes whose forces act at an instant.
     pressed: Mapping[int, float] = field(default_factory=dict)
+
+    body_numbers: float = 0.0  # that its bodies take in memory, about
+
+    @property
+    def known_bodies(self) -> KnownBodies | None:
+        """Its bodies, which plans of other scenes take over where they are the same; None where they are large."""
+        if not 0 < len(self.built) <= MAX_COMPARED or self.body_numbers > MAX_KEPT:
+            return None
+        steppers = {} if self.pushes or self.pressed else self.steppers
+        return KnownBodies(self.scene, self.method.models, self.built, self.integrator, self.dt, steppers)
+
+    @cached_property
+    def facts(self) -> dict[str, ContactFacts]:
+        """Facts of contacts by name, that the checks of its runs have read so far."""
+        return {}
+
+    @cached_property
+    def own(self) -> frozenset[str]:
+        """Names of the bodies that step by themselves."""
+        return self_stepping(self.built)
+
+    @cached_property
+    def is_stepped(self) -> bool:
+        """Whether an integrator steps anything but rigid masses beside bodies that step by themselves."""
+        return is_stepped(self.scene, self.own)
+
+    @cached_property
+    def energy_bound(self) -> float:
+        """Largest energy gain that its parts declare, over the initial energy."""
+        assert self.integrator is not None  # noqa: S101 - asked of runs in steps alone
+        return energy_bound(self.scene, self.acting, self.integrator, self.own)
 
 
 def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> float:
@@ -208,10 +250,13 @@ def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, bu
     return dt
 
 
-def prepare(scene: Scene, method: Method) -> Plan:
-    """Return the plan of a run; raise `CaseError` or `PairingError` where it cannot start."""
+def prepare(scene: Scene, method: Method, known: KnownBodies | None = None) -> Plan:
+    """Return the plan of a run; raise `CaseError` or `PairingError` where it cannot start.
+
+    Bodies of a plan that is ``known`` are taken over where they are the same.
+    """
     with quietly():
-        return _prepared(scene, method)
+        return _prepared(scene, method, known)
 
 
 def mechanism_kernels(built: Mapping[str, BuiltBody]) -> Iterator[Kernel]:
@@ -221,19 +266,20 @@ def mechanism_kernels(built: Mapping[str, BuiltBody]) -> Iterator[Kernel]:
             yield from kernels_of(model.part)
 
 
-def _prepared(scene: Scene, method: Method) -> Plan:
+def _prepared(scene: Scene, method: Method, known: KnownBodies | None) -> Plan:
     if is_exact(scene, method):
         return Plan(scene, method, method, None, 0, {}, {}, (), (), None, exact_run.check(scene, method))
-    check_bodies(scene, method)
+    numbers = check_bodies(scene, method)
     checked = 0
     if method.step.dt is not None and not isinstance(method.integrator, AbstractAdaptive):
         checked = math.ceil(scene.duration / checked_step(method.step.dt) - 1e-9)
         check_records(scene, checked)  # before thousands of bodies are built
-    built = build_bodies(scene, method)
+    same = {} if known is None else known.same(scene, method)
+    built = build_bodies(scene, method, same)
     own = self_stepping(built)
     stepped = is_stepped(scene, own)
     if isinstance(method.integrator, AbstractAdaptive) and stepped:
-        return prepare_adaptive(scene, method, method.integrator, built)
+        return replace(prepare_adaptive(scene, method, method.integrator, built), body_numbers=numbers)
     given = method.integrator
     integrator: AbstractIntegrator = given if isinstance(given, AbstractIntegrator) else Newmark()
     warnings = []
@@ -251,7 +297,8 @@ def _prepared(scene: Scene, method: Method) -> Plan:
         check_records(scene, steps, waves)
     impulses = any(law.needs & {Level.IMPULSE, Level.CLOSING} for law in method.laws.values())
     with ahead(lambda: mechanism_kernels(built)):
-        steppers = prepare_steppers(scene, built, integrator, dt, impulses=impulses)
+        kept = {} if known is None else known.same_steppers(same, integrator, dt)
+        steppers = prepare_steppers(scene, built, integrator, dt, impulses=impulses, same=kept)
     unknowns = {name: body.system.load.size for name, body in built.items()}
     state = sum(stepper.state.size for stepper in steppers.values())
     shown = state if integrator.velocity_point == 1.0 else 2 * state  # velocities have snapshots of their own
@@ -268,8 +315,8 @@ def _prepared(scene: Scene, method: Method) -> Plan:
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
     warnings += [*probe_warnings.warnings(scene, built), *load_warnings.warnings(scene, dt)]
     warnings += sawtooth.warnings(scene, acting, integrator, built, dt)
-    known = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
-    return Plan(*known, pressed=pressed)
+    parts = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
+    return Plan(*parts, pressed=pressed, body_numbers=numbers)
 
 
 def _started(

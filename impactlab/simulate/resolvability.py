@@ -10,10 +10,10 @@ import numpy as np
 from impactlab.history.base import Warned
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.modal_body import ModalBody
-from impactlab.scene.facts import impedance_of, striker_of
-from impactlab.scene.method import dashpot_of, is_relative, stiffness_at, stiffness_of
+from impactlab.scene.method import stiffness_at
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.contact_facts import ContactFacts
 
 COARSE_WARN = 0.25  # of a contact's time: the error of a position is then about a quarter of its change in it
 COMPLIANCE_WARN = 0.05  # of the bodies' own compliance, for a spring in place of a hard contact
@@ -31,32 +31,21 @@ def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
     touched = {event.contact for event in history.events}
     for contact in history.scene.contacts:
         if contact.name in touched:
-            dashpot = dashpot_of(history.scene, history.method, contact)
-            yield from _too_coarse(history, contact, dashpot)
-            yield from _too_compliant(history, contact)
-            yield from _first_force(history, contact, dashpot)
-            yield from _few_modes(history, contact)
+            facts = history.facts_of(contact)
+            stiffness = _stiffness(history, contact, facts)
+            yield from _too_coarse(history, contact, facts, stiffness)
+            yield from _too_compliant(history, contact, facts)
+            yield from _first_force(history, contact, facts.dashpot)
+            yield from _few_modes(history, contact, facts, stiffness)
 
 
-def resolution(history: AbstractRecordedHistory, contact: Contact, *, beams: bool = False) -> float:
-    """Return the time resolution [s] at a contact: step or half the shortest period.
-
-    Of beams the step alone counts unless ``beams``.
-    """
-    times = [history.dt or 0.0]
-    for point in contact.faces:
-        body, highest = history.scene.bodies[point.body], history.built[point.body].system.highest_frequency
-        if (body.waves is not None or (beams and body.bends)) and highest > 0.0:
-            times.append(math.pi / highest)
-    return max(times)
-
-
-def _too_coarse(history: AbstractRecordedHistory, contact: Contact, dashpot: float) -> Iterator[Warned]:
-    """Warn of a contact whose speeds change within less than a few time resolutions; its ``dashpot`` in N s/m."""
-    scene, stiffness = history.scene, _stiffness(history, contact)
-    impedance, mass = impedance_of(scene, contact), striker_of(scene, contact)
+def _too_coarse(
+    history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts, stiffness: float | None
+) -> Iterator[Warned]:
+    """Warn of a contact whose speeds change within less than a few time resolutions; its ``stiffness`` in N/m."""
     if not stiffness:
         return
+    scene, impedance, mass, dashpot = history.scene, facts.impedance, facts.striker, facts.dashpot
     # A mass m on a rod of impedance Z loses its speed in m/Z; a spring k between them lets both swing with sqrt(m/k),
     # and a dashpot c beside the spring, if it is stiffer, stops them in m/c.
     swing = min(math.sqrt(mass / stiffness), mass / dashpot if dashpot > 0.0 else math.inf)
@@ -70,7 +59,7 @@ def _too_coarse(history: AbstractRecordedHistory, contact: Contact, dashpot: flo
             words = "the overlap at the start changes"
     if scene.duration < time:
         time, words = scene.duration, "the run ends"
-    shortest = resolution(history, contact)
+    shortest = facts.resolution
     if shortest > COARSE_WARN * time > 0.0:
         text = (
             f"{contact.name}: {words} within {time:.3g} s, and this method resolves times of {shortest:.3g} s or more; "
@@ -79,24 +68,22 @@ def _too_coarse(history: AbstractRecordedHistory, contact: Contact, dashpot: flo
         yield Warned("coarse_contact", text)
 
 
-def _stiffness(history: AbstractRecordedHistory, contact: Contact) -> float | None:
+def _stiffness(history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts) -> float | None:
     """Return the stiffness of a contact [N/m]; of a law that stiffens, that at its deepest overlap in the run."""
-    known = stiffness_of(history.scene, history.method, contact)
-    if known is not None:
-        return known
+    if facts.stiffness is not None:
+        return facts.stiffness
     smallest = float(history.recorded[f"gap:{contact.name}"].values.min())  # a gap is linear between its records
     return stiffness_at(history.scene, history.method, contact, max(0.0, -contact.gap, -smallest))
 
 
-def _too_compliant(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
+def _too_compliant(history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts) -> Iterator[Warned]:
     """Warn of a spring for a hard contact that is as compliant as a body.
 
     Its stiffness was taken from a mesh.
     """
-    scene, method = history.scene, history.method
-    if not is_relative(method.laws[contact.name]) or (stiffness := stiffness_of(scene, method, contact)) is None:
+    if not facts.is_relative or (stiffness := facts.stiffness) is None:
         return
-    compliance = sum(scene.bodies[point.body].static_compliance for point in contact.faces)
+    compliance = sum(history.scene.bodies[point.body].static_compliance for point in contact.faces)
     if compliance > 0.0 and 1.0 / stiffness > COMPLIANCE_WARN * compliance * (1.0 + 1e-9):
         text = (
             f"{contact.name}: the compliance of the spring of {stiffness:.3g} N/m is "
@@ -143,13 +130,14 @@ def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: fl
         )
 
 
-def _few_modes(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
+def _few_modes(
+    history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts, stiffness: float | None
+) -> Iterator[Warned]:
     """Warn of a contact that is so stiff that the modes left out of a body would give more than it does.
 
     A hard contact has no flexibility to compare with, nor has the spring in its place that is taken from a mesh.
     """
-    stiffness = _stiffness(history, contact)
-    if not stiffness or stiffness == math.inf or is_relative(history.method.laws[contact.name]):
+    if not stiffness or stiffness == math.inf or facts.is_relative:
         return
     for point in contact.faces:
         body, built = history.scene.bodies[point.body], history.built[point.body]

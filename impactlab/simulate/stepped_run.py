@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory
@@ -20,13 +20,13 @@ from impactlab.scene.problem import Scene
 from impactlab.scene.recent import KeepsResults
 from impactlab.simulate import needed_kernels
 from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
-from impactlab.simulate.plan import Plan, is_stepped, prepare
+from impactlab.simulate.known_bodies import KnownBodies
+from impactlab.simulate.plan import Plan, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.fault_of_part import fault_of_part
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.simulate.stepping.loop import advance_dated
-from impactlab.simulate.stepping.preparation import self_stepping
 from impactlab.simulate.stepping.unfilled import check_called
 from impactlab.types import Progress
 from impactlab.wall_time import spent_on
@@ -45,8 +45,11 @@ FIRST_CHUNK = 4_000_000  # steps times entries of the state: a few milliseconds
 class Prepared:
     """The plan of a run, and the arrays of its loop: those made first serve the first run, copies the next ones."""
 
+    bodies: ClassVar[KnownBodies | None] = None  # of the plan before
+
     def __init__(self, scene: Scene, method: Method) -> None:
-        self.plan = prepare(scene, method)
+        self.plan = prepare(scene, method, Prepared.bodies)
+        Prepared.bodies = self.plan.known_bodies or Prepared.bodies
         self._made, self._given = self._assembly(), False
         self.can_repeat: bool = self.plan.march is None and (self._made is None or self._made.can_repeat)
 
@@ -102,7 +105,7 @@ def run_adaptive(march: March, progress: Progress | None, began: float, with_war
     failure = partial(StepError, time=march.time, step=march.steps, history=history)
     check_momentum(history, march.state[system.impulses].tolist(), history.load_impulses, march.time, failure)
     bound = march.integrator.gains_energy + sum(law.gains_energy for law in laws_of(system.scene, system.method))
-    check_gain(history, bound, "Give a smaller relative_tolerance.", failure)
+    check_gain(history, bound, lambda: "Give a smaller relative_tolerance.", failure)
     return history
 
 
@@ -147,7 +150,7 @@ def step_through(
             check_rates(plan.scene, 1.0 / (assembly.stride * assembly.dt))
         history = RecordedHistory(assembly, plan.integrator)
         history.warnings.extend(plan.warnings)
-        history.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
+        history.integrator_used = plan.is_stepped
         entered(loop.start, assembly.memory, assembly.dt)
         if not is_loaded(advance_of(assembly)):  # here, so that the first run's solve time is that of the steps
             entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)

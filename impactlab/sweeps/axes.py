@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ METHOD = "method"  # path of an axis whose values are names of methods of the ca
 MAX_POINTS = 10_000_000
 MAX_RANGE = 1_000_000  # values of one range
 MAX_CHECKED = 200  # numbers of an axis that are checked one by one, some milliseconds each
+MAX_KEPT_BODIES = 2000  # of all cases of an axis that are kept for its points, some 10 kB each
 SPREAD = 12  # numbers of a longer axis that are, evenly from the least to the largest
 HALF_RANGE = re.compile(r"[-+]?[0-9.][^:,\[\]{}]*:[-+]?[0-9.][^:,\[\]{}]*")
 RANGE = re.compile(r"(?P<first>[^:]+):(?P<last>[^:]+):(?P<count>[0-9]{1,9})(?P<log>log)?")
@@ -39,6 +41,16 @@ class Axis:
     values: tuple[Any, ...]  # as a case file holds them
     si: tuple[Any, ...]  # the same in SI; words and blocks as they are
     unit: str  # of the numbers; empty of words
+    # The case that it is of and the cases of its values, by their `repr`, if their check has built few.
+    checked: tuple[Case, Mapping[str, Case]] | None = field(default=None, repr=False, compare=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields of a copy for another process, which builds its own cases."""
+        return vars(self) | {"checked": None}
+
+    def case(self, case: Case, value: Any) -> Case | None:
+        """Return a case with one of the values alone, as its check has built it; None where it was not kept."""
+        return self.checked[1].get(repr(value)) if self.checked is not None and self.checked[0] is case else None
 
     @property
     def is_numeric(self) -> bool:
@@ -79,7 +91,13 @@ class Points:
 
     def case(self, case: Case, number: int) -> Case:
         """Return the case of a point; raises the errors of the case there."""
-        return at_point(case, self.settings(number), BY_DRAWING if self.design else BY)
+        settings = self.settings(number)
+        if len(self.axes) == 1 and not self.design:
+            (axis,) = self.axes
+            known = axis.case(case, settings[axis.path])
+            if known is not None:
+                return known
+        return at_point(case, settings, BY_DRAWING if self.design else BY)
 
 
 def at_point(case: Case, settings: Mapping[str, Any], by: str = BY) -> Case:
@@ -170,8 +188,15 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
     if len(given) > MAX_CHECKED and all(type(value) is float for value in given) and _span_is_si(case, path, given):
         return Axis(path, given, given, unit)
     distinct = {repr(value): value for value in given}
-    in_si = {key: _in_si(case, path, value) for key, value in distinct.items()}
-    return Axis(path, given, tuple(in_si[repr(value)] for value in given), unit)
+    keeps = len(distinct) * len(case.scene().bodies) <= MAX_KEPT_BODIES
+    cases: dict[str, Case] = {}
+    in_si: dict[str, Any] = {}
+    for key, value in distinct.items():
+        changed = _with_value(case, path, value)
+        in_si[key] = _value_in_si(case, changed, path, value)
+        if keeps:
+            cases[key] = changed
+    return Axis(path, given, tuple(in_si[repr(value)] for value in given), unit, (case, cases))
 
 
 def takes_whole(case: Case, path: str) -> bool:
@@ -206,15 +231,33 @@ def _span_is_si(case: Case, path: str, given: Sequence[float]) -> bool:
     return all(_in_si(case, path, given[place]) == given[place] for place in spread(numbers))
 
 
-def _in_si(case: Case, path: str, value: Any) -> Any:
-    """Return a value of a path in SI, as the case reads it."""
+def _with_value(case: Case, path: str, value: Any) -> Case:
+    """Return the case with a value of a path, which passes its checks."""
     if isinstance(value, float) and not math.isfinite(value):
         raise CaseError(f"{value} is not a finite number", path=path, remedy="Give finite values.")
+    with _named(path):
+        return at_point(case, {path: value})
+
+
+@contextlib.contextmanager
+def _named(path: str) -> Iterator[None]:
+    """Give errors without a path that of an axis."""
     try:
-        resolved: Any = at_point(case, {path: value}).resolved()
+        yield
     except ImpactlabError as error:
         error.path = error.path or path
         raise
+
+
+def _in_si(case: Case, path: str, value: Any) -> Any:
+    """Return a value of a path in SI, as the case reads it."""
+    return _value_in_si(case, _with_value(case, path, value), path, value)
+
+
+def _value_in_si(case: Case, changed: Case, path: str, value: Any) -> Any:
+    """Return a value of a path in SI, as the case that was ``changed`` by it reads it."""
+    with _named(path):
+        resolved: Any = changed.resolved()
     for key in numbered(case.document.data, path).split("."):
         if isinstance(resolved, list) and key.isdecimal():
             resolved = resolved[int(key)]

@@ -66,7 +66,7 @@ def test_momentum_and_energy_beyond_the_rounding_of_a_mesh_still_end_a_run() -> 
     for name in ("total", "balance", "largest_gain"):
         vars(history.energy).pop(name, None)
     with pytest.raises(StepError, match="energy grew"):
-        check_gain(history, 1e-9, "", failure)
+        check_gain(history, 1e-9, str, failure)
 
 
 def test_rounding_of_a_mesh_is_a_small_part_of_the_motion() -> None:

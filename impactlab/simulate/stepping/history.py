@@ -53,6 +53,7 @@ class RecordedHistory(AbstractRecordedHistory):
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
         super().__init__(assembly.scene, assembly.method, assembly.layout.built, assembly.dt)
         self.assembly = assembly
+        self._facts = assembly.layout.plan.facts
         self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
         self._places: dict[str, Array] = {}  # of their fields
         self._times = np.zeros(0)  # of the snapshots
@@ -333,8 +334,8 @@ class RecordedHistory(AbstractRecordedHistory):
             time=time,
             bodies={name: sample[:, column] for name, column in columns.items()},
             stored=sample[:, 1],
-            booked=dict(zip(BOOKED, sample[:, 2:SAMPLED].T, strict=True)),
-            work=work - work[:1].sum(),
+            booked={name: sample[:, column] for column, name in enumerate(BOOKED, start=2)},
+            work=work - (work[0] if len(work) else 0.0),
             carried=None if drifts_alone(scene, joined) else carried_by(joined, time),
         )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType, TracebackType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,7 @@ class BuiltBody(NamedTuple):
 Facts = tuple[SideFacts, SideFacts]  # of both sides of a contact
 FAULT_OF_LAW = "This is a fault of the law."  # remedy where it raised
 MAX_MISSING_FORCE = 0.1  # of a static contact force, in a basis at a face whose internal force a law uses
+NOTHING: Mapping[Any, Any] = MappingProxyType({})
 
 
 class Push(NamedTuple):
@@ -48,11 +49,17 @@ class Push(NamedTuple):
     weight: float
 
 
-def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
-    """Return every body in its coordinates; raises `CaseError` where a model does not support one."""
+def build_bodies(scene: Scene, method: Method, same: Mapping[str, BuiltBody] = NOTHING) -> dict[str, BuiltBody]:
+    """Return every body in its coordinates; raises `CaseError` where a model does not support one.
+
+    Those that are the ``same`` as in a scene before are taken as they are.
+    """
     built: dict[str, BuiltBody] = {}
     rigid: dict[tuple[float, float, bool], BuiltBody] = {}  # masses of a chain are mostly alike
     for name, body in scene.bodies.items():
+        if name in same:
+            built[name] = same[name]
+            continue
         alike = (body.rigid_mass, body.velocity, body.moves) if _is_plain(body) else None
         if alike in rigid:
             built[name] = rigid[alike]._replace(body=body)
@@ -100,12 +107,13 @@ def prepare_steppers(
     dt: float,
     pushes: Sequence[Push] = (),
     impulses: bool = True,
-    pressed: Mapping[int, float] = MappingProxyType({}),
+    pressed: Mapping[int, float] = NOTHING,
+    same: Mapping[str, Stepper] = NOTHING,
 ) -> dict[str, Stepper]:
     """Return the steppers of bodies; ports are their faces in the order of the contacts, pushed rows, loads over time.
 
     Without ``impulses`` their columns in a mechanism stay those at t = 0. ``pressed`` are the contact forces at t = 0
-    [N], by the number of the contact.
+    [N], by the number of the contact. Steppers that are the ``same`` as in a scene before are taken as they are.
     """
     points = [contact.faces for contact in scene.contacts]
     pushed: dict[str, list[Push]] = {}
@@ -114,6 +122,9 @@ def prepare_steppers(
     steppers: dict[str, Stepper] = {}
     rigid: dict[tuple[int, int, float], Stepper] = {}  # by description, number of faces, which are all alike, and force
     for name, (body, model, system) in built.items():
+        if name in same:
+            steppers[name] = same[name]
+            continue
         touching = scene.touching.get(name, ())
         held = [pressed.get(number, 0.0) * (1.0 if side else -1.0) for number, side in touching] if pressed else []
         alike = (id(system), len(touching), sum(held)) if _is_plain(body) else None
