@@ -340,7 +340,10 @@ class ContinuousHistory(AbstractHistory):
     def impulse_of(self, contact: str) -> float:
         if contact not in self.joined:
             return super().impulse_of(contact)
-        return float(np.diff(self.force(contact).integral(np.array([0.0, self.duration]), False))[0])
+        return self.impulse_until(contact, self.duration)
+
+    def impulse_until(self, contact: str, time: float) -> float:
+        return float(np.diff(self.force(contact).integral(np.array([0.0, max(0.0, time)]), False))[0])
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         links = self.layout.links.get(body, ())

@@ -7,14 +7,15 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from impactlab.exact.branch_energies import BranchContact
-from impactlab.exact.signals import Signal, Signals
+from impactlab.exact.signals import Signal, Signals, sizes_of
 from impactlab.history.base import LinkResult
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
-POINTS = 9  # in a piece, at which extremes of a sum are sought first
-REFINED = 65  # between the neighbours of the best of them, three times: to 1e-12 of a smooth sum
+POINTS, PER_COEFFICIENT = 9, 4  # in a piece at least, and for each of its coefficients, where extremes are sought first
+MAX_MAXIMA = 16  # of these, between whose neighbours the largest is sought further
+REFINED, REFINEMENTS = 65, 3  # places in grids in each other: to 1e-12 of a smooth sum
 ROUNDING = 1e-12  # of the extreme forces of a link
 MAX_PIECES = 20_000  # of a sum, whose extremes are sought in all of them; of more every second, third ...
 
@@ -37,31 +38,37 @@ def extremes(forces: Sequence[Signal], begin: float, until: float) -> tuple[floa
     """Return the largest and the smallest sum of forces [N] between two times [s]."""
     breaks = np.unique(np.concatenate([[begin, until], *(force.stop for force in forces)]))
     breaks = breaks[(breaks >= begin) & (breaks <= until)]
-    breaks = breaks[:: len(breaks) // MAX_PIECES + 1]
+    if len(breaks) > MAX_PIECES:
+        breaks = np.append(breaks[: -1 : len(breaks) // MAX_PIECES + 1], breaks[-1])
     if len(breaks) < 2:
         value = float(total(forces, np.array([until]))[0])
         return value, value
     slack = 2.0 * forces[0].tolerance  # a value at a break is that after it
     width = np.maximum(np.diff(breaks) - slack, 0.0)
-    shares = 0.5 - 0.5 * np.cos(np.pi * np.arange(POINTS) / (POINTS - 1))
-    t = (breaks[:-1, None] + width[:, None] * shares).ravel()
+    middle = 0.5 * (breaks[1:] + breaks[:-1])
+    sizes = np.max([sizes_of(force.table)[force.pieces(middle)] for force in forces], axis=0)
+    points = np.maximum(POINTS, PER_COEFFICIENT * sizes)  # a long piece may hold ten periods of an oscillation
+    last = np.cumsum(points) - 1
+    piece = np.repeat(np.arange(len(points)), points)
+    places = np.arange(last[-1] + 1) - (last - points + 1)[piece]
+    t = breaks[:-1][piece] + width[piece] * (0.5 - 0.5 * np.cos(np.pi * places / (points[piece] - 1)))
     values = total(forces, t)
-    return _refined(forces, t, values, 1.0), -_refined(forces, t, -values, -1.0)
+    inside = np.flatnonzero((places > 0) & (places < points[piece] - 1))
+    return _refined(forces, t, values, inside, 1.0), -_refined(forces, t, -values, inside, -1.0)
 
 
-def _refined(forces: Sequence[Signal], t: Array, values: Array, sign: float) -> float:
-    """Return the largest value near the best of those at times, which rise piece by piece."""
-    best = int(np.argmax(values))
-    inside = best % POINTS not in (0, POINTS - 1)
-    low, high = (t[best - 1], t[best + 1]) if inside else (t[best], t[best])
-    most = float(values[best])
-    while inside and high - low > forces[0].tolerance:
-        fine = np.linspace(low, high, REFINED)
-        found = sign * total(forces, fine)
-        place = min(max(int(np.argmax(found)), 1), REFINED - 2)
-        if high - low < 1e-7 * t[-1] or float(found[place]) <= most:
-            return max(most, float(found.max()))
-        most, low, high = float(found[place]), fine[place - 1], fine[place + 1]
+def _refined(forces: Sequence[Signal], t: Array, values: Array, inside: Ints, sign: float) -> float:
+    """Return the largest value at times, and between the neighbours of the largest of its maxima inside pieces."""
+    most = float(values.max())
+    tops = inside[(values[inside] >= values[inside - 1]) & (values[inside] >= values[inside + 1])]
+    tops = tops[np.argsort(-values[tops], kind="stable")[:MAX_MAXIMA]]
+    low, high, rows = t[tops - 1], t[tops + 1], np.arange(tops.size)
+    for _ in range(REFINEMENTS if tops.size else 0):
+        fine = np.linspace(low, high, REFINED, axis=1)
+        found = sign * total(forces, fine.ravel()).reshape(fine.shape)
+        most = max(most, float(found.max()))
+        best = np.clip(np.argmax(found, axis=1), 1, REFINED - 2)
+        low, high = fine[rows, best - 1], fine[rows, best + 1]
     return most
 
 

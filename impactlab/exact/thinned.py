@@ -89,6 +89,9 @@ class ThinnedHistory(AbstractHistory):
         channel = f"force:{contact}"
         return float(self.values[channel][-1]) if channel in self.pulling else super().impulse_of(contact)
 
+    def impulse_until(self, contact: str, time: float) -> float:
+        return float(np.interp(time, self.time, self.values[f"force:{contact}"]))
+
     def field_times(self, body: str) -> Array | None:
         return np.unique([time for name, _, time in self.fields if name == body])
 

@@ -105,6 +105,7 @@ class Field(NamedTuple):
 
 
 LARGEST_SAMPLES = 5000  # of a channel whose largest value is sought
+IMPULSE_SAMPLES = 4000  # of a force whose impulse is summed
 FIELD_POINTS = 401  # places of a field along a continuous rod, if none are given
 END_ROUNDING = 1e-9  # of duration or length: a time outside a run, a place outside a body by less is moved into it
 
@@ -350,3 +351,11 @@ class AbstractHistory(Views, ABC):
     def impulse_of(self, contact: str) -> float:
         """Return the whole impulse of one contact, or of a link [N s]."""
         return sum(span.impulse for span in self.spans(contact))
+
+    def impulse_until(self, contact: str, time: float) -> float:
+        """Return the impulse of the force of a contact or of a link up to a time of the run [N s].
+
+        As a rule it is the sum of the force at equal instants.
+        """
+        middles = max(0.0, time) * (np.arange(IMPULSE_SAMPLES) + 0.5) / IMPULSE_SAMPLES
+        return float(np.mean(self.evaluate(middles, f"force:{contact}"))) * max(0.0, time)

@@ -17,8 +17,18 @@ import numpy as np
 
 from impactlab import __version__
 from impactlab.errors import NO_ROOM, ExtraError, ImpactlabError
-from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, HasCase, Warned
-from impactlab.history.energy import CarriedEnergy
+from impactlab.history.base import (
+    AbstractHistory,
+    BranchChange,
+    ContactSpan,
+    Cost,
+    EnergyBook,
+    Event,
+    HasCase,
+    LinkResult,
+    Warned,
+)
+from impactlab.history.energy import CarriedEnergy, EnergyEnds
 from impactlab.history.instruments import Measured, measured_signals
 from impactlab.history.sampled import BodyFields, Facts, SampledHistory, body_fields, channels_of, facts_of
 from impactlab.history.units import LONG_NAMES, UNITS
@@ -184,6 +194,11 @@ def _attributes(history: AbstractHistory) -> dict[str, Any]:
         "channels": list(facts.listed),
         "warnings": [list(each) for each in facts.warnings],
         "cost": dataclasses.asdict(facts.cost),
+        "links": [list(each) for each in facts.links],
+        "changes": [list(each) for each in facts.changes],
+        "link_impulses": dict(facts.link_impulses),
+        "load_impulses": dict(facts.load_impulses),
+        "ends": facts.ends,
     }
     attributes = {"impactlab_version": __version__, "impactlab_format": FORMAT, "run": json.dumps(kept)}
     if history.case is not None:
@@ -268,6 +283,11 @@ def to_history(dataset: xarray.Dataset, run: Simulation, case: HasCase | None) -
         case=case,
         listed=tuple(kept["channels"]),
         measured=_measured(dataset),
+        links=tuple(LinkResult._make([*each[:-1], tuple(each[-1])]) for each in kept.get("links", ())),
+        changes=tuple(BranchChange(*each) for each in kept.get("changes", ())),
+        link_impulses=kept.get("link_impulses", {}),
+        load_impulses=kept.get("load_impulses", {}),
+        ends=EnergyEnds(*kept["ends"]) if kept.get("ends") else None,  # a file of an earlier version has none
     )
     return SampledHistory(run, facts, dataset["time"].values, values, _body_fields(dataset))
 

@@ -16,12 +16,15 @@ from impactlab.errors import ImpactlabError, closest
 from impactlab.history.base import (
     END_ROUNDING,
     AbstractHistory,
+    BranchChange,
     ContactSpan,
     Cost,
     EnergyBook,
+    EnergyEnds,
     Event,
     Field,
     HasCase,
+    LinkResult,
     Warned,
     places_on,
     within_run,
@@ -58,6 +61,11 @@ class Facts(NamedTuple):
     case: HasCase | None
     listed: tuple[str, ...]  # its channels; others may have values beside them
     measured: dict[int, Measured]  # signals of instruments, by number of the probe
+    links: tuple[LinkResult, ...]
+    changes: tuple[BranchChange, ...]
+    link_impulses: Mapping[str, float]  # N s, by name of the contact
+    load_impulses: Mapping[str, float]  # N s, of loads over time, by body
+    ends: EnergyEnds | None  # of the energies; None: those of the book
 
 
 @final
@@ -72,7 +80,8 @@ class SampledHistory(AbstractHistory):
     ) -> None:
         self.scene, self.method = run
         self.duration, self.dt, self.events, self.contacts, self.energy = facts[:5]
-        self.warnings, self.cost, self.integrator_used, self.case, self.listed, self.signals = facts[5:]
+        self.warnings, self.cost, self.integrator_used, self.case, self.listed, self.signals = facts[5:11]
+        self.links, self.changes, self.link_impulses, self.load_impulses, self._energy_ends = facts[11:]
         self.time, self.values, self.fields = time, dict(values), dict(fields)
 
     @classmethod
@@ -118,6 +127,12 @@ class SampledHistory(AbstractHistory):
         places = places_on(self.scene.bodies[body], x)
         return Field(places, np.interp(places, kept.x, values))
 
+    def impulse_of(self, contact: str) -> float:
+        return self.link_impulses[contact] if contact in self.link_impulses else super().impulse_of(contact)
+
+    def energy_ends(self) -> EnergyEnds:
+        return super().energy_ends() if self._energy_ends is None else self._energy_ends
+
     @property
     def _slack(self) -> float:
         return END_ROUNDING * self.duration
@@ -155,6 +170,11 @@ def facts_of(history: AbstractHistory) -> Facts:
         history.case,
         history.channels(),
         measured_signals(history),
+        tuple(history.links),
+        tuple(history.changes),
+        {name: history.impulse_of(name) for name, law in history.method.laws.items() if law.two_sided},
+        dict(history.load_impulses),
+        history.energy_ends(),
     )
 
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan
-from impactlab.metrics.third_bodies import Others, link_impulse
+from impactlab.metrics.third_bodies import Others
 from impactlab.printing import counted
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -212,7 +212,7 @@ def mean_velocity(
     if not by_record and not (given.links and time >= history.duration and "momentum" in given.recorded):
         impulse = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
         impulse += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
-        impulse += sum(sign * link_impulse(history, link, time) for link, sign in given.links)
+        impulse += sum(sign * history.impulse_until(link, time) for link, sign in given.links)
         return body.velocity + (float(given.impulses[begun]) + impulse) / mass
     # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
     if "velocity" in given.recorded and body.elastic is None and time < history.duration:

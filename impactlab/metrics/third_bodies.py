@@ -13,7 +13,6 @@ from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 MAX_SHARE = 0.05  # of the impulse of a collision, given by others: a restitution changes by up to twice as much
-PULL_SAMPLES = 4000  # of the force of a link, whose impulse is summed
 PUSH_SAMPLES = 1001  # of an end force in a collision
 
 
@@ -68,9 +67,8 @@ class Others:
             if {*bodies} == {*pair}:
                 continue
             if (contact.group or contact.name) in self._links:
-                met = abs(
-                    link_impulse(self._history, contact.name, end) - link_impulse(self._history, contact.name, start)
-                )
+                before, after = (self._history.impulse_until(contact.name, time) for time in (start, end))
+                met = abs(after - before)
             else:
                 met = self._periods(contact.name).given_in(start, end)
             third = bodies[bodies[0] == name]
@@ -86,9 +84,3 @@ class Others:
                 np.cumsum([0.0, *(abs(span.impulse) for span in spans)]),
             )
         return self._known[contact]
-
-
-def link_impulse(history: AbstractHistory, link: str, time: float) -> float:
-    """Return the impulse of the force of a link up to a time [N s]."""
-    middles = max(0.0, time) * (np.arange(PULL_SAMPLES) + 0.5) / PULL_SAMPLES
-    return float(np.mean(history.evaluate(middles, f"force:{link}"))) * max(0.0, time)

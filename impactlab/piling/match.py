@@ -270,27 +270,28 @@ def coarsened(run: Simulation) -> Simulation | None:
 
 
 class Instants(AbstractMeans):
-    """Values of a channel at the middles of sampling intervals: velocities are samples of instants, not means."""
+    """Values of a channel at the instants of its samples: velocities are samples of instants, not means."""
 
-    def __init__(self, history: AbstractHistory, channel: str) -> None:
+    def __init__(self, history: AbstractHistory, channel: str, times: Array) -> None:
         self._history, self._channel, self.duration = history, channel, history.duration
+        self._times = times  # (n,) s, of the samples: between unequal intervals they are not the middles of edges
         self.rest = self.last = 0.0
 
     def sums(self, edges: Array) -> Array:
-        middles = np.clip(0.5 * (edges[1:] + edges[:-1]), 0.0, self.duration)
-        return np.concatenate([[0.0], np.cumsum(self._history.evaluate(middles, self._channel) * np.diff(edges))])
+        values = self._history.evaluate(np.clip(self._times, 0.0, self.duration), self._channel)
+        return np.concatenate([[0.0], np.cumsum(values * np.diff(edges))])
 
     def over(self, edges: Array, shift: float) -> Array:
-        middles = np.clip(0.5 * (edges[1:] + edges[:-1]) - shift, 0.0, self.duration)
-        return self._history.evaluate(middles, self._channel)
+        return self._history.evaluate(np.clip(self._times - shift, 0.0, self.duration), self._channel)
 
 
 class MatchTrials(Trials):
     """Runs of the driven pile with other soil: laws are replaced in the scene, and nothing else is built again."""
 
     def __init__(self, problem: MatchProblem, case: Case) -> None:
-        super().__init__(case, problem.parameters, [problem.experiments[0].signals[0].channel])
-        self._numbers, self.simulation = problem.numbers, case.simulation()
+        signal = problem.experiments[0].signals[0]
+        super().__init__(case, problem.parameters, [signal.channel])
+        self._numbers, self.simulation, self._times = problem.numbers, case.simulation(), signal.times
 
     def use(self, run: Simulation) -> None:
         """Take another mesh from now on."""
@@ -312,7 +313,7 @@ class MatchTrials(Trials):
         with_soil = replace(method, laws=laws)
         quick = method.tolerance is None
         history = simulate.run(scene, with_soil, with_warnings=False) if quick else api.solve(scene, with_soil)
-        return [Instants(history, self.channels[0])]
+        return [Instants(history, self.channels[0], self._times)]
 
 
 class MatchProblem(Problem):

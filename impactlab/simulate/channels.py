@@ -149,6 +149,12 @@ class AbstractRecordedHistory(AbstractHistory):
         """Return a channel as it is evaluated."""
         return self.recorded[name]
 
+    def impulse_until(self, contact: str, time: float) -> float:
+        times, means, stepped, *_ = self._channel(f"force:{contact}")
+        if not stepped:
+            return super().impulse_until(contact, time)
+        return float(np.interp(time, times, np.append(0.0, np.cumsum(means[1:] * np.diff(times)))))
+
     def largest(self, channel: str) -> float:
         found = self._channel(channel)
         return super().largest(channel) if found.middles is not None else float(found.values.max())

@@ -347,6 +347,25 @@ def test_matching_soil_in_repeated_blocks() -> None:
     assert [laws[f"pile.at({x})|ground"].capacity for x in (8, 12, 16)] == pytest.approx(3 * [2e5], rel=1e-6)
 
 
+def test_matching_samples_at_unequal_intervals() -> None:
+    """A sample is the velocity of its own instant, which between unequal intervals is no middle of two others."""
+    base = driven(courant=0.5).with_settings({"solve.model.elements": 40, "solve.duration": 0.03}).document.data
+    lines = {"t": [0.0, 4.01e-3, 1.01e-2, 2.01e-2, 3e-2], "f": [0.0, 4e6, 1e6, 0.0, 0.0]}  # between steps
+    bodies = {name: base["bodies"][name] for name in ("pile", "ground", "base")}
+    bare = il.Case(
+        bodies={**bodies, "pile": {**bodies["pile"], "ends": {"left": {"force": lines}}}},
+        contacts=base["contacts"][2:],
+        solve=base["solve"],
+        probes=[{"body": "pile", "at": 0.0, "quantity": "velocity"}],
+    )
+    times = np.union1d(lines["t"], np.random.default_rng(1).uniform(0.0, 3e-2, 300))
+    velocity = il.run(bare).evaluate(times, "velocity:pile@0")
+    softer = bare.with_settings({"contacts.0.law.capacity": 4e5, "contacts.1.law.capacity": 7e5})
+    found = match(softer, times, np.interp(times, lines["t"], lines["f"]), velocity, ["shaft.capacity", "toe.capacity"])
+    assert [each.value for each in found.parameters] == pytest.approx([6e5, 9e5], rel=1e-6)
+    assert found.mismatch < 1e-6
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("solve", [{}, {"solve.model": {"kind": "continuous"}, "solve.step": {"dt": 4e-5}}])
 def test_matching_is_not_caught_by_the_ringing_of_the_pile(on_160: il.Case, solve: dict[str, Any]) -> None:

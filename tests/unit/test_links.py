@@ -211,6 +211,22 @@ def test_a_joint_that_hardly_moves_keeps_its_force() -> None:
         assert plain(hysteresis.total_at)(port, overlap) == pytest.approx(1e5, rel=1e-12)
 
 
+def test_the_extreme_forces_of_a_link_are_found_among_many_periods() -> None:
+    """A light mass on a stiff joint swings 17 times before a wave comes back: until then the rod is a dashpot Z."""
+    mass, stiffness, speed = 1e-3, 1e8, 2.0
+    joined = il.Case(
+        bodies={"hammer": il.Mass(mass, velocity=speed), "rod": rod()},
+        contacts=[il.Contact("hammer", "rod.left", {"kind": "slack", "stiffness": stiffness})],
+        solve={"duration": "0.35 ms", "model": {"kind": "continuous"}},
+    )
+    (link,) = il.run(joined).links
+    damping = math.sqrt(stiffness * mass) / (2.0 * 1e-3 * math.sqrt(2.1e11 * 7850.0))
+    decay = damping / math.sqrt(1.0 - damping**2)
+    largest = speed * math.sqrt(stiffness * mass) * math.exp(-decay * math.acos(damping))
+    assert link.largest == pytest.approx(largest, rel=1e-9)
+    assert link.smallest == pytest.approx(-largest * math.exp(-math.pi * decay), rel=1e-9)
+
+
 def test_what_a_run_says_of_its_links() -> None:
     history = il.run(case(il.Contact("rod.along(0.2, 1)", "ground", SMITH, pieces=8, name="shaft")))
     assert [warned.code for warned in history.warnings] == []
