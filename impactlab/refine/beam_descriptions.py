@@ -24,7 +24,7 @@ from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Point, Probe, Scene
-from impactlab.scene.sizes import CELL, fits
+from impactlab.scene.sizes import PER_CELL, fits
 from impactlab.simulate import plan
 from impactlab.simulate.body_sizes import MAX_BEAM_MODES
 
@@ -109,7 +109,7 @@ def can_be_set_up(description: Description) -> bool:
     return any(
         _can_be_planned(description.simulation(fineness))
         for fineness in (COARSE_FINENESS, MIN_FINENESS)
-        if fineness == MIN_FINENESS or fits(CELL * cells)
+        if fineness == MIN_FINENESS or fits(PER_CELL * cells)
     )
 
 

@@ -13,7 +13,7 @@ from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.resolvability import resolution
 from impactlab.simulate.static_sag import warnings as sagging
 
-RESOLVED = 3.0  # time resolutions: a contact that is shorter has no shape and no impulse of its own
+MIN_RESOLUTIONS = 3.0  # time resolutions: a contact that is shorter has no shape and no impulse of its own
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -60,7 +60,7 @@ def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSp
 
 def _too_short(history: AbstractRecordedHistory, contact: Contact, spans: Sequence[ContactSpan]) -> Iterator[Warned]:
     """Warn of contacts in one collision that are shorter than a few time resolutions."""
-    limit = RESOLVED * resolution(history, contact, beams=True)
+    limit = MIN_RESOLUTIONS * resolution(history, contact, beams=True)
     together = memory(history.scene, (contact.left.body, contact.right.body))
     short, of = 0, 0
     for number, span in enumerate(spans):
