@@ -193,7 +193,8 @@ def method_facts(summary: Mapping[str, Any], units: Sequence[Units] = ()) -> lis
         share = in_round_trips(used["dt"], summary)
         facts.append(("step", si(used["dt"], "s") + (f" = {cell(share)} T" if share else "")))
     cost = summary["cost"]
-    facts.append(("cost", f"{cost['steps']} steps, {si(cost['solve_s'], 's')} (set-up {si(cost['setup_s'], 's')})"))
+    taken = "steps" if used["dt"] or used["integrator"] else "intervals between events"
+    facts.append(("cost", f"{cost['steps']} {taken}, {si(cost['solve_s'], 's')} (set-up {si(cost['setup_s'], 's')})"))
     return facts
 
 
