@@ -100,7 +100,7 @@ def _closed_together(scene: Scene, hard: list[int]) -> list[int]:
     room: dict[tuple[str, float, bool], float] = {}  # gap by body, place and side of its wall
     for number in hard:
         contact = scene.contacts[number]
-        walls = [not scene.bodies[point.body].moves for point in (contact.left, contact.right)]
+        walls = [not scene.bodies[point.body].moves for point in contact.faces]
         face = contact.right if walls[0] else contact.left
         opposite = room.get((face.body, face.x, not walls[0]))
         if any(walls) and opposite is not None and contact.gap + opposite > 0.0:

@@ -282,7 +282,7 @@ def _started(
     alike: dict[tuple[int, ...], tuple[AbstractContactLaw, Start]] = {}  # contacts of like beads under one law
     for number, contact in enumerate(scene.contacts):
         path, given = f"contacts.{number}.law", method.laws[contact.name]
-        own_steppers = (id(steppers[point.body]) for point in (contact.left, contact.right))
+        own_steppers = (id(steppers[point.body]) for point in contact.faces)
         key = (*own_steppers, *scene.places[number], id(given))
         if key in alike:
             laws[contact.name], start = alike[key]
