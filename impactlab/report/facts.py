@@ -211,11 +211,13 @@ def _value(value: Any, unit: Any = "") -> str:
     """Return the value of an option in words; ``unit`` is its unit, or those of the options in it."""
     if isinstance(value, Mapping):
         inside = unit if isinstance(unit, Mapping) else {}
+        if "kind" in value:
+            return _options(value, inside)
         return ", ".join(f"{name} {_value(item, inside.get(name, ''))}" for name, item in value.items())
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float) and unit:
-        return si(value, unit) if PREFIXED.match(unit) else f"{value:g}\N{NO-BREAK SPACE}{unit}"
+        return si(value, unit) if PREFIXED.match(unit) else f"{value:g}\N{NO-BREAK SPACE}{unit.replace('m2', 'm²')}"
     words = f"{value:g}" if isinstance(value, float) else str(value)
     return f"{words}\N{NO-BREAK SPACE}{unit}" if unit else words
 

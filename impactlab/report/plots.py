@@ -17,6 +17,7 @@ from impactlab.report.named_contacts import force_of, gap_of, members_of, view_o
 from impactlab.report.signals import Line, Panel, in_words, place_in_words
 from impactlab.report.style import (
     INK,
+    MARGINS,
     MAX_LABELS,
     MUTED,
     PALETTE,
@@ -223,6 +224,7 @@ def signals(
         right=room_beside(names) if beside else 0.12,
         top=upper_margin(names if beside else ()),
         bottom=lower_margin(trips=compared),
+        across=MARGINS.left,  # as beside the first column: room for ticks such as -1000
         down=ROW_SPACING,
     )
     figure, axes = grid(rows, columns, 1.7 if rows > 1 else 2.2, margins)

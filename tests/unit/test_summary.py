@@ -289,6 +289,17 @@ def test_a_stepped_delay_line_is_not_said_to_be_solved_from_event_to_event() -> 
         ({"kind": "hertz", "stiffness": 2e8}, "hertz (stiffness 200 MN/m^1.5, exponent 1.5)"),
         ({"kind": "penalty", "stiffness": 1e4, "damping": 5.0}, "penalty (stiffness 10 kN/m, damping 5 N·s/m)"),
         (
+            {
+                "kind": "specimen",
+                "length": "8 mm",
+                "area": 5e-5,
+                "young": "70 GPa",
+                "flow": {"yield_stress": "300 MPa"},
+            },
+            "specimen (length 8 mm, area 5e-05 m², young 70 GPa, "
+            "flow linear_flow (yield_stress 300 MPa, hardening 0 Pa), tension false)",
+        ),
+        (
             {"kind": "smith", "capacity": "2 kN", "quake": "2.5 mm", "damping": 0.2, "tension": False},
             "smith (capacity 2 kN, quake 2.5 mm, damping 0.2 s/m, rule smith, tension false, set 0 m)",
         ),
