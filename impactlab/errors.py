@@ -6,6 +6,7 @@ import errno
 import traceback
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of an output whose disk is full
@@ -76,6 +77,14 @@ def closest(name: str, names: Iterable[str]) -> str:
     """Return `` Did you mean 'x'?`` for the nearest of the names, or nothing."""
     close = get_close_matches(name[:MAX_COMPARED], list(names), n=1)
     return f" Did you mean {close[0]!r}?" if close else ""
+
+
+def unreadable(path: Path, error: Exception) -> str:
+    """Return why a file cannot be read; of a missing one the nearest name in its folder."""
+    if not isinstance(error, FileNotFoundError):
+        return str(getattr(error, "strerror", None) or error)
+    others = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+    return f"the file does not exist.{closest(path.name, others)}"
 
 
 class ExtraError(ImpactlabError, ImportError):  # type: ignore[misc] # both have a path

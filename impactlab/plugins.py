@@ -167,7 +167,7 @@ def describe(part: type[Any] | Callable[..., Any]) -> str:
     written = vars(part).get("__doc__") if inspect.isclass(part) else part.__doc__
     text = inspect.cleandoc(written or "")
     line = "" if text.startswith(f"{part.__name__}(") else text.partition("\n")[0]  # text that dataclass generates
-    given = line.removeprefix("Return ").removeprefix("the ")  # of a function, in a list of what there is
+    given = line.removeprefix("Return ").removeprefix("the ")  # of a function, in a list of parts
     return line if given == line else given[:1].upper() + given[1:]
 
 

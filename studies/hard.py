@@ -15,7 +15,7 @@ from pathlib import Path
 
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.stability import markdown, report
-from impactlab.bench.report.verdicts import WRONG, faults
+from impactlab.bench.report.verdicts import ERROR_WARN, faults
 from impactlab.bench.schema import Row
 from studies.pages import DOCS, ROOT, Study
 
@@ -29,7 +29,7 @@ Written by `python -m studies hard` from the table of `impactlab bench --suite h
 
 A run may end in three ways: completed; refused before its first step, with reason and remedy; failed, with an error
 that holds the time reached and the history so far. Anything else is a violation: a hang, a crash, a number that is
-not finite, momentum that does not balance, energy gained without a warning, or an error above {100 * WRONG:.0f} %
+not finite, momentum that does not balance, energy gained without a warning, or an error above {100 * ERROR_WARN:.0f} %
 of displacement or impulse without a warning.
 """
 TIME_LIMIT = 300  # s of a row, from which it has hung: the longest takes half a minute where nothing else runs

@@ -2,10 +2,10 @@
 A Hopkinson bar
 ===============
 
-A striker sends a square pulse down the incident bar. At the specimen a part comes back as
-tension and a part goes on into the transmission bar. Two strain gauges see it all. Which
-stress and which strain did the specimen have, and how good is the usual analysis of the
-gauges?
+A striker sends a square pulse down the incident bar. At the specimen a part of it is
+reflected as tension, and a part is transmitted into the transmission bar. Two strain
+gauges record the three waves. Which stress and which strain did the specimen have, and how
+accurate is the usual analysis of the gauges?
 """
 
 # %%

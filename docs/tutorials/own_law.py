@@ -2,21 +2,20 @@
 A contact law of your own
 =========================
 
-A cushion of wood under a pile hammer springs back along a steeper line than it was
-pressed in along, and stays pressed. impactlab has this law as ``bilinear``, after Smith
-(1960). This page writes it again, in 35 lines, to show what a law consists of. It checks
-the law against a number that must come out, puts it under a ram, and compares it with
-``bilinear``.
+A cushion of wood under a pile hammer unloads along a steeper line than it was loaded
+along, and keeps a permanent set. impactlab has this law as ``bilinear``, after Smith
+(1960). This page writes it again, in 35 lines, to show the parts of a law. It checks the
+law against a known result, puts it under a ram, and compares it with ``bilinear``.
 """
 
 # %%
 # The law
 # -------
-# Pressed in, the cushion follows :math:`F = k\delta`. Let go, it follows :math:`F =
+# On loading the cushion follows :math:`F = k\delta`, on unloading :math:`F =
 # (k/e^2)(\delta - \delta_p)` with the set :math:`\delta_p = (1 -
-# e^2)\,\delta_\text{max}`: of the energy it took it returns the share :math:`e^2`, so
-# that :math:`e` is its coefficient of restitution. Both lines rise, and the lower one
-# holds: :math:`F = \max(0, \min(k\delta,\ (k/e^2)(\delta - \delta_p)))`.
+# e^2)\,\delta_\text{max}`: it returns the share :math:`e^2` of the energy that it
+# absorbed, so that :math:`e` is its coefficient of restitution. The force is the lower of
+# both lines: :math:`F = \max(0, \min(k\delta,\ (k/e^2)(\delta - \delta_p)))`.
 #
 # A law sees one record, the *port*: the gap of its contact without force, and the gap per
 # unit force. With overlap :math:`\delta = \delta_0 - Y F` each line gives its force in
@@ -35,13 +34,13 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 
 @dataclass(frozen=True)
 class Cushion(AbstractContactLaw):
-    """Cushion: pressed in along k, let go along k/e^2, with a set that stays."""
+    """Cushion: loads along k, unloads along k/e^2, with a permanent set."""
 
     needs = frozenset({Level.POSITION})
     citations = ("Smith1960",)
     gains_energy = 0.01  # of the initial energy, in steps that resolve the contact
 
-    stiffness: float = option(unit="N/m", above=0.0, description="k, pressing in")
+    stiffness: float = option(unit="N/m", above=0.0, description="k, on loading")
     restitution: float = option(
         0.5, above=0.0, at_most=1.0, description="coefficient of restitution e"
     )
@@ -63,12 +62,12 @@ class Cushion(AbstractContactLaw):
         overlap, compliance = (
             -port.acting_gap,
             port.acting_gap_per_force,
-        )  # without force; by how much a force lessens it
-        pressing = k * overlap / (1.0 + k * compliance)
-        returning = (
+        )  # m without force; m per N, by which a force reduces it
+        loading = k * overlap / (1.0 + k * compliance)
+        unloading = (
             k_back * (overlap - (1.0 - k / k_back) * deepest) / (1.0 + k_back * compliance)
         )
-        reply.trial = min(pressing, returning)
+        reply.trial = min(loading, unloading)
         reply.force = max(0.0, reply.trial)
         reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
         end = -(
@@ -82,8 +81,8 @@ class Cushion(AbstractContactLaw):
 
 
 # %%
-# A number that must come out
-# ---------------------------
+# A known result
+# --------------
 # A mass on a rigid wall returns with :math:`e` times its speed, whatever its mass and the
 # stiffness.
 
@@ -119,8 +118,8 @@ axis.legend(frameon=False)
 # -------------
 # A ram drives a concrete pile whose toe rests on a dashpot (``impactlab new pile.yaml --like
 # pile`` writes a larger case to start from). The law states no branches, so the exact solver
-# does not serve and the rod steps as a delay line: both waves are kept exactly, and the
-# contact is solved once in a step.
+# does not support it and the rod steps as a delay line: both waves are kept exactly, and
+# the contact is solved once in a step.
 
 pile = il.Case(
     bodies={

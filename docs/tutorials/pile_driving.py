@@ -100,8 +100,8 @@ print(f"Z = {1e-3 * impedance:.0f} kN s/m; the toe returns {share:+.2f} of each 
 # %%
 # Largest stresses along the pile
 # -------------------------------
-# A toe that holds (large :math:`D`) nearly doubles the compression there; one that gives
-# way sends tension back up the pile.
+# A stiff toe (large :math:`D`) nearly doubles the compression there; a soft one sends
+# tension back up the pile.
 
 fig, axes = plt.subplots(1, 2, figsize=(8, 3.6), sharey=True)
 for toe in (1e5, 4e5, impedance, 4e6):
@@ -137,7 +137,7 @@ axis.semilogx(1e-6 * stiffness, middle, label="tension 3 m below it")
 axis.set(
     xlabel="stiffness of the cushion  [MN/m]",
     ylabel="stress  [MPa]",
-    title="What the cushion does",
+    title="Effect of the cushion",
     ylim=(0, None),
 )
 axis.legend(frameon=False)
@@ -145,7 +145,7 @@ axis.legend(frameon=False)
 # %%
 # Soil that yields
 # ----------------
-# A dashpot at the toe answers questions on **driving stresses and waves in one blow**. Soil
-# along the shaft and under the toe that yields and remembers gives the set, the blow count and
-# residual forces, and signals at the head the capacity: see :doc:`/pile-driving`. Diesel
-# hammers are not here. A cushion with a law of its own is written in :doc:`own_law`.
+# A dashpot at the toe is enough for **driving stresses and waves in one blow**. Set, blow
+# count and residual forces need soil that yields along the shaft and under the toe; the
+# capacity is found from signals at the head: see :doc:`/pile-driving`. Diesel hammers are not
+# included. A cushion with a law of its own is written in :doc:`own_law`.

@@ -76,7 +76,7 @@ class AbstractBasis(ABC):
     static_exact: ClassVar[bool] = False  # a steady force at a contact of a held rod moves it as the whole mesh
     complete: ClassVar[bool] = True  # as many modes as the mesh has are the mesh itself
     gains_energy: ClassVar[float] = 0.0  # declared bound on the gain that a change of coordinates may add, relative
-    finer: ClassVar[str] = "more modes"  # what brings the modes nearer to those of the mesh, in messages
+    finer: ClassVar[str] = "more modes"  # a setting that brings the modes nearer to those of the mesh, in messages
     free_end: ClassVar[bool] = False  # eigenvectors with free contacts alone: a uniform rod's are known in closed form
     reads_partners: ClassVar[bool] = True  # False: `span` does not depend on the masses that the body meets
 

@@ -74,9 +74,9 @@ class ReducedMesh(Coordinates):
         """
         shapes, frequencies = self.shapes.copy(), self.frequencies.copy()
         for number in np.flatnonzero(frequencies):
-            pressed = multiply(self.mesh.mass, shapes[:, number]) * frequencies[number] ** 2
-            shape = self.mesh.static(pressed)
-            frequencies[number] = np.sqrt(shape @ pressed / (shape @ multiply(self.mesh.mass, shape)))
+            inertia_force = multiply(self.mesh.mass, shapes[:, number]) * frequencies[number] ** 2
+            shape = self.mesh.static(inertia_force)
+            frequencies[number] = np.sqrt(shape @ inertia_force / (shape @ multiply(self.mesh.mass, shape)))
             shapes[:, number] = shape
         return shapes, frequencies
 

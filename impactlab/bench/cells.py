@@ -37,7 +37,7 @@ class Job(NamedTuple):
     variant: str
     method: str
     settings: dict[str, Any]
-    reference: str | None = None  # key of what its errors are measured against; None where the case refuses the method
+    reference: str | None = None  # key of the reference of its errors; None where the case refuses the method
 
 
 def case_files(cases: Sequence[Path], suite: str) -> list[Path]:

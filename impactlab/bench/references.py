@@ -23,7 +23,7 @@ class References:
     """The references of one bench.
 
     They are kept in a folder that lives as long as the bench and to which only its workers write, so it is safe to
-    unpickle what they hold.
+    unpickle their contents.
     """
 
     def __init__(self, folder: Path | None = None) -> None:

@@ -16,15 +16,15 @@ from impactlab.casefile.repeat import MAX_REPEAT
 from impactlab.casefile.values import SHAPE, Allowed, quantity
 from impactlab.scene.bodies import ElasticBody, End, Profile, Rayleigh, Table
 
-LEAST_SPEED = 1e-290  # m/s: the displacements of a smaller one have no digits left
+MIN_SPEED = 1e-290  # m/s: the displacements of a smaller one have no digits left
 
 
 def _least_speed(velocity: float) -> float:
     """Return a velocity, or refuse one whose displacements are too small for a float."""
-    if 0.0 < abs(velocity) < LEAST_SPEED:
+    if 0.0 < abs(velocity) < MIN_SPEED:
         raise refuse(
             f"{velocity:g} m/s is out of range: its displacements are too small for a float. "
-            f"Allowed: 0, or a speed of at least {LEAST_SPEED:g} m/s"
+            f"Allowed: 0, or a speed of at least {MIN_SPEED:g} m/s"
         )
     return velocity
 

@@ -348,7 +348,7 @@ def log_many_bodies(bodies: int) -> None:
 def _make(name: str, file: str, document: Document, registry: plugins.Registry, is_new: bool = False) -> Case:
     origins = Origins()
     try:
-        if is_new:  # of an edited one, what is new was checked as it was put in
+        if is_new:  # of an edited one, new values were checked as they were put in
             check_texts(document.data)
         data, origins = expand(document.data)
         log_many_bodies(_length(data.get("bodies")))

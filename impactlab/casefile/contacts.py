@@ -319,7 +319,7 @@ def links_have_no_gap(contact: CaseContact) -> None:
             kind = contact.block.law["kind"] if contact.block.law else ""
             raise contact.refused(
                 f"law {kind!r} joins its faces from t = 0, so there is no {key} between them",
-                f"Remove {key}. A joint with play is slack; with tension: false a soil or a specimen parts.",
+                f"Remove {key}. For a joint with play use law slack; soil or a specimen separates with tension: false.",
                 key,
             )
 

@@ -116,7 +116,7 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
         items: dict[str, Any] = {}
         for key, value in pairs:
             if key in items:
-                raise CaseError(f"the key {shown(key)} stands twice", remedy="Keep one of the two.")
+                raise CaseError(f"the key {shown(key)} is given twice", remedy="Keep one of the two.")
             items[key] = value
         return items
 
@@ -138,7 +138,7 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
 
 
 def _placed_in_json(error: CaseError, text: str) -> CaseError:
-    """Return the error of a JSON text with its line: of a key that stands twice, or a number that is not finite."""
+    """Return the error of a JSON text with its line: of a key that is given twice, or a number that is not finite."""
     constant = next((found for found in _JSON_WORD.finditer(text) if found.group()[0] != '"'), None)
     if error.text.endswith("finite number") and constant is not None:
         error.line = text.count("\n", 0, constant.start()) + 1
@@ -146,7 +146,7 @@ def _placed_in_json(error: CaseError, text: str) -> CaseError:
     try:
         yaml_value(text, {})  # JSON is YAML, whose reader knows lines and path
     except CaseError as found:
-        return found if "stands twice" in found.text else error
+        return found if "is given twice" in found.text else error
     return error
 
 

@@ -270,7 +270,7 @@ def with_set(document: Document, settings: Iterable[tuple[str, Any]], by: str, f
 def in_order(settings: Iterable[tuple[str, Any]], data: Mapping[str, Any]) -> list[tuple[str, Any]]:
     """Return the settings (path, value) of a command in the order in which none makes another void.
 
-    A kind comes before its neighbours, and a block before what it holds: each of them may replace the whole block.
+    A kind comes before its neighbours, and a block before its values: each of them may replace the whole block.
     Others keep their order. ``data`` is the case, for the names of contacts.
     """
     ordered: list[tuple[Keys, tuple[str, Any]]] = []

@@ -22,7 +22,7 @@ _NEEDED = {
     "model_attributes_type": _BLOCK,
     "string_type": "a string",
 }
-FIX_VALUE = "Fix the value; `impactlab check FILE` prints the case in SI with all defaults."
+FIX_VALUE = "Fix the value; `impactlab check FILE` lists all faults, and without faults every value in SI."
 
 
 def case_error(

@@ -13,7 +13,7 @@ from impactlab.types import Array
 SLOPES = 401  # places along a body whose slopes are compared
 # Of a length: differences of the second order have an error of 1e-9, with rounding, of a smooth shape.
 SLOPE_STEP = 1e-5
-MAX_SLOPE = 1e-6  # of the largest slope: what an end may have, such as the tail of a pulse
+MAX_SLOPE = 1e-6  # of the largest slope, that an end may have, as of the tail of a pulse
 MAX_ROUNDING = 1e-14  # of the largest displacement, in the sum of three of them
 BEND_STEPS = 4e-3, 1e-3, 2.5e-4  # of a length: a derivative of a shape is 0 where it is by one of these steps
 MAX_BEND = 1e-3  # of the largest of its kind along the beam: bending moment and shear force that an end may have

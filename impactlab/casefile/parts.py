@@ -64,7 +64,7 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
     except ValueError as error:
         raise CaseError(
             f"{shown(block['kind'])} refuses these values: {str(error)[:200]}",
-            remedy="`impactlab plugins` says what the part is for; its options stand in `impactlab schema`.",
+            remedy="`impactlab plugins` describes the part, and `impactlab schema` lists its options.",
             path=path,
         ) from error
 

@@ -53,7 +53,7 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
     if side is None:
         raise CaseError(
             f"{name!r} is a {body.kind}, so the face must be named. Allowed: {name}.left, {name}.right, {name}.at(x)",
-            remedy=f"Say where on the {body.kind}.",
+            remedy="Name one of these faces.",
             path=path,
         )
     length = body.total_length

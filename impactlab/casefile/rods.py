@@ -17,7 +17,7 @@ from impactlab.scene.bodies import End, Rod, Segment
 from impactlab.types import QUANTITIES_OF_ROD
 
 WAYS = (("area",), ("diameter",), ("width", "height"))
-MOST_WIDTH = 5.0  # of the length of a rod: a wider section is a unit that was left out; specimens have 2
+MAX_WIDTH = 5.0  # of the length of a rod: a wider section is a unit that was left out; specimens have 2
 ALLOWED = "area: m2, diameter: m, or width: m and height: m"
 
 
@@ -88,9 +88,9 @@ class RodBlock(CrossSection, MovingBlock):
         for number, piece in enumerate(self.pieces):
             for key in ("diameter", "width", "height"):
                 width = getattr(piece, key)
-                if width is not None and width > MOST_WIDTH * length:
+                if width is not None and width > MAX_WIDTH * length:
                     raise CaseError(
-                        f"{width:g} m across, and the rod is {length:g} m long. Allowed: at most {MOST_WIDTH:g} times "
+                        f"{width:g} m across, and the rod is {length:g} m long. Allowed: at most {MAX_WIDTH:g} times "
                         "its length, and waves are plane only where it is longer than wide",
                         remedy="Check the units, as in '20 mm'. If the body is meant to be so short, give its area.",
                         path=f"{path}.{key}" if self.segments is None else f"{path}.segments.{number}.{key}",

@@ -1,4 +1,4 @@
-"""A case file under values given with ``--set``: these are put in place first, and only what then stands is checked."""
+"""A case file under values given with ``--set``: these are put in place first, and the resulting case is checked."""
 
 from __future__ import annotations
 

@@ -35,7 +35,9 @@ def case_named(name: str) -> Path:
     """
     known = cases()
     if name not in known:
-        remedy = closest(name, known).strip() or "`impactlab cases` lists those that do."
+        here = Path(f"{name}.yaml")
+        remedy = f"Did you mean {str(here)!r}?" if here.exists() else closest(name, known).strip()
+        remedy = remedy or "Give the path of a case file; `impactlab cases` lists the bundled cases."
         raise CaseError(f"there is no file {shown(name)}, and no case of that name comes with impactlab", remedy=remedy)
     return known[name]
 

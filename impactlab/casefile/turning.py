@@ -186,8 +186,8 @@ def _check_contact(bodies: Mapping[str, Body], contact: Contact, number: int) ->
     )
     if abs(stands - expected) > SAME_PLACE * max(abs(expected), abs(contact.gap), other.length):
         raise CaseError(
-            f"'{mass.name}' stands at {stands:.9g} m from the axis, and by the face of '{other.name}' in its steady "
-            f"state and the gap of {contact.gap:.6g} m at {expected:.9g} m",
+            f"'{mass.name}' is at {stands:.9g} m from the axis by its axis_at, but by the face of '{other.name}' in "
+            f"its steady state and the gap of {contact.gap:.6g} m it is at {expected:.9g} m",
             remedy=f"Leave axis_at out, or give {-expected:.9g}.",
             path=f"bodies.{mass.name}.rotation.axis_at",
         )

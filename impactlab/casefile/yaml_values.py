@@ -124,7 +124,7 @@ class _Composer:
             if key in items:
                 first = self.lines[(*path, key)]
                 raise CaseError(
-                    f"the key {shown(key)} stands twice (first in line {first})",
+                    f"the key {shown(key)} is given twice (first in line {first})",
                     remedy="Keep one of the two.",
                     path=dotted((*path, key)),
                     line=line,

@@ -116,7 +116,7 @@ for command, summary, examples in (
     (check_choose_cite.check, "Check a case; print all its values in SI.", ["impactlab check my_case.yaml"]),
     (
         check_choose_cite.choose,
-        "Show how a tolerance picks a method, and what it costs.",
+        "Show how a tolerance chooses a method, and its cost.",
         ["impactlab choose two_material_rod --tolerance 1e-3"],
     ),
     (new_cases.new, "Write a commented case file to start from.", ["impactlab new my_test --like hopkinson"]),

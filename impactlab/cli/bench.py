@@ -50,7 +50,7 @@ def bench(
         int, typer.Option("--jobs", metavar="N", min=0, max=1024, help="Processes; 0 for one per core.")
     ] = 1,
     repeats: Annotated[
-        int, typer.Option("--repeats", metavar="N", min=1, max=1000, help="Most repeats of a timed run.")
+        int, typer.Option("--repeats", metavar="N", min=1, max=1000, help="Largest number of repeats of a timed run.")
     ] = 9,
     no_timing: Annotated[bool, typer.Option("--no-timing", help="Leave out the times.")] = False,
     time_limit: Annotated[

@@ -33,7 +33,7 @@ def fit(
         typer.Option(
             "--signal",
             metavar="COLUMN=CHANNEL",
-            help="What a column measures, as 'force [kN]=force:a|b'.",
+            help="A column of the data and its channel, as 'force [kN]=force:a|b'.",
             show_default=False,
         ),
     ],
@@ -60,7 +60,7 @@ def fit(
         str,
         typer.Option(
             "--noise",
-            help="white, ar1 where neighbours err alike, or std: columns headed std and the heading of the signal.",
+            help="white; ar1 if noise correlates from sample to sample; std for columns headed std and the heading.",
         ),
     ] = "white",
     bandwidth: Annotated[
@@ -71,11 +71,11 @@ def fit(
         typer.Option(
             "--intervals",
             metavar="A,B",
-            help="Beside those from the derivatives: profile (likelihood), bootstrap (in blocks).",
+            help="More intervals than those from derivatives: profile (likelihood), bootstrap (in blocks).",
         ),
     ] = "jacobian",
-    resamples: Annotated[int, typer.Option("--resamples", help="How often the bootstrap draws residuals again.")] = 500,
-    seed: Annotated[int, typer.Option("--seed", help="Of the random numbers of the bootstrap.", min=0)] = 0,
+    resamples: Annotated[int, typer.Option("--resamples", help="Number of fits of the bootstrap.")] = 500,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the bootstrap.", min=0)] = 0,
     sets: Sets = None,
     method: Method = None,
     variant: Variant = None,
@@ -129,12 +129,12 @@ def _again(context: typer.Context) -> str:
 def _pair(text: str) -> tuple[Path, Path]:
     case, equals, data = (part.strip() for part in text.rpartition("="))
     if not equals or not case or not data:
-        raise CaseError(f"--experiment {text!r} is not CASE=DATA", remedy="Write second.yaml=second.csv or so.")
+        raise CaseError(f"--experiment {text!r} is not CASE=DATA", remedy="Write second.yaml=second.csv, for example.")
     return Path(case), Path(data)
 
 
 def _named(text: str) -> tuple[str, str]:
     column, equals, channel = (part.strip() for part in text.partition("="))
     if not equals or not column or not channel:
-        raise CaseError(f"--signal {text!r} is not COLUMN=CHANNEL", remedy="Write 'force [kN]=force:a|b' or so.")
+        raise CaseError(f"--signal {text!r} is not COLUMN=CHANNEL", remedy="Write 'force [kN]=force:a|b', for example.")
     return column, channel

@@ -108,7 +108,7 @@ def _loaded(
         loaded, tolerance = settings_of.load_with_settings(
             found(file), settings, variant=variant or "base", method=method or "base"
         )
-        _tell_of_tolerance(tolerance, settings)
+        _report_tolerance(tolerance, settings)
     else:
         loaded = casefile.load_case(found(file))
     if metrics:
@@ -116,12 +116,12 @@ def _loaded(
     return loaded
 
 
-def _tell_of_tolerance(tolerance: Any, settings: list[tuple[str, Any]]) -> None:
-    """Say which setting takes the place of the tolerance of a case: from then on no error is bounded."""
+def _report_tolerance(tolerance: Any, settings: list[tuple[str, Any]]) -> None:
+    """Print which setting takes the place of the tolerance of a case: from then on no error is bounded."""
     by = next((path for path, value in settings if edit.replaces_tolerance(path, value)), "")
     if isinstance(tolerance, float) and by and all(path != "solve.tolerance" for path, _ in settings):
         print(
-            f"note: --set {by} takes the place of solve.tolerance {tolerance:g}: what is not given of model, "
-            "integrator, step and laws has its default, and no error is bounded",
+            f"note: --set {by} takes the place of solve.tolerance {tolerance:g}: of model, integrator, step "
+            "and laws, those that are not given have their defaults, and no error is bounded",
             file=sys.stderr,
         )

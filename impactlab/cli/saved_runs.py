@@ -23,7 +23,7 @@ from impactlab.cli.reporting import reporting
 
 
 def report(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="history.nc, or what history.to_netcdf() wrote.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="history.nc, or a file of history.to_netcdf().")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Write the page and its figures into this folder.")],
     figures: Figures = None,
     width: Width = None,
@@ -50,7 +50,7 @@ def animate(
     method: Method = None,
     variant: Variant = None,
     seconds: Annotated[
-        float, typer.Option("--seconds", metavar="S", min=0.5, max=120.0, help="How long it plays.")
+        float, typer.Option("--seconds", metavar="S", min=0.5, max=120.0, help="Length of the film in s.")
     ] = 8.0,
 ) -> None:
     """Run a case and write it as a film: the bodies coloured by their load, and the diagram of their waves."""

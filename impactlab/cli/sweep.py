@@ -26,7 +26,10 @@ Workers = Annotated[int, typer.Option("--workers", metavar="N", min=0, max=1024,
 Kept = Annotated[
     Path | None,
     typer.Option(
-        "--out", metavar="DIR", help="Keep finished points here, and the result; go on there.", show_default=False
+        "--out",
+        metavar="DIR",
+        help="Folder of finished points and results; a sweep continues from it.",
+        show_default=False,
     ),
 ]
 Shard = Annotated[

@@ -25,11 +25,11 @@ def uncertainty(
             show_default=False,
         ),
     ],
-    samples: Annotated[int, typer.Option("--samples", metavar="N", help="A power of two.")] = 4096,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the samples.")] = 1,
+    samples: Annotated[int, typer.Option("--samples", metavar="N", help="Number of samples, a power of two.")] = 4096,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the samples.")] = 1,
     quantities: Quantities = None,
     percentiles: Annotated[
-        str, typer.Option("--percentiles", metavar="A,B,...", help="Between 0 and 100.")
+        str, typer.Option("--percentiles", metavar="A,B,...", help="Percentiles, between 0 and 100.")
     ] = "5,50,95",
     indices: Annotated[
         bool,
@@ -88,5 +88,5 @@ def _percent(text: str) -> float:
         return float(text)
     except ValueError:
         raise CaseError(
-            f"the percentile {text!r} is not a number", path="--percentiles", remedy="Write 5,50,95 or so."
+            f"the percentile {text!r} is not a number", path="--percentiles", remedy="Write 5,50,95, for example."
         ) from None

@@ -58,26 +58,26 @@ class ImpedanceResidual(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        stiffness, impedance, pressed = port.parameters[0], port.parameters[1], port.memory[0]
+        stiffness, impedance, compression = port.parameters[0], port.parameters[1], port.memory[0]
         dt = port.dt
-        if port.in_contact == 0.0 and port.gap + pressed <= 0.0:
-            pressed = -port.gap  # a touch found late: the overlap is the compression
-        if port.in_contact > 0.0 or port.gap + pressed <= 0.0:
-            # The spring's force is the mean over the travel, so that it gives back what it took; an explicit scheme
+        if port.in_contact == 0.0 and port.gap + compression <= 0.0:
+            compression = -port.gap  # a touch found late: the overlap is the compression
+        if port.in_contact > 0.0 or port.gap + compression <= 0.0:
+            # The spring's force is the mean over the travel, so that it returns the energy it took; an explicit scheme
             # keeps another energy, in which it is that of the start.
             spring = 0.0 if port.acting_gap_per_force == 0.0 else 0.5 * stiffness
             dash = impedance / dt
-            push = stiffness * pressed - (spring + dash) * port.free_travel
+            push = stiffness * compression - (spring + dash) * port.free_travel
             reply.trial = push / (1.0 + (spring + dash) * port.travel_per_force)
         if reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0
             now = -(port.free_gap + port.gap_per_force * reply.force)
-            reply.unresolved = impedance * (now - pressed) ** 2 / dt
+            reply.unresolved = impedance * (now - compression) ** 2 / dt
         else:
-            pressed = port.memory[0]
-            now = pressed * math.exp(-stiffness * dt / impedance)
-            reply.unresolved = 0.5 * stiffness * (pressed + now) * (pressed - now)
+            compression = port.memory[0]
+            now = compression * math.exp(-stiffness * dt / impedance)
+            reply.unresolved = 0.5 * stiffness * (compression + now) * (compression - now)
         reply.stored = 0.5 * stiffness * now * now
         reply.memory[0] = now
         reply.offset = now

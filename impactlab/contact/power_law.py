@@ -14,7 +14,7 @@ from impactlab.types import Level, Noted, Port, PowerForce, Reply, Restitution, 
 MAX_EXPLICIT = 4.0  # stiffness times compliance of the faces: the stability limit w dt = 2 of an explicit step
 COARSE_WARN = 0.25  # the same, and damping times compliance, from which a step is long against the contact's own times
 MAX_DAMPED = 1.0  # damping times compliance, from which a mean force over the step turns the rate round within it
-FASTER = 0.999  # slowest_approach over the approach speed, below which the touch was no slow one
+SLOW_RATIO = 0.999  # slowest_approach over the approach speed, below which the touch was no slow one
 MIN_COMPLIANCE = 1e-300  # m/N, to divide by
 MAX_TURNS = 1000  # of Newton's iteration; a few are enough except for extreme exponents
 STIFFNESS = (
@@ -128,7 +128,7 @@ def over_step(port: Port, reply: Reply, gain: float) -> tuple[float, float]:
             break
         y -= change
     turned = spring * gain * port.acting_rate_per_force > MAX_DAMPED
-    if turned and gain * port.parameters[3] < FASTER * port.parameters[2]:  # a slower touch is counted as such
+    if turned and gain * port.parameters[3] < SLOW_RATIO * port.parameters[2]:  # a slower touch is counted as such
         reply.memory[3] += 1.0
     reply.stored = stiffness * after ** (n + 1.0) / (n + 1.0)
     if after > 0.0:

@@ -15,7 +15,7 @@ from impactlab.contact.branches import one_sided, yielding_both
 from impactlab.errors import CaseError
 from impactlab.types import Array, Branches, Level, SideFacts, Start, option
 
-MOST_POINTS = 20  # of a table of flow stresses
+MAX_POINTS = 20  # of a table of flow stresses
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,14 @@ class TabulatedFlow:
 
     def __post_init__(self) -> None:
         strains, stresses = self.strain, self.stress
-        if len(strains) != len(stresses) or not 2 <= len(strains) <= MOST_POINTS:
+        if len(strains) != len(stresses) or not 2 <= len(strains) <= MAX_POINTS:
             given = f"the table has {len(strains)} strains and {len(stresses)} stresses"
-            text = f"{given}. Allowed: 2 to {MOST_POINTS} of each"
+            text = f"{given}. Allowed: 2 to {MAX_POINTS} of each"
             raise CaseError(text, remedy="Give one stress for each strain.", path="stress")
         if strains[0] != 0.0 or any(one >= other for one, other in pairwise(strains)):
             raise CaseError("the plastic strains do not rise from 0", remedy="Give them in order.", path="strain")
         if stresses[0] <= 0.0 or any(one > other for one, other in pairwise(stresses)):
-            text = "the flow stresses fall, or do not begin above 0: a specimen that softens has no one answer"
+            text = "the flow stresses fall, or do not begin above 0: a specimen that softens has no unique solution"
             raise CaseError(text, remedy="Give stresses that never fall.", path="stress")
 
 

@@ -30,13 +30,13 @@ EVENT_STEPS = 5.0  # steps by which each event moves over half the width, at lea
 MIN_WIDTH = 0.02  # half of the width, of the parameter or, where that is 0, of its scale in the scene
 MAX_WIDTH = 0.1  # the same, of the larger of the two
 MAX_SHARE = 0.5  # of a parameter that is not 0, half of the width
-STILL = 1e-3  # of a step: an event that moves less over the largest width stands still
+MIN_EVENT_SHIFT = 1e-3  # of a step: an event that moves less over the largest width stands still
 HALVINGS = 6  # of the width, at most, while the sequence of contacts changes within it
 WIDTHS, SHIFTS = (1.0, 0.75, 0.5), (-0.2, 0.0, 0.2)  # of differences, and of their middles, in half widths
 PLACES = sorted((shift + side * width for width in WIDTHS for shift in SHIFTS for side in (-1, 1)), key=abs)[::-1]
 REACH = abs(PLACES[0])
 STEP_SHARE = 0.85  # of the step of the case, where a shifted run is beyond its longest one
-COARSER = 0.5 * (1.0 + math.sqrt(5.0))  # of elements and steps of the next mesh: no step is a multiple of another
+MESH_RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of elements and steps of the next mesh: no step is a multiple of another
 SLOPE_SHARE = 0.5  # of the range of the derivative over three meshes
 VALUE_SHARE = 1.0  # of the range of the value over three meshes, over the larger of parameter and scale
 MAX_ERROR, MAX_ERROR_OF_VALUE = 0.1, 0.01  # of the derivative, of value over parameter: above both it is withheld
@@ -224,7 +224,7 @@ def _fits(frozen: _Frozen, at: float, scale: float, widest: float, middle: _Run)
         return f"the sequence of contacts changes within {width / scale:.2g} of the parameter{finer}"
     refused = "the sequence of contacts changes with the mesh and the step"
     fits = [fine]
-    for coarser in (COARSER, COARSER**2, 1.0 / COARSER):
+    for coarser in (MESH_RATIO, MESH_RATIO**2, 1.0 / MESH_RATIO):
         try:
             other = frozen.fit(at, width, middle.periods, coarser)
         except ImpactlabError as error:
@@ -249,6 +249,6 @@ def _width(frozen: _Frozen, at: float, scale: float, widest: float, middle: _Run
         return step, step
     moved = np.abs(high.events - low.events) / (2.0 * step)  # s per unit of the parameter
     dt = frozen.dt or 0.0
-    needed = EVENT_STEPS * dt / moved[moved * widest > STILL * dt]
+    needed = EVENT_STEPS * dt / moved[moved * widest > MIN_EVENT_SHIFT * dt]
     reached = np.minimum(needed, widest)
     return float(max([step, *reached])), float(min([step, *reached]))

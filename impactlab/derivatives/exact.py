@@ -33,7 +33,7 @@ RUN_WIDTH = 2.0e-3  # the same of two runs
 RUN_ROUNDING = 1.0e-13  # of the values of a run
 MIN_DISTANCE = 1.0e-9  # of the parameter: nearer to an edge tangents do not hold, and runs on either side are compared
 MAX_APART = 1.0e-10  # of the way at the largest velocity: fronts that arrive together and part more slowly are one
-DOUBT = 1.0e-6  # of a derivative: where its error is larger, runs closer by are compared
+RECHECK_TOL = 1.0e-6  # of a derivative: where its error is larger, runs closer by are compared
 NARROWER, NARROWING = 4, 0.1  # how often, and by how much
 SHARE = 0.15  # of the distance to an edge: distance of two runs
 
@@ -188,7 +188,7 @@ def _narrowed(
     """
     found = slopes(beside, base, width, rounding)
     for _ in range(NARROWER):
-        surely = found.error <= DOUBT * np.maximum(np.abs(found.middle), np.abs(base) / scale)
+        surely = found.error <= RECHECK_TOL * np.maximum(np.abs(found.middle), np.abs(base) / scale)
         if np.all(np.logical_or.reduce((surely, found.kink, np.isnan(base)))):
             break
         width *= NARROWING

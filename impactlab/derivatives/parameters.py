@@ -22,7 +22,7 @@ HELD = {
         "Compare runs of two tolerances, as in: impactlab sweep CASE --over {path}=A,B.",
     ),
 }
-"""Numbers of the method by which nothing is differentiated: the reason, and what to do."""
+"""Numbers of the method by which nothing is differentiated: the reason, and the remedy."""
 
 
 class Parameter(NamedTuple):

@@ -33,7 +33,7 @@ NO_VALUE = {
 }
 """Why a quantity has no value, where the words are its own."""
 MAX_ERROR = 1.0e-3  # of a derivative by differences, or of its value over the parameter: larger ones are not known
-NOTHING = 1.0e-9  # of the largest value of the same quantity, over the parameter: smaller errors are rounding
+ZERO_TOL = 1.0e-9  # of the largest value of the same quantity, over the parameter: smaller errors are rounding
 
 
 def sensitivities(
@@ -187,7 +187,7 @@ def _exact(
     parameter: Parameter, found: Derivatives, flat: FlatValues, number: int, value: float, largest: float
 ) -> Sensitivity:
     each, label = flat.names[number]
-    rounding = NOTHING * largest / parameter.scale
+    rounding = ZERO_TOL * largest / parameter.scale
     (middle, error, below, above), kink, by = found.at(number)
     near, least = [edge.distance for edge in found.edges], MIN_DISTANCE * parameter.scale
     lower = parameter.value + max(

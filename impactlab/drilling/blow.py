@@ -22,7 +22,7 @@ from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.types import Array
 
 POINTS = 20_000  # instants of the force-penetration loop of a run without steps
-LEAST = 1e-3  # of the largest force on the rock, of the energy of the hammer: less does nothing to the rock
+MIN_SHARE = 1e-3  # of the largest force on the rock, of the energy of the hammer: less does nothing to the rock
 SAME_TIME = 1e-9  # relative: rounding of a run that ends with the first pass
 
 
@@ -157,7 +157,10 @@ def _warn_if_too_short(loop: Loop, drill: Drill, left: float) -> None:
     A pass is over early where the bit no longer presses and the hammer has no energy ``left`` [J].
     """
     ends, first = float(loop.time[-1]), _first_force(loop)
-    acts = abs(float(loop.force[-1])) > LEAST * float(np.abs(loop.force).max()) or left > LEAST * drill.kinetic_energy
+    acts = (
+        abs(float(loop.force[-1])) > MIN_SHARE * float(np.abs(loop.force).max())
+        or left > MIN_SHARE * drill.kinetic_energy
+    )
     texts = []
     if first is None:
         texts.append("no force acts on the rock before that, so nothing of the blow is known")

@@ -53,7 +53,7 @@ def bond(scene: Scene, method: Method, number: int) -> Bond:
         change = law.exact_remedy or "Use wave_identification, addition_deletion or penalty"
         raise PairingError(
             f"contact {contact.name}: the exact solver supports hard contacts, constant springs with dashpots, and "
-            f"laws that are linear between changes of branch; '{kind_of(law)}' as it is given is none of them",
+            f"laws that are linear between changes of branch, but not '{kind_of(law)}' with these options",
             remedy=f"{change}, or a model that steps.",
             path=f"contacts.{number}.law",
         )
@@ -85,7 +85,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
     for body in rods_of(scene):
         if scene.gravity and not body.falls:
             raise CaseError(
-                f"gravity does not act on the {body.kind} '{body.name}', and the exact solution lets all bodies fall",
+                f"gravity does not act on the {body.kind} '{body.name}', but the exact solver applies it to all bodies",
                 path="gravity",
                 remedy="Use finite_element or modal, or leave gravity out.",
             )
@@ -110,7 +110,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
         if not any(scene.bodies[point.body].moves for point in sides):
             raise CaseError(f"contact {contact.name}: neither side can move", path=path, remedy="Leave it out.")
         if contact.left.body == contact.right.body:
-            raise CaseError(f"contact {contact.name} ties a rod to itself", path=path, remedy="Name two bodies.")
+            raise CaseError(f"contact {contact.name} connects a rod with itself", path=path, remedy="Name two bodies.")
         if kind.stiffness < 0.0:
             check_hard(scene, number, kind.branches is None)
         bonds.append(kind)
@@ -127,15 +127,15 @@ def check_hard(scene: Scene, number: int, opens: bool) -> None:
     bare = any(massless(scene, point) for point in contact.faces)
     if not bare and not opens:
         raise CaseError(
-            f"contact {contact.name}: both faces have mass; the force of a bond follows from the balance of a face "
-            "without mass",
+            f"contact {contact.name}: both faces have mass; the exact solver finds the force of a bond from the "
+            "balance of a face without mass",
             path=path,
-            remedy="Make the two masses one, or use a model that steps.",
+            remedy="Give one body with the mass of both, or use a model that steps.",
         )
     if not bare:
         raise CaseError(
-            f"contact {contact.name}: both faces have mass; after a hard impact of two masses a coefficient of "
-            "restitution decides, which a hard contact does not have",
+            f"contact {contact.name}: both faces have mass; the velocities after a hard impact of two masses "
+            "depend on a coefficient of restitution, which a hard contact does not have",
             path=path,
             remedy="Use penalty, or let one face be the bare end of a rod.",
         )
@@ -168,8 +168,9 @@ def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
     if waiting:
         names = " and ".join(scene.contacts[number].name for number in waiting)
         raise CaseError(
-            f"contacts {names} press bodies with mass against each other through faces without mass; after such a "
-            "hard impact a coefficient of restitution decides, which a hard contact does not have",
+            f"contacts {names} press bodies with mass against each other through faces without mass; the "
+            "velocities after such an impact depend on a coefficient of restitution, which a hard contact does not "
+            "have",
             path=f"contacts.{waiting[-1]}",
             remedy="Use penalty for one of them, or give each face one contact.",
         )

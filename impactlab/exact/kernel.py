@@ -16,7 +16,7 @@ from impactlab.types import Array
 
 ROOM = 72  # coefficients a piece may have; the numbers of points below divide it
 ORDER = 68  # coefficients of a solve; the rest is room for integration
-HUGE = 1.0e150  # pivots are divided by it when they grow beyond
+MAX_PIVOT = 1.0e150  # pivots are divided by it when they grow beyond
 # Orders tried first, with the coefficients of the load and the rate up to which they are: ORDER is seldom needed.
 LOW_ORDER, MAX_LOAD_LOW, MAX_RATE_LOW = 18, 16, 1.0
 HALF_ORDER, MAX_LOAD_HALF, MAX_RATE_HALF = 34, 20, 4.0
@@ -137,8 +137,8 @@ def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array
         after = b[k + 1] if k + 1 < order else 0.0
         last, w = c, 0.5 / k
         c = rate * w
-        if d > HUGE:
-            d, before = d / HUGE, before / HUGE
+        if d > MAX_PIVOT:
+            d, before = d / MAX_PIVOT, before / MAX_PIVOT
         d, before = d + c * last * before, d
         part = before / d
         r = w * part * (b[k - 1] - after if k > 1 else 2.0 * b[0] - after) + c * part * r

@@ -16,13 +16,13 @@ from impactlab.exact.cost import StartedMarch
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, copied, grown
 from impactlab.exact.thinned import ThinnedHistory, Thinner
-from impactlab.history.energy import LEAST_ENERGY
+from impactlab.history.energy import MIN_ENERGY
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import COMPILED
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import KeepsResults
-from impactlab.scene.sizes import NUMBER, in_bytes, memory_limit
+from impactlab.scene.sizes import BYTES, in_bytes, memory_limit
 from impactlab.types import Progress
 from impactlab.wall_time import spent_on
 
@@ -153,7 +153,7 @@ def marched(
             if progress is not None:
                 progress(log.reached / scene.duration)
             continue
-        most = (MAX_WHOLE_SHARE if whole else MAX_KEPT_SHARE) * memory_limit() / NUMBER
+        most = (MAX_WHOLE_SHARE if whole else MAX_KEPT_SHARE) * memory_limit() / BYTES
         if status == MORE_EVENTS or 2 * room(log) <= most:
             log = grown(log, status)
         else:
@@ -178,9 +178,9 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
     book = history.balanced if isinstance(history, ContinuousHistory) else history.energy
     given = max(float(np.abs(book.total[0])), float(np.abs(book.work).max()))
     error = float(np.max(np.abs(book.balance)))
-    if not error <= BALANCE_TOL * max(given or float(np.abs(book.total).max()), LEAST_ENERGY):
+    if not error <= BALANCE_TOL * max(given or float(np.abs(book.total).max()), MIN_ENERGY):
         raise StepError(
-            "the exact solution lost its digits: its energy does not balance",
+            "the exact solution lost its accuracy to rounding: its energy does not balance",
             time=history.duration,
             step=history.cost.steps,
             history=history,
@@ -201,8 +201,8 @@ def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, st
             )
         if log.contacts["stiffness"][last["contact"]] >= 0.0:
             return (
-                f"the exact solution lost its digits: the spring of contact {name} takes and loses its load more than "
-                f"{march.MAX_BURST} times at one instant",
+                f"the exact solution lost its accuracy to rounding: the spring of contact {name} is loaded and "
+                f"unloaded more than {march.MAX_BURST} times at one instant",
                 "Give a softer spring, or a model that steps.",
             )
         return (
@@ -225,7 +225,7 @@ def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, st
 def too_large(log: Log, most: float) -> tuple[str, str]:
     """Return why a log has no more room in memory, and the remedy."""
     return (
-        f"the wave fronts between two echoes take more than {in_bytes(NUMBER * most)}: every front is split at each "
+        f"the wave fronts between two echoes take more than {in_bytes(BYTES * most)}: every front is split at each "
         "step of a rod and at each contact",
         shorter(log),
     )

@@ -74,7 +74,7 @@ def seen(jacobian: Array, spread: float, weights: Array) -> Identifiability:
 def with_effects(jacobian: Array, spread: float) -> Array:
     """Return derivatives (m, n) with zeros for an unknown that has no effect beyond rounding.
 
-    Rounding has the direction of any other column by chance, and would draw that unknown into what is not determined.
+    Rounding has the direction of any other column by chance, and would make that unknown seem undetermined.
     """
     found = np.linalg.norm(jacobian, axis=0)
     return np.where(found > max(MIN_EFFECT * spread, MIN_COLUMN * float(found.max(initial=0.0))), jacobian, 0.0)
@@ -170,7 +170,7 @@ def products(found: Identifiability, paths: Sequence[str], values: Sequence[floa
 
 
 def exponential(x: float) -> float:
-    """Return exp(x), infinite where it is beyond any float: the end of an interval of what is hardly known."""
+    """Return exp(x), infinite where it is beyond any float: the end of an interval of a hardly known number."""
     return math.exp(x) if x < MAX_LOGARITHM else math.inf
 
 

@@ -26,7 +26,7 @@ STEP = 1.0e-6  # of a scaled unknown of the case: differences of runs
 SETTING_STEP = 1.0e-3  # of gain, offset and shift: a shift moves a sample over a front
 MIN_EFFECT = 1.0e-6  # of a signal: a logarithm that changes it by less does not move it; differences have this rounding
 MIN_NOISE = 0.01  # of the noise of the noisiest signal: a signal is not taken for cleaner
-WORSE = 1.0e3  # residual of a run that is not possible: the step before it is shortened
+PENALTY = 1.0e3  # residual of a run that is not possible: the step before it is shortened
 
 
 class Experiment(NamedTuple):
@@ -221,7 +221,7 @@ class Problem:
     def residuals(self, scaled: Array) -> Array:
         """Return the residuals of all signals, one after the other."""
         parts = self.parts(scaled)
-        return np.full(self.count, WORSE) if parts is None else np.concatenate(parts)
+        return np.full(self.count, PENALTY) if parts is None else np.concatenate(parts)
 
     def parts(self, scaled: Array) -> list[Array] | None:
         """Return the residuals of each signal; None where there is no such run."""

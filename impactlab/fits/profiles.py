@@ -12,15 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.fits.identifiable import MIN_SINGULAR, lengths
-from impactlab.fits.loss import IMPOSSIBLE, Loss, Point
+from impactlab.fits.loss import MAX_LOSS, Loss, Point
 from impactlab.types import Array
 
 STEPS = 4.0  # from the solution to the end of an interval
 MAX_POINTS, MAX_ROUNDS = 40, 8  # on one side; to find where the limit is passed
 GROWTH, MAX_SHARE = 2.0, 1.0 / 6.0  # of one step over the one before; of a step over the distance of the bounds
-NEAR = 1.0e-3  # of the limit: an end of an interval is found as well as that
+LIMIT_TOL = 1.0e-3  # of the limit: an end of an interval is found as well as that
 AT_BOUND = 1.0e-3  # of the distance of the bounds
-BETTER = 0.02  # fall of the loss, over the variance, from which the solution was not the best
+BETTER_FALL = 0.02  # fall of the loss, over the variance, from which the solution was not the best
 
 
 class Profile(NamedTuple):
@@ -91,7 +91,7 @@ def profile(
     sides = [_side(walk, sign, deviation) for sign in (-1.0, 1.0)]
     points = [*reversed(sides[0][0][1:]), *sides[1][0]]
     least = min(points, key=lambda point: point.loss)
-    better = least.x if least.loss < walk.base.loss - BETTER * spread**2 else None
+    better = least.x if least.loss < walk.base.loss - BETTER_FALL * spread**2 else None
     x, kept = np.unique([point.x[number] for point in points], return_index=True)
     rise = (np.array([point.loss for point in points])[kept] - walk.base.loss) / spread**2
     return Profile(x, rise, sides[0][1], sides[1][1], better)
@@ -117,7 +117,7 @@ def _side(walk: ProfileSteps, sign: float, deviation: float) -> tuple[list[Point
         ends = sign * (place - bound) >= 0.0
         point = walk.held(points, bound if ends else place)
         stops = not walk.is_seen and _meets_a_bound(walk, point)
-        if point.loss > IMPOSSIBLE * max(walk.base.loss, walk.spread**2) or (stops and walk.root(point) > walk.limit):
+        if point.loss > MAX_LOSS * max(walk.base.loss, walk.spread**2) or (stops and walk.root(point) > walk.limit):
             break  # the case, or the bound of another unknown, allows no more
         grown = walk.root(point) - walk.root(points[-1])
         if walk.root(point) > walk.limit:
@@ -139,7 +139,7 @@ def _passed(walk: ProfileSteps, points: list[Point], outside: Point) -> list[Poi
         place = inside.x[walk.number] + share * (outside.x[walk.number] - inside.x[walk.number])
         found.append(walk.held([outside, inside], float(place)))
         root = walk.root(found[-1])
-        if abs(root - walk.limit) <= NEAR * walk.limit:
+        if abs(root - walk.limit) <= LIMIT_TOL * walk.limit:
             break
         inside, outside = (found[-1], outside) if root < walk.limit else (inside, found[-1])
     return found

@@ -88,7 +88,7 @@ class Fit:
     noise: float  # standard deviation of the residuals, in units of the given noise
     autocorrelation: float  # of neighbouring residuals
     warnings: tuple[str, ...] = ()
-    undetermined: tuple[str, ...] = ()  # what the signals do not determine, in words
+    undetermined: tuple[str, ...] = ()  # directions that the signals do not determine, in words
     cases: tuple[Case, ...] = ()  # of several experiments, with the fitted values; `case` is the first
     determined: tuple[Product, ...] = ()  # products of those parameters that they determine
     signals: tuple[Shown, ...] = ()

@@ -18,29 +18,29 @@ from impactlab.fits.problem import Problem
 from impactlab.types import Array
 
 STAGES = (0.06, 0.02, 0.007)  # widths of the low-pass, of the samples of a signal, before the stage without
-KEPT = 3  # solutions of a stage that the next one starts from
-SAME = 0.02  # of a scaled unknown: solutions that differ by less are one
-ASIDE = 0.3  # of a logarithm, by which parameters are tried about the start
+KEPT_SOLUTIONS = 3  # solutions of a stage that the next one starts from
+SAME_TOL = 0.02  # of a scaled unknown: solutions that differ by less are one
+START_SPREAD = 0.3  # of a logarithm, by which parameters are tried about the start
 MAX_FULL = 3  # parameters that are tried in all combinations, more one by one
 BESIDE = (2.0, 8.0)  # standard deviations: starts beside a solution
 MAX_BESIDE = 0.1  # of a scaled unknown: the same
 ROUNDS = 3  # of such starts
 PLACES = 6  # between its bounds, at which a parameter without effect at a solution is tried
-NEAR = 1.0e-5  # of the cost, in these: what is better by more is another solution
+COST_TOL = 1.0e-5  # of the cost, in these: a solution better by more is another one
 MAX_FAR = 4.685  # standard deviations of a residual: samples beyond are left out under huber (95 % efficient)
-RESCALED = 2  # times that the size of the noise of each signal, or its correlation, is found again
-COARSE = 1.0e-3  # of the cost, in stages that only find a start
+NOISE_ROUNDS = 2  # times that the size of the noise of each signal, or its correlation, is found again
+COARSE_TOL = 1.0e-3  # of the cost, in stages that only find a start
 XTOL = 1.0e-6  # of the unknowns, of which shifts are in samples
 TRIGGERS = 2  # trigger times from which a stage starts
 STRIDE = 3.0  # a scan looks at so many samples and shifts in the width of the low-pass
-INSIDE = 1.0e-9  # of the bounds, by which a start is moved inside them
+BOUND_MARGIN = 1.0e-9  # of the bounds, by which a start is moved inside them
 
 
 def solved(problem: Problem, start: Array, loss: Any = "linear", scale: float = 1.0, tolerance: float = 1e-8) -> Any:
     """Return the solution of least squares from a start."""
     low, high = problem.bounds()
     wide = np.where(np.isfinite(high - low), high - low, 0.0)
-    inner = np.clip(start, low + INSIDE * wide, high - INSIDE * wide)
+    inner = np.clip(start, low + BOUND_MARGIN * wide, high - BOUND_MARGIN * wide)
     return least_squares(
         problem.residuals, inner, problem.jacobian, (low, high),
         x_scale="jac", loss=loss, f_scale=scale, ftol=tolerance, xtol=min(tolerance, XTOL),
@@ -53,18 +53,18 @@ def search(problem: Problem, chosen: Options) -> Any:
     starts = on_both_sides(problem)
     for stage in STAGES:
         problem.smoothed = stage
-        kept = _apart(solved(problem, each, tolerance=COARSE) for each in starts)
+        kept = _apart(solved(problem, each, tolerance=COARSE_TOL) for each in starts)
         starts = [place for each in kept for place in triggers(problem, each.x, TRIGGERS)]
     problem.smoothed = 0.0
     starts = [each.x for each in kept]
     if problem.has_shifts:
         starts += triggers(problem, kept[0].x, TRIGGERS)
-    found = polished(problem, _best(solved(problem, each, tolerance=COARSE) for each in starts).x)
+    found = polished(problem, _best(solved(problem, each, tolerance=COARSE_TOL) for each in starts).x)
     found = moved_to_effect(problem, found)
-    for _ in range(RESCALED if len(problem.signals) > 1 and chosen.noise != "std" else 0):
+    for _ in range(NOISE_ROUNDS if len(problem.signals) > 1 and chosen.noise != "std" else 0):
         problem.weigh(found.x)
         found = polished(problem, found.x)
-    for _ in range(RESCALED if chosen.loss == "huber" or chosen.noise == "ar1" else 0):
+    for _ in range(NOISE_ROUNDS if chosen.loss == "huber" or chosen.noise == "ar1" else 0):
         if chosen.noise == "ar1":
             problem.correlated = correlations(problem, found.x)
         found = polished(problem, found.x, *_loss(problem, found.x, chosen))
@@ -96,7 +96,7 @@ def _apart(found: Any) -> list[Any]:
     """Return the best solutions, no two of which are the same."""
     kept: list[Any] = []
     for each in sorted(found, key=lambda solution: float(solution.cost)):
-        if len(kept) < KEPT and all(np.max(np.abs(each.x - other.x)) > SAME for other in kept):
+        if len(kept) < KEPT_SOLUTIONS and all(np.max(np.abs(each.x - other.x)) > SAME_TOL for other in kept):
             kept.append(each)
     return kept
 
@@ -121,8 +121,8 @@ def polished(problem: Problem, start: Array, loss: Any = "linear", scale: float 
             for far in (BESIDE if problem.is_quick else BESIDE[:1])
             for side in (-1.0, 1.0)
         ]
-        best = _best(solved(problem, found.x + step, loss, scale, NEAR) for step in steps)
-        if not best.cost < found.cost * (1.0 - NEAR):
+        best = _best(solved(problem, found.x + step, loss, scale, COST_TOL) for step in steps)
+        if not best.cost < found.cost * (1.0 - COST_TOL):
             break
         found = solved(problem, best.x, loss, scale)
     return found
@@ -144,8 +144,8 @@ def moved_to_effect(problem: Problem, found: Any) -> Any:
         left = [problem.residuals(place) for place in places]
         with_effect = [n for n, each in enumerate(left) if not np.array_equal(each, found.fun)]
         with_effect.sort(key=lambda n: float(left[n] @ left[n]))
-        best = _best([best, *(solved(problem, places[n], tolerance=COARSE) for n in with_effect[:KEPT])])
-    return polished(problem, best.x) if best.cost < found.cost * (1.0 - NEAR) else found
+        best = _best([best, *(solved(problem, places[n], tolerance=COARSE_TOL) for n in with_effect[:KEPT_SOLUTIONS])])
+    return polished(problem, best.x) if best.cost < found.cost * (1.0 - COST_TOL) else found
 
 
 def on_both_sides(problem: Problem) -> list[Array]:
@@ -165,10 +165,10 @@ def on_both_sides(problem: Problem) -> list[Array]:
         place = start.copy()
         for number, sign in enumerate(each):
             room = (high if sign > 0.0 else low)[number] - start[number]
-            place[number] += sign * min(ASIDE, 0.5 * abs(room))
+            place[number] += sign * min(START_SPREAD, 0.5 * abs(room))
         found += scanned(problem, place, TRIGGERS)
     found.sort(key=lambda each: each[0])
-    return [place for _, place in found[: 2 * KEPT]]
+    return [place for _, place in found[: 2 * KEPT_SOLUTIONS]]
 
 
 def triggers(problem: Problem, start: Array, count: int) -> list[Array]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.words import closest, shown
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, unreadable
 from impactlab.fits.signals import Setting, Signal, factor_of, unit_of
 from impactlab.fits.unknowns import read_setting
 from impactlab.history import dataset
@@ -130,7 +130,9 @@ class _Csv:
                 reader = csv.reader(stream)
                 rows = [(reader.line_num, row) for row in reader if row]
         except (OSError, ValueError, csv.Error) as error:
-            raise CaseError(f"the signals cannot be read: {error}", remedy="Give a CSV or NetCDF file.") from None
+            raise CaseError(
+                f"the signals cannot be read: {unreadable(path, error)}", remedy="Give a CSV or NetCDF file."
+            ) from None
         if not rows:
             raise CaseError("the file is empty", remedy="Give a line of headings, and a line for each time.")
         (_, header), *self._rows = rows
@@ -140,7 +142,9 @@ class _Csv:
             text = f"the first column is headed {shown(named[0])}, where times are needed"
             if ";" in named[0]:
                 text = "the columns are divided by semicolons"
-            raise CaseError(text, line=1, remedy="Write time [us], force [kN] or so, with commas between columns.")
+            raise CaseError(
+                text, line=1, remedy="Write headings such as time [us],force [kN], with commas between columns."
+            )
         twice = next((name for name in named if named.count(name) > 1), None)
         if twice is not None:
             raise CaseError(f"two columns are headed {shown(twice)}", line=1, remedy="Give each its own name.")
@@ -152,7 +156,9 @@ class _Csv:
             raise _unknown(heading, self.headings)
         named = HEADING.fullmatch(heading)
         if named is None:
-            raise CaseError(f"column {shown(heading)} has no unit", line=1, remedy=f"Write {heading} [{unit}] or so.")
+            raise CaseError(
+                f"column {shown(heading)} has no unit", line=1, remedy=f"Write {heading} [{unit}], for example."
+            )
         factor = factor_of(named["unit"].strip(), unit)
         number, count = self._named.index(heading), len(self._named)
         found = []
@@ -197,7 +203,9 @@ def _netcdf(path: Path) -> _Variables:
         with library.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
             data = opened.load()
     except (OSError, ValueError) as error:
-        raise CaseError(f"the signals cannot be read: {error}", remedy="Give a CSV or NetCDF file.") from None
+        raise CaseError(
+            f"the signals cannot be read: {unreadable(path, error)}", remedy="Give a CSV or NetCDF file."
+        ) from None
     columns = {name: _column(array) for name, array in data.variables.items() if array.dims == ("time",)}
     for name, array in data.data_vars.items():  # of a run: a row for each place or contact
         other = [each for each in array.dims if each != "time"]

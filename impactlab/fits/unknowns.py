@@ -13,7 +13,7 @@ from impactlab.derivatives.parameters import read_parameters
 from impactlab.errors import CaseError
 from impactlab.fits.signals import SETTINGS, Signal, unit_of
 
-WIDEST = 3.0  # times the range of the samples: an offset that is free
+MAX_OFFSET = 3.0  # times the range of the samples: an offset that is free
 PLAIN = {"gain": 1.0, "offset": 0.0, "shift": 0.0}
 
 
@@ -48,7 +48,7 @@ def read_bounds(text: str) -> tuple[str, tuple[Any, Any]]:
     low, colon, high = (part.strip() for part in ends.partition(":"))
     if not equals or not colon or not path or not low or not high:
         raise CaseError(
-            f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy="Write bodies.hammer.mass=1:4 or so."
+            f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy="Write bodies.hammer.mass=1:4, for example."
         )
     return path, (parse_value(low), parse_value(high))
 
@@ -84,7 +84,7 @@ def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknow
     chosen = given if own is None else own
     unit = {"gain": "1", "offset": unit_of(signal.channel), "shift": "s"}[name]
     usual = PLAIN[name]
-    reach = {"gain": math.inf, "offset": WIDEST * float(max(signal.values) - min(signal.values)) or math.inf}
+    reach = {"gain": math.inf, "offset": MAX_OFFSET * float(max(signal.values) - min(signal.values)) or math.inf}
     scale = {"gain": 1.0, "offset": signal.scale, "shift": signal.width}[name]
     widest = reach.get(name, len(signal.times) * signal.width)
     if chosen in (None, "fixed"):

@@ -28,7 +28,7 @@ class EnergyEnds(NamedTuple):
     booked: dict[str, float]  # losses over the run
 
 
-LEAST_ENERGY = 1e-290  # J: shares of a smaller one have no digits, as its parts are no normal floats
+MIN_ENERGY = 1e-290  # J: shares of a smaller one have no digits, as its parts are no normal floats
 DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: a smaller difference of such energies is rounding
 
 
@@ -100,7 +100,7 @@ class EnergyBook:
     @cached_property
     def scale(self) -> float:
         """`at_stake`; 1 J if a float cannot resolve shares of that [J]: gains and losses are shares of it."""
-        return self.at_stake if self.at_stake > LEAST_ENERGY else 1.0
+        return self.at_stake if self.at_stake > MIN_ENERGY else 1.0
 
     @cached_property
     def returned(self) -> float:

@@ -156,8 +156,9 @@ class Views:
     def __repr__(self) -> str:
         named = "" if self.case is None else f" of '{self.case.label}'"
         method = "" if self.case is None or self.case.method_name == "base" else f", method '{self.case.method_name}'"
+        taken = "steps" if self.dt is not None or self.integrator_used else "intervals between events"
         lines = [
-            f"<{type(self).__name__}{named}{method}: {self.duration:.6g} s, {self.cost.steps} steps",
+            f"<{type(self).__name__}{named}{method}: {self.duration:.6g} s, {self.cost.steps} {taken}",
             f"  periods of contact: {len(self.contacts)}, events: {len(self.events)}",
             *(f"  warning {warned.code}: {warned.text}" for warned in self.warnings[:MAX_SHOWN]),
             "  channels: "

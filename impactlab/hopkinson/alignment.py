@@ -9,8 +9,8 @@ from impactlab.measurement.inputs import warn_unusual
 from impactlab.types import Array
 
 WINDOW = 10.0  # diameters of the bar over the wave speed, from the arrival of the incident wave on: the first rise
-ARRIVED = 0.05  # of the largest incident strain
-HEAVY = 1e4  # kg/m3, density of a specimen: above those of steel, copper and lead's alloys of tests
+ARRIVAL_SHARE = 0.05  # of the largest incident strain
+MAX_DENSITY = 1e4  # kg/m3, density of a specimen: above those of steel, copper and lead's alloys of tests
 SHARE = 0.05  # of the force of the incident wave, by which strains of both bars may differ
 
 
@@ -27,13 +27,13 @@ def warn_if_apart(dt: float, bar: Bar, incident: Array, forces: tuple[Array, Arr
     size = float(np.abs(incident).max())
     if size == 0.0:
         return
-    first = int(np.argmax(np.abs(incident) >= ARRIVED * size))
+    first = int(np.argmax(np.abs(incident) >= ARRIVAL_SHARE * size))
     window = WINDOW * bar.diameter / bar.wave_speed
     begin, end = max(0, first - round(0.5 * window / dt)), first + round(window / dt)
     front, back = (each[begin:end] for each in forces)
     late = dt * float(np.abs(np.cumsum(front - back)).max()) / (size * bar.young * bar.area)  # s, of the incident force
     impedance = bar.young * bar.area / bar.wave_speed
-    allowed = 2.0 * HEAVY * volume / impedance + SHARE * window
+    allowed = 2.0 * MAX_DENSITY * volume / impedance + SHARE * window
     if late > allowed:
         warn_unusual(
             f"at the first rise, up to {end * dt:.6g} s, the forces on the two faces of the specimen differ by an "

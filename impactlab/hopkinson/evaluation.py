@@ -28,7 +28,7 @@ from impactlab.measurement.inputs import above_zero, expect, finite, warn_sample
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.types import Array
 
-WIDER = 1e-6  # relative, of two diameters that are one
+WIDTH_TOL = 1e-6  # relative, of two diameters that are one
 
 
 @dataclass(frozen=True, init=False, repr=False)
@@ -198,7 +198,7 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
     expect(specimen, Specimen, "Give hopkinson.Specimen(length=..., diameter=...).")
     if not isinstance(waves, int) or waves not in (1, 2, 3):
         raise ImpactlabError(f"no evaluation by {waves!r} waves", remedy="Give 1, 2 or 3.")
-    if specimen.diameter > test.bar.diameter * (1.0 + WIDER):
+    if specimen.diameter > test.bar.diameter * (1.0 + WIDTH_TOL):
         warn_unusual(
             f"the specimen is wider than the bar, {prefixed(specimen.diameter, 'm')} and "
             f"{prefixed(test.bar.diameter, 'm')}: its edge touches no bar. Check the units of both diameters."

@@ -14,10 +14,10 @@ from impactlab.hopkinson.windows import THRESHOLD, above
 from impactlab.measurement.dispersion import Bar, Theory
 from impactlab.types import Array
 
-FINER = 32  # times the rate of a gauge: fronts are placed to 1/64 of a sample
+OVERSAMPLING = 32  # times the rate of a gauge: fronts are placed to 1/64 of a sample
 WIDTH = 4.0  # standard deviations of the smoothing on each side: beyond are 6e-5 of it
 MAX_SMOOTH = 100.0  # samples
-ALIKE = 1e-9  # relative, of wave speeds, densities and sections of two bars
+BAR_TOL = 1e-9  # relative, of wave speeds, densities and sections of two bars
 
 
 def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion: Theory = "none") -> Bar:
@@ -64,11 +64,11 @@ def amplified(history: AbstractHistory, channel: str, rate: float, smooth: float
         return dt, raw
     if not 0.0 < smooth <= MAX_SMOOTH:
         raise ImpactlabError(f"smooth is {smooth:.6g} samples. Allowed: 0 to {MAX_SMOOTH:g}", remedy="1 serves fronts.")
-    side = math.ceil(WIDTH * smooth * FINER)
-    fine = dt / FINER * np.arange(-side, (len(raw) - 1) * FINER + side + 1)
+    side = math.ceil(WIDTH * smooth * OVERSAMPLING)
+    fine = dt / OVERSAMPLING * np.arange(-side, (len(raw) - 1) * OVERSAMPLING + side + 1)
     values = history.evaluate(np.clip(fine, 0.0, history.duration), channel)
-    weight = np.exp(-0.5 * (np.arange(-side, side + 1) / (smooth * FINER)) ** 2)
-    return dt, np.convolve(values, weight / weight.sum(), "valid")[::FINER]
+    weight = np.exp(-0.5 * (np.arange(-side, side + 1) / (smooth * OVERSAMPLING)) ** 2)
+    return dt, np.convolve(values, weight / weight.sum(), "valid")[::OVERSAMPLING]
 
 
 def of_history(
@@ -116,7 +116,7 @@ def of_history(
     bars = [bar_of(history, name, poisson, dispersion) for name in (incident, transmission)]
     for name in ("diameter", "wave_speed", "density"):
         one, two = (getattr(bar, name) for bar in bars)
-        if not math.isclose(one, two, rel_tol=ALIKE):
+        if not math.isclose(one, two, rel_tol=BAR_TOL):
             raise ImpactlabError(
                 f"the bars differ: {name} {one:.6g} of '{incident}', {two:.6g} of '{transmission}'",
                 remedy="The formulas of one, two and three waves are those of bars alike.",

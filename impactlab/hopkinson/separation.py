@@ -15,7 +15,7 @@ from impactlab.measurement.inputs import above_zero, finite, pair, warn, warn_sa
 from impactlab.types import Array
 
 DECAY = 11.5
-"""Exponent of the decay over a record that divides two gauges: what a padded record repeats is below e^-23 = 1e-10."""
+"""Exponent of the decay over a record that divides two gauges: a padded record repeats less than e^-23 = 1e-10."""
 GUARD = 0.02
 """Share of the time from gauge to end and back: a reflection may seem early by so much, and is quiet before as long."""
 SLOPE_STEP = 1e-4  # relative to the band, of the differences of the wave number: exact to 1e-8 of its curvature
@@ -228,8 +228,8 @@ def two_gauges(
 def force_and_velocity(force: ArrayLike, velocity: ArrayLike, bar: Bar) -> TwoWaves:
     """Return the waves at a place from the force through it [N] and its velocity [m/s], shape (n,) each."""
     expect_bar(bar)
-    pressed, moved = same_length(force=force, velocity=velocity)
-    strain, speed = pressed / (bar.young * bar.area), moved / bar.wave_speed
+    forces, velocities = same_length(force=force, velocity=velocity)
+    strain, speed = forces / (bar.young * bar.area), velocities / bar.wave_speed
     return TwoWaves(0.5 * (strain + speed), 0.5 * (strain - speed))
 
 

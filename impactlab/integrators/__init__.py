@@ -1,4 +1,4 @@
-"""Time integrators: base class, records and kernels for those who write one.
+"""Time integrators: base class, records and kernels for authors of one.
 
 AbstractIntegrator  base class of schemes with fixed steps
 AbstractAdaptive    base class of schemes that choose their own steps

@@ -21,7 +21,7 @@ from impactlab.numerics.banded_kernels import (
 from impactlab.numerics.chain_forces import write_chain_forces
 from impactlab.numerics.compiling import UNPACK
 from impactlab.numerics.subnormals import flush_subnormals, restore_subnormals
-from impactlab.numerics.three_bands import LEAST, write_three_band_forces
+from impactlab.numerics.three_bands import MIN_ROWS, write_three_band_forces
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
@@ -67,7 +67,7 @@ def free_forces(parameters: Array, factors: Array, u: Array, v: Array, force: Ar
     loaded = parameters[LOADED] != 0.0
     if stiff == 1 and wide == 1 and n > 1:
         write_chain_forces(springs, window(factors, 2 * n, n), u, force)
-    elif stiff == 3 and n >= LEAST:
+    elif stiff == 3 and n >= MIN_ROWS:
         write_three_band_forces(n, springs, u, force)
     else:
         for i in range(n):

@@ -31,7 +31,7 @@ class GeneralisedAlpha(AbstractIntegrator):
     examples = ({}, {"rho_inf": 0.5}, {"rho_inf": 1.0})
     order = 2
     load_point = 1.0
-    momentum_point = 1.5  # it holds what forces have still to give: half a step's impulse (`alpha`, all weights)
+    momentum_point = 1.5  # it includes impulses still to come: half a step's (`alpha`, all weights)
     # No bound is known: the filter keeps parts of a force that has ended. With springs up to EA/h 0.42 was measured
     # (docs/bounds.md); with stiffer faces or hard contact many times the initial energy (docs/matrix.md).
     gains_energy = math.inf

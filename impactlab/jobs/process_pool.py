@@ -56,7 +56,7 @@ def outcomes(
     initializer, initargs : callable, tuple
         Called at the start of each process.
     warm_up : callable, optional
-        Run once in one worker before the jobs: what it compiles is on disk when the others need it.
+        Run once in one worker before the jobs: code that it compiles is on disk when the others need it.
 
     Raises
     ------

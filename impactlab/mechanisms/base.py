@@ -39,7 +39,7 @@ class Motion(NamedTuple):
     velocity: Array  # (n,)
     stiffness: Array  # (n, n) N/m, constant: of the elastic forces -K p among those of `terms`; zero if nothing deforms
     rate: float  # rad/s, bound on the rates of turning: (rate dt)^2 scales the declared error of the energy
-    frequency: float = 0.0  # rad/s, the highest of what deforms
+    frequency: float = 0.0  # rad/s, the highest of all deformations
     drives: tuple[Drive, ...] = ()
 
 

@@ -87,7 +87,8 @@ def shapes_of(link: Link, models: Mapping[str, AbstractRodModel]) -> FlexibleLin
     ):
         if given != served:
             raise CaseError(
-                f"link '{link.name}' bends in eigenvectors of a consistent mesh, and {name} {given} is given",
+                f"link '{link.name}' needs modes that are eigenvectors of a consistent mesh of order 1, but "
+                f"{name} {given} is given",
                 remedy=f"Remove {name}.",
                 path=f"solve.models.{link.name}.{name}",
             )

@@ -110,10 +110,10 @@ class MechanismModel(AbstractDiscreteModel):
         return np.arange(float(self.readings))
 
     def check(self, integrator: AbstractScheme) -> None:
-        """Raise `PairingError` where a scheme counts on constant matrices."""
+        """Raise `PairingError` where a scheme needs constant matrices."""
         if not isinstance(integrator, Midpoint):
             raise PairingError(
-                f"integrator '{kind_of(integrator)}' counts on constant matrices, and the mechanism "
+                f"integrator '{kind_of(integrator)}' needs constant matrices, and the mechanism "
                 f"'{self.mechanism.name}' has none. Allowed: midpoint, adaptive",
                 remedy="Give integrator midpoint, or adaptive where all laws give smooth forces.",
                 path="solve.integrator",

@@ -273,7 +273,7 @@ def write_columns(P: Array, state: Array, jump: Array, responses: Array) -> None
             out[i] = m.y[i]
         for k in range(r):
             out[n + k] = dot(m.rows[k * n : (k + 1) * n], m.y)
-        # an impulse acts at the start of the step: what it moves is pulled back within it
+        # an impulse acts at the start of the step: its motion is pulled back within it
         times(m.stiffness, m.y, m.x)
         for i in range(n):
             m.x[i] *= -0.5 * dt

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -27,6 +27,7 @@ MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approa
 MAX_PAIRS = 6  # of bodies whose counts by several methods are texts of their own: a row of beads has many
 MAX_SAMPLES = 64  # of a gap in each opening
 MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
+MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
 MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
 
 
@@ -261,21 +262,28 @@ def _largest_gap(history: AbstractHistory, contact: str, openings: Sequence[tupl
     return max(0.0, float(np.max(history.evaluate(t, f"gap:{contact}"))))
 
 
-def sentence(each: Mapping[str, Any]) -> str:
-    """Return a collision of a summary in one line, for people."""
-    closed = each["end"] is None
-    count = counted(each["sub_impacts"], "sub-impact")
-    until = "on, still in contact" if closed else f"to {each['end']:.6g} s"
-    parts = [f"{each['bodies']}: {count}, {each['start']:.6g} s {until}", f"impulse {each['impulse']:.6g} N s"]
+def in_si(value: float, unit: str) -> str:
+    """Return a value with its unit, without a prefix."""
+    return f"{value:.6g} {unit}"
+
+
+def sentence(each: Mapping[str, Any], number: Callable[[float, str], str] = in_si) -> str:
+    """Return a collision of a summary in one line; ``number`` writes a value with its unit."""
+    ended = each["end"] is not None
+    until = f"to {number(each['end'], 's')}" if ended else "on, still in contact at the end of the run"
+    parts = [
+        f"{each['bodies']}: {counted(each['sub_impacts'], 'sub-impact')}, {number(each['start'], 's')} {until}",
+        f"impulse {number(each['impulse'], 'N s')}",
+    ]
     if each["restitution"] is not None:
         parts.append(f"apparent restitution {each['restitution']:.4g}")
-    elif not closed:
+    elif ended:
         parts.append(f"no restitution: {each['no_restitution']}")
     if each["restitution"] is not None and each["energy_lost"] is not None:
-        lost = each["energy_lost"]
-        parts.append(f"{each['striker']} {'loses' if lost >= 0.0 else 'gains'} {abs(lost):.4g} J")
-    if each["largest_gap"]:
-        parts.append(f"gaps up to {each['largest_gap']:.3g} m")
+        verb = "loses" if each["energy_lost"] >= 0.0 else "gains"
+        parts.append(f"{each['striker']} {verb} {number(abs(each['energy_lost']), 'J')}")
+    if (each["largest_gap"] or 0.0) > MIN_GAP:
+        parts.append(f"gaps up to {number(each['largest_gap'], 'm')}")
     return ", ".join(parts)
 
 

@@ -14,10 +14,10 @@ Flags = NDArray[np.bool_]
 
 MIN_SAMPLES = 3  # in a window on one side of a front: of fewer of them nothing is known
 GAP = 0.25  # of the shorter window, next to the front: there the steps of a run smear the jump
-SHORT = 0.5  # of the longer window: the difference of lines at a jump remains, at a bend it falls to a quarter
+SHORT_WINDOW = 0.5  # of the longer window: the difference of lines at a jump remains, at a bend it falls to a quarter
 MIN_REMAINS = 0.5  # of the difference with long windows, with short ones: halfway between a jump and a bend
-CLEAR = 2.0  # standard deviations of the difference of two lines, by the scatter about them, that a jump exceeds
-LEAST = 1e-3  # of the largest force: smaller jumps do not count where no tolerance is given
+MIN_DEVIATIONS = 2.0  # standard deviations of the difference of two lines, by their scatter, that a jump exceeds
+MIN_JUMP = 1e-3  # of the largest force: smaller jumps do not count where no tolerance is given
 
 
 class Samples(NamedTuple):
@@ -48,8 +48,8 @@ def jumps_at(samples: Samples, at: Array, reach: float, least: float) -> tuple[F
     """
     if not at.size or not samples.t.size:
         return np.zeros(at.size, dtype=bool), np.zeros(at.size, dtype=bool)
-    gap = GAP * SHORT * reach
-    edges = np.array(((-reach, -gap), (gap, reach), (-SHORT * reach, -gap), (gap, SHORT * reach)))
+    gap = GAP * SHORT_WINDOW * reach
+    edges = np.array(((-reach, -gap), (gap, reach), (-SHORT_WINDOW * reach, -gap), (gap, SHORT_WINDOW * reach)))
     lines, slopes, spread, known = _lines(samples, edges[:, :, None] + at, at)
     for before in (0, 2):  # ahead of the run there is no force
         none = ~known[before] & (at - reach < samples.t[0])
@@ -58,7 +58,7 @@ def jumps_at(samples: Samples, at: Array, reach: float, least: float) -> tuple[F
     (long_, height), scatter = lines[1::2] - lines[::2], np.hypot(spread[2], spread[3])
     late = np.abs(slopes[3] - slopes[2]) * gap  # a kink that arrives late by so much, as fronts do on a mesh
     largest = float(samples.force.max(initial=0.0))
-    clear = np.abs(height) > np.maximum(least * largest, np.maximum(CLEAR * scatter, late))
+    clear = np.abs(height) > np.maximum(least * largest, np.maximum(MIN_DEVIATIONS * scatter, late))
     remains = (long_ * height > 0.0) & (np.abs(height) >= MIN_REMAINS * np.abs(long_))
     seen = np.asarray(known.all(axis=0))
     return seen & clear & remains, seen

@@ -87,7 +87,7 @@ def force_oscillation(history: AbstractHistory, reference: AbstractHistory, scen
     It is the total variation of the force on the 6000 cells, sum |F_i+1 - F_i| from F = 0 before the run, less that of
     the reference, over the peak of the reference; 0 where the force varies less. A force that drops to zero and comes
     back once too often counts 2; ripples of 1 % up and down over a hundred steps count 2, too. Where steps are shorter
-    than cells, what happens within a cell is not seen. None where the reference has no force.
+    than cells, changes within a cell are not seen. None where the reference has no force.
     """
     t = midpoints(scene.duration)
     errors: list[float | None] = []

@@ -15,7 +15,7 @@ from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import is_solid
 
 LINEAR = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
-MAX_STRAIN = 2.0 * LINEAR  # of an estimate within a factor of two: what is warned of is above it
+MAX_STRAIN = 2.0 * LINEAR  # of an estimate within a factor of two: strains above it give a warning
 SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy of a run
 
 

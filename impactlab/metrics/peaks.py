@@ -11,7 +11,7 @@ import numpy as np
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history.base import AbstractHistory, Event
-from impactlab.metrics.fronts import LEAST, Samples, jumps_at, returns
+from impactlab.metrics.fronts import MIN_JUMP, Samples, jumps_at, returns
 from impactlab.metrics.norms import NEAR_JUMP, largest, midpoints
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Array
@@ -128,7 +128,7 @@ def near_jumps(
     scene: Scene,
     laws: Laws,
     contact: Contact,
-    least: float = LEAST,
+    least: float = MIN_JUMP,
     samples: Samples | None = None,
 ) -> Array:
     """Return the intervals around jumps of a contact's force, shape (k, 2) [s], joined where they overlap.

@@ -1,6 +1,6 @@
 """Compiling ahead: functions that a run will need are compiled by other processes when a first one is not on disk.
 
-Code that knows what comes next says so by `ahead`. Nothing is done where all code is on disk.
+Code that knows the kernels needed next names them by `ahead`. Nothing is done where all of them are on disk.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def before_compiling(function: Callable[..., Any]) -> None:
         return
     given, _coming[:] = list(_coming), []
     this = plain(function)
-    with contextlib.suppress(Exception):  # what is wrong with a part is said where it is needed
+    with contextlib.suppress(Exception):  # faults of a part are reported where it is needed
         coming = [kernel for kernels in given for kernel in kernels()]
         requests = [request_of(each) for each in coming if plain(each.function) is not this and is_missing(each)]
         if any(requests):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from impactlab.numerics.chain_solve import solve_chain, write_runs
 from impactlab.numerics.compiling import HELPER
-from impactlab.numerics.three_bands import LEAST, factorise_three, solve_three
+from impactlab.numerics.three_bands import MIN_ROWS, factorise_three, solve_three
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
@@ -39,7 +39,7 @@ def solve(n: int, bandwidth: int, factors: Array, x: Array) -> None:
     if bandwidth == 1 and n > 1:
         solve_chain(pivot, lower, window(factors, 2 * n, n), x)
         return
-    if bandwidth == 3 and n >= LEAST:
+    if bandwidth == 3 and n >= MIN_ROWS:
         solve_three(n, pivot, lower, x)
         return
     for i in range(n):
@@ -75,7 +75,7 @@ def factorise(n: int, bandwidth: int, factors: Array, springs: Array) -> None:
         pivot[n - 1] = 1.0 / pivot[n - 1]
         write_runs(n, pivot, lower, springs, window(factors, 2 * n, n))
         return
-    if bandwidth == 3 and n >= LEAST:
+    if bandwidth == 3 and n >= MIN_ROWS:
         factorise_three(n, pivot, lower)
         return
     for i in range(n):

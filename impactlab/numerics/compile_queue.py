@@ -1,7 +1,7 @@
 """A queue of functions that other processes compile and keep on disk while this one compiles, too.
 
 Each of some threads has a process (`impactlab.numerics.compile_worker`), hands it one function after the other, and
-ends it when nothing waits. A process that does not start or dies costs nothing but time: what it had is compiled here.
+ends it when nothing waits. A process that does not start or dies costs only time: its code is compiled here.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class CompileQueue:
     def before(self, module: str, name: str) -> None:
         """Return when no other process compiles a function, which is on disk then, or not begun at all.
 
-        Until then this process compiles what waits. A process that does not answer is waited for `PATIENCE_S`.
+        Until then this process compiles the code that waits. A process that does not answer is waited for `PATIENCE_S`.
         """
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
@@ -95,7 +95,7 @@ class CompileQueue:
                         died = not process.stdout.readline()
                     finally:
                         self._done(request)
-        except Exception:  # noqa: BLE001 - what was asked for is compiled by who needs it
+        except Exception:  # noqa: BLE001 - the code is then compiled where it is needed
             died = True
         with self._changed:
             self._ended += died

@@ -17,13 +17,13 @@ from impactlab.numerics.compile_queue import Request
 def serve() -> None:
     """Compile the requests of the input until it ends."""
     asked, answers = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a compiler prints is no answer
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # prints of a compiler are no answer
     while True:
         try:
             request = Request(*pickle.load(asked))  # noqa: S301 - from the process that started this one
         except EOFError:
             return
-        with contextlib.suppress(Exception):  # who asked compiles it then, and reports
+        with contextlib.suppress(Exception):  # the process that needs it compiles it then, and reports
             compile_request(request)
         answers.write(b"done\n")
         answers.flush()

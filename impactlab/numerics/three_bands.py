@@ -11,7 +11,7 @@ from impactlab.numerics.compiling import HELPER, IN_ORDER
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
-LEAST = 9  # rows: three on each side and three in the middle
+MIN_ROWS = 9  # rows: three on each side and three in the middle
 
 
 @HELPER

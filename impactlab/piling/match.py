@@ -34,8 +34,8 @@ from impactlab.types import Array
 
 BOUNDS = 20.0  # a free number is sought between its start over this and its start times this
 COARSE_ELEMENTS = 40  # of the mesh from whose solution the search starts
-COARSE = 1e-2  # of the cost and of the numbers, on that mesh
-RISEN, TRIPS = 0.05, 2.0  # of the largest force; round trips after it: the samples that are matched first
+COARSE_TOL = 1e-2  # of the cost and of the numbers, on that mesh
+RISE_SHARE, EARLY_TRIPS = 0.05, 2.0  # of the largest force; round trips after it: the samples that are matched first
 MIN_EARLY = 4  # of these samples for each free number
 TOLERANCE = 1e-6  # of the cost and of the logarithms of the numbers, at the end of the search
 Free = Iterable[str] | Mapping[str, tuple[Any, Any]]
@@ -238,7 +238,7 @@ def _near(problem: MatchProblem, early: NDArray[np.bool_]) -> Array:
             problem.left_out = [] if left_out is None else [left_out]
             near = least_squares(
                 problem.residuals, x, problem.jacobian, problem.bounds(),
-                method="dogbox", x_scale="jac", ftol=COARSE, xtol=COARSE,
+                method="dogbox", x_scale="jac", ftol=COARSE_TOL, xtol=COARSE_TOL,
             )  # fmt: skip
             x = np.asarray(near.x)
     except ImpactlabError:
@@ -251,8 +251,8 @@ def _near(problem: MatchProblem, early: NDArray[np.bool_]) -> Array:
 
 def early_samples(time: Array, force: Array, round_trip: float) -> NDArray[np.bool_]:
     """Return which samples lie within two round trips of a wave from the rise of the force on, shape (n,)."""
-    rise = float(time[np.argmax(np.abs(force) >= RISEN * np.abs(force).max())])
-    return np.asarray(time <= rise + TRIPS * round_trip)
+    rise = float(time[np.argmax(np.abs(force) >= RISE_SHARE * np.abs(force).max())])
+    return np.asarray(time <= rise + EARLY_TRIPS * round_trip)
 
 
 def coarsened(run: Simulation) -> Simulation | None:

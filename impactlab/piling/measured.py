@@ -90,7 +90,7 @@ def driven_by(case: Case, time: Array, force: Array) -> CaseUnderForce:
     numbers = list(_blocks(case))
     gone = {number for number, contacts in enumerate(numbers) if head in contacts}
     kept = {body.name}
-    for _ in numbers:  # bodies joined to the pile by what is left
+    for _ in numbers:  # bodies joined to the pile by the contacts left
         for number, contacts in enumerate(numbers):
             names = {point.body for each in contacts for point in each.faces}
             if number not in gone and names & {name for name in kept if run.scene.bodies[name].moves}:

@@ -14,7 +14,7 @@ from impactlab.types import Array
 
 POINTS = 4000  # instants of a run at which the sets are followed
 SAME_SET = 0.01  # of a quake: a set that changes by less is final
-NO_SOIL = 1e-6  # of the static capacity: a link below it holds nothing
+SOIL_TOL = 1e-6  # of the static capacity: a link below it holds nothing
 
 
 def warn_if_moving(history: AbstractHistory, run: Simulation, pile: Pile, blow: str = "") -> None:
@@ -32,7 +32,7 @@ def warn_if_moving(history: AbstractHistory, run: Simulation, pile: Pile, blow: 
     quake = np.array([law.quake for law in laws])
     sets = sets_over_time(moved, laws)
     capacity = np.array([law.capacity for law in laws])
-    holds = capacity > NO_SOIL * capacity.sum()
+    holds = capacity > SOIL_TOL * capacity.sum()
     yields = holds & (np.ptp(sets[:, last], axis=1) > SAME_SET * quake)
     pulls = np.array([law.tension for law in laws])
     way = moved - moved[:, :1]

@@ -17,7 +17,7 @@ from impactlab.types import Array
 
 MAX_TURNS = 200  # Newton steps; each changes which pieces yield, and a pile has as many as pieces
 FORCE_TOL = 1e-12  # of the static capacity: forces on every piece that are left over at rest
-LEAST_SLOPE = 1e-9  # of the stiffest soil: keeps the matrix regular where all soil yields
+MIN_SLOPE = 1e-9  # of the stiffest soil: keeps the matrix regular where all soil yields
 
 
 class Rest(NamedTuple):
@@ -63,7 +63,7 @@ def rest_of(run: Simulation, pile: Pile, sets: dict[str, float], start: float) -
     def soil(u: Array) -> tuple[Array, Array]:
         trial = stiffness * (side * u[at] - gap - before)
         held = np.clip(trial, lower, upper)
-        return held, np.where(held == trial, stiffness, LEAST_SLOPE * stiffness.max())
+        return held, np.where(held == trial, stiffness, MIN_SLOPE * stiffness.max())
 
     def left_over(u: Array) -> Array:
         return matrix @ u + np.bincount(at, side * soil(u)[0], x.size)

@@ -24,7 +24,7 @@ from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Point, Probe, Scene
-from impactlab.scene.sizes import CELL, fits
+from impactlab.scene.sizes import PER_CELL, fits
 from impactlab.simulate import plan
 from impactlab.simulate.body_sizes import MAX_BEAM_MODES
 
@@ -56,7 +56,7 @@ def is_singular(asked: Simulation) -> bool:
         asked.scene.bodies[point.body].unbounded_first_force
         for contact in asked.scene.contacts
         if asked.method.laws[contact.name].hard
-        for point in (contact.left, contact.right)
+        for point in contact.faces
     )
 
 
@@ -109,7 +109,7 @@ def can_be_set_up(description: Description) -> bool:
     return any(
         _can_be_planned(description.simulation(fineness))
         for fineness in (COARSE_FINENESS, MIN_FINENESS)
-        if fineness == MIN_FINENESS or fits(CELL * cells)
+        if fineness == MIN_FINENESS or fits(PER_CELL * cells)
     )
 
 
@@ -144,7 +144,7 @@ def are_delay_lines(scene: Scene) -> bool:
     """Return whether all rods may be stepped delay lines beside beams."""
     rods = {rod.name: rod for rod in rods_of(scene)}
     places: list[Point | Probe] = [*scene.probes]
-    places += [point for contact in scene.contacts for point in (contact.left, contact.right)]
+    places += [point for contact in scene.contacts for point in contact.faces]
     on_ends = all(place.x in (0.0, rods[place.body].length) for place in places if place.body in rods)
     plain = not any(rod.is_damped or len(rod.segments) > 1 or rod.rotation for rod in rods.values())
     return not rods or (plain and on_ends and not scene.gravity)

@@ -31,7 +31,7 @@ COARSEST = 3 * STEPS  # steps in the shortest time: three in a rise of force
 COARSEST_MODES, FEWEST_MESHED = 24, 18  # at that many steps; modes in closed form, of a mesh
 COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
-MOST_MODES = 1500  # in closed form, some 0.1 ms each to find
+MAX_MODES = 1500  # in closed form, some 0.1 ms each to find
 MAX_STEPS = 1_000_000  # in the shortest time
 MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
 STATED_SHARE, STATED_SHARE_OF_SHEAR = 0.25, 0.45  # the same where it is stated: of errors of order 3 and of order 1
@@ -80,7 +80,7 @@ class BeamModes:
         springs = all(law.is_spring for law in laws_of(*asked))
         self.factor = counted_share(asked) * (ERROR_OF_SPRINGS if springs else ERROR_OF_MODES)
         self.enough = STEPS * math.sqrt(3.0 * self.factor / self.tolerance)
-        self.most = MOST_MODES if self.closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
+        self.most = MAX_MODES if self.closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
         known = not any(math.isnan(times.tangent) for times in times_of(*asked).values())
         # All runs have the same modes, whose error is stated: they are found once, and a run that differs in its step
         # alone is set up in a tenth of the time. Where this would take too many modes, they grow with the steps.

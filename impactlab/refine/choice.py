@@ -124,7 +124,7 @@ def _nothing_serves(why: str, studies: list[Study]) -> CaseError:
             path="solve.tolerance",
         )
     return CaseError(
-        f"no description suits this scene: {why or 'its contacts have no unique solution'}",
-        remedy="Give the contact a law with a stiffness, or model, integrator and step of your own.",
+        f"no method within a tolerance suits this scene: {why or 'its contacts have no unique solution'}",
+        remedy="Give the contact a law with a stiffness, or law, model, integrator and step in place of the tolerance.",
         path="solve.tolerance",
     )

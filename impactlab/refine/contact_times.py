@@ -76,7 +76,7 @@ def tangent_of(scene: Scene, method: Method, contact: Contact, speed: float | No
 
 def _inertia(scene: Scene, contact: Contact) -> tuple[float, float]:
     """Return the mass that the faces of a contact have together [kg], and the mobility of their rods [m/(N s)]."""
-    masses = [mass for mass in (_mass_at(scene, point) for point in (contact.left, contact.right)) if mass > 0.0]
+    masses = [mass for mass in (_mass_at(scene, point) for point in contact.faces) if mass > 0.0]
     mass = 1.0 / sum(1.0 / each for each in masses) if masses and min(masses) < math.inf else math.inf
     return mass, 1.0 / impedance_of(scene, contact)
 

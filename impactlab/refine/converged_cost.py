@@ -1,4 +1,4 @@
-"""What a converged reference is predicted to cost: its levels, their steps, their records and their comparisons."""
+"""Predicted cost of a converged reference: its levels, their steps, their records and their comparisons."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class Description:
     unseen: Callable[[int, AbstractHistory | None], float] = lambda _n, _history: 0.0
     # In its place where a run, and how much its touches magnify an error, show that to be large.
     otherwise: Callable[[AbstractHistory, float], Description] | None = None
-    detail: Callable[[int], str] | None = None  # what else a fineness sets, for people
+    detail: Callable[[int], str] | None = None  # other settings of a fineness, in words
     finding: Callable[[int], float] = lambda _n: 0.0  # s, predicted, of modes of a mesh, which are found first
     alike: bool = False  # whether runs differ in their step alone, so that one set-up serves all
     own_steppers: bool = False  # the same, where each run has steppers and arrays of its own

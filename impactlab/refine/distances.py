@@ -11,7 +11,7 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.history.frame import touched_in
-from impactlab.metrics.fronts import LEAST
+from impactlab.metrics.fronts import MIN_JUMP
 from impactlab.metrics.norms import ZERO, displaced
 from impactlab.metrics.peaks import MIN_PEAK, Laws, find_peak, near_jumps, smooth_force
 from impactlab.refine.convergence import Distance, Pairs
@@ -31,7 +31,7 @@ def distances(
     laws: Laws,
     on: Sequence[Counted],
     peak_margin: float = 1.0,
-    least_jump: float = LEAST,
+    least_jump: float = MIN_JUMP,
 ) -> list[Distance]:
     """Return the relative distances of all pairs of runs, by quantity.
 

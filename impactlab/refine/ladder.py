@@ -62,7 +62,7 @@ def outcome(study: Study, level: Level | None, verdict: Verdict, reason: str) ->
 def _described(
     description: Description, fineness: int, error: float | None, solve_s: float | None, verdict: Verdict, reason: str
 ) -> Candidate:
-    """Return the record of a candidate with what is known of it before a run."""
+    """Return the record of a candidate before a run."""
     return Candidate(
         candidate=description.words(fineness),
         predicted_error=description.error(fineness),

@@ -56,7 +56,7 @@ def left_out(asked: Simulation) -> Iterator[LeftOut]:
     """
     beams, times = {beam.name: beam for beam in beams_of(asked.scene)}, times_of(*asked)
     for contact in asked.scene.contacts:
-        for point in (contact.left, contact.right):
+        for point in contact.faces:
             body = beams.get(point.body)
             if body is None:
                 continue

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 
 from impactlab.history.base import AbstractHistory
-from impactlab.metrics.fronts import LEAST
+from impactlab.metrics.fronts import MIN_JUMP
 from impactlab.refine import trial
 from impactlab.refine.convergence import (
     SHOWN_SAFETY,
@@ -234,7 +234,7 @@ def _extrapolated(
     fineness = [level.fineness for level in levels]
     order, safety = description.order, description.safety
     found, by_order = [], []
-    histories, least_jump = [level.history for level in levels], allowed(asked.method) or LEAST
+    histories, least_jump = [level.history for level in levels], allowed(asked.method) or MIN_JUMP
     for of, pairs in distances(histories, *counted(asked), PEAK_MARGIN, least_jump) if last else ():
         if last == 1:
             of_two = error_of_two(pairs[0, 1], fineness[0], fineness[1], order, share)

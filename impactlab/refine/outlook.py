@@ -32,11 +32,11 @@ STEP_S = 3e-7
 UNKNOWN_S = 3e-9  # a step and unknown
 CONTACT_S = 1.5e-7  # a step and contact, beside the first
 RATE_S = 1e-4  # an evaluation of the equations of motion by an adaptive integrator
-EXACT_RATIO = 8.0  # of an interval in all to what it costs without its multiplications
+EXACT_RATIO = 8.0  # cost of an interval, over that without its multiplications
 
 
 class Outlook(NamedTuple):
-    """What is known of a reference before it is computed."""
+    """Facts of a reference before it is computed."""
 
     status: Literal["exact", "converged", "not_computed", "none"]
     about_s: float | None = None  # s, predicted of its computation; None where there is none

@@ -38,7 +38,7 @@ def is_worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study
 
     All trials together may take `MAX_CHOOSING` times the solving of the chosen run.
     """
-    if study is best[0]:  # its estimate has seen what a run promises
+    if study is best[0]:  # its estimate includes the errors of its run
         return True
     if _solving_s(best) <= MIN_GAIN * study.expected_s:
         return False

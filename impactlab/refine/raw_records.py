@@ -1,4 +1,4 @@
-"""What an estimate reads of a stepped run, by compiled passes over its records: no channel is made of them.
+"""Compiled passes over the records of a stepped run for an error estimate: no channel is made of them.
 
 Displacements are linear between records. Forces are means over steps, read with the slopes of
 `impactlab.numerics.slopes`; those of hard contacts are linear between the middles of steps. Each run of a study is read

@@ -1,4 +1,4 @@
-"""A solution that errors are measured against, and what it depends on."""
+"""A solution that errors are measured against, with the inputs that it depends on."""
 
 from __future__ import annotations
 

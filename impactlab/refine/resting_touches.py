@@ -26,7 +26,7 @@ def check(asked: Simulation) -> None:
     for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(*asked), strict=True)):
         if not isinstance(law, AbstractHystereticLaw) or law.hysteresis() == 0.0:
             continue
-        speeds = [scene.bodies[point.body].velocity for point in (contact.left, contact.right)]
+        speeds = [scene.bodies[point.body].velocity for point in contact.faces]
         gap, slack = first_gap(scene, number)
         if abs(gap) > slack or speeds[0] != speeds[1]:
             continue

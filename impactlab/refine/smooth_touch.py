@@ -4,7 +4,7 @@ Between the steps such runs are exact, so that their error is that of a force wh
 measured on 500 random beams under a ball (supports, laws, masses, speeds and gaps, with 1e-1 to 1e-4 asked for):
 
 - Three quarters of the declared order state, of two runs, 1.3 times the error of the coarser one and more; in 3 of 2900
-  pairs less, where the error was below a twentieth of what was asked for. With a second touch the error was up to 4
+  pairs less, where the error was below a twentieth of the tolerance. With a second touch the error was up to 4
   times as large as stated: when and how fast the faces meet again is uneven in the step. On beams that shear half the
   order is left, as the error of their modes left out, which is added, may be larger than stated.
 - Of one run, four times the larger of the second differences of its force and of its predicted error is at least 1.2

@@ -66,11 +66,11 @@ def in_turn(
         beam = beams_of(asked.scene)[0].name
         return iter(()), (
             f"a hard contact on the Euler-Bernoulli beam '{beam}' has no converged solution: its faces part and meet "
-            "ever more often as the description is refined. Give the contact a law with a stiffness"
+            "ever more often as the description is refined"
         )
     exact, why = exact_for(asked) if served is None else served
     if exact is None and not rods_of(asked.scene) and not has_unique_solution(asked):
-        why = "masses in hard contact part by a restitution, and an impulse cannot be refined"
+        why = "a hard contact of two masses, or a law of impulses, has no force whose error could be estimated"
     found: Iterator[Description] = iter(())
     if not any(law.two_sided for law in laws_of(*asked)):  # estimates read periods of contact, which links have not
         found = (description for description in _stepped(asked) if description.for_choice)
@@ -80,9 +80,9 @@ def in_turn(
 def has_unique_solution(asked: Simulation) -> bool:
     """Return whether the physics of a scene determines how its contacts end.
 
-    Two masses part by a restitution, and an overlap ends by a stiffness: a hard contact has neither. Masses that meet
-    through one face without mass between them strike each other as two masses do. A law of impulses that stands for no
-    hard contact has no force to refine.
+    Two masses separate by a restitution, and an overlap ends by a stiffness: a hard contact has neither. Masses that
+    meet through one face without mass between them strike each other as two masses do. A law of impulses that stands
+    for no hard contact has no force to refine.
     """
     scene, laws = asked.scene, laws_of(*asked)
     hard = [number for number, law in enumerate(laws) if law.hard]
@@ -100,7 +100,7 @@ def _closed_together(scene: Scene, hard: list[int]) -> list[int]:
     room: dict[tuple[str, float, bool], float] = {}  # gap by body, place and side of its wall
     for number in hard:
         contact = scene.contacts[number]
-        walls = [not scene.bodies[point.body].moves for point in (contact.left, contact.right)]
+        walls = [not scene.bodies[point.body].moves for point in contact.faces]
         face = contact.right if walls[0] else contact.left
         opposite = room.get((face.body, face.x, not walls[0]))
         if any(walls) and opposite is not None and contact.gap + opposite > 0.0:

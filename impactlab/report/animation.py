@@ -9,7 +9,7 @@ import dataclasses
 import math
 import shutil
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,7 +24,7 @@ from impactlab.report import mechanism
 from impactlab.report.diagram import MEANING
 from impactlab.report.signals import UNITS
 from impactlab.report.stage import BodyPlace, frames, layout, shown_load
-from impactlab.report.style import GRID, INK, MUTED, PALETTE, PAPER, Unit, clock, drawn, scaled
+from impactlab.report.style import GRID, INK, LETTER, MUTED, PALETTE, PAPER, Unit, clock, drawn, scaled
 from impactlab.scene.bodies import Body, ElasticBody, Wall
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -42,8 +42,9 @@ SHOWN_MOTION = 0.06  # of the length of the train: the largest displacement on t
 ICON = 0.05  # of the length of the train: width of a mass
 HEIGHT = 0.28  # half the height of the tallest rod, in units of the upper axes
 COLOURS = "RdBu_r"
-MOVING = "moving"  # mark of what changes from frame to frame
+MOVING = "moving"  # mark of artists that change from frame to frame
 CELLS = 120  # of a body, each of one colour
+NAME_ROWS = 2  # below the bodies: of many, those without room have no name
 Step = Callable[[int], None]
 Corners = Callable[[int], Array]  # (2, CELLS + 1, 2): one edge of a body and the other, as x and y
 Motion = Mapping[str, Mapping[str, Array | None]]
@@ -205,6 +206,7 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
     place = _Place(scene, motion)
     tallest = max((piece.area for body in scene.elastic.values() for piece in body.segments), default=1.0)
     steps: list[Step] = []
+    names: list[tuple[float, str, Array | None]] = []  # middle, name, motion
     edges = [0.0, place.whole]
     for name, body in scene.bodies.items():
         spot, u, load = place.spots[name], motion[name]["u"], motion[name]["load"]
@@ -227,8 +229,9 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
             room, moved = 0.25 * place.icon, np.zeros(1) if shift is None else place.factor * shift
             edges += [left + min(0.0, float(moved.min())) - room]
             edges += [left + (body.length or place.icon) + max(0.0, float(moved.max())) + room]
-            steps.append(_name(axes, place, name, middle, shift))
+            names.append((middle, name, shift))
     axes.set_xlim(min(edges), max(edges))
+    steps += _names(axes, place, names)
     axes.set_ylim(-0.95, 0.75)
     axes.axis("off")
 
@@ -239,8 +242,22 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
     return step
 
 
-def _name(axes: Axes, place: _Place, name: str, middle: float, u: Array | None) -> Step:
-    text = axes.text(middle, -0.62, name, ha="center", va="top", fontsize=8, color=MUTED, gid=MOVING)
+def _names(axes: Axes, place: _Place, names: Iterable[tuple[float, str, Array | None]]) -> Iterator[Step]:
+    """Write the names of the bodies in rows, each that has room beside those before it."""
+    low, high = axes.get_xlim()
+    letter = LETTER * (high - low) / (axes.get_position().width * SIZE[0])
+    ends = [-math.inf] * NAME_ROWS
+    for middle, name, u in sorted(names, key=lambda each: each[0]):
+        half = 0.5 * letter * (len(name) + 1)
+        row = next((row for row, end in enumerate(ends) if end <= middle - half), None)
+        if row is not None:
+            ends[row] = middle + half
+            yield _name(axes, place, name, (middle, -0.62 - 0.2 * row), u)
+
+
+def _name(axes: Axes, place: _Place, name: str, at: tuple[float, float], u: Array | None) -> Step:
+    middle = at[0]
+    text = axes.text(*at, name, ha="center", va="top", fontsize=8, color=MUTED, gid=MOVING)
 
     def step(number: int) -> None:
         text.set_x(middle + (0.0 if u is None else place.factor * float(np.mean(u[number]))))

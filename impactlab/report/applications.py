@@ -76,7 +76,7 @@ def plates_of(trace: Trace, scene: Scene) -> list[Plate]:
             gauges = by_gauges(history, contact.left.body, contact.right.body, law)
             if gauges is not None:
                 words += (
-                    " By three waves: what the strain probes of the two bars give, until a wave from the far end of a "
+                    " By three waves, from the strain probes of the two bars, until a wave from the far end of a "
                     "bar reaches one of them."
                 )
             draw = partial(stress_strain, history, contact.name, law, gauges)

@@ -5,29 +5,36 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
+from impactlab.casefile.units import with_power
+from impactlab.history.base import AbstractHistory
 from impactlab.metrics.collisions import agreement_texts
+from impactlab.options import Relative
 from impactlab.plugins import kind_of
-from impactlab.printing import counted
 from impactlab.report.comparison import cell, in_round_trips, model_label
 from impactlab.report.style import scaled
 from impactlab.report.summary import STEPPED, has_numbers
 from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
+from impactlab.scene.method import laws_of
 from impactlab.scene.problem import Contact, Scene
 
-MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
-MIN_ALIKE = 4  # bodies or contacts in a row with the same words, which are said once
-CLOSE = 1.02  # errors within 2 % of each other are said together
+Units = Mapping[str, Any]  # of options by name: a unit, or the units of the options of a record
+NO_UNITS: Units = MappingProxyType({})
+PREFIXED = re.compile(r"(N|Pa|m|kg)(?![\w^])")  # a unit that takes a prefix: one that begins with m2 does not
+
+MIN_ALIKE = 4  # bodies or contacts in a row with the same words, which are written once
 
 
 def si(value: float, unit: str) -> str:
     """Return a value with the prefix that makes it short: ``116.4 µs``."""
     if unit == "kg":
         return f"{value:.4g}\N{NO-BREAK SPACE}kg"
-    shown = scaled(unit, abs(value))
+    shown = scaled(unit.replace(" ", "·"), abs(value))
     return f"{value / shown.size:.4g}\N{NO-BREAK SPACE}{shown.label}"
 
 
@@ -145,15 +152,38 @@ def _end(end: End) -> str:
     return f"{held} under {si(end.force, 'N')}" if end.force else held
 
 
-def method_facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return how a run was computed as (name, words)."""
+def units_of(history: AbstractHistory) -> list[Units]:
+    """Return the units of the options of the laws of a run, in the order of its contacts."""
+    laws = laws_of(history.scene, history.method if history.choice is None else history.choice.method)
+    units = {key: _units(law) for key, law in {id(law): law for law in laws}.items()}  # once: a chain shares its law
+    return [units[id(law)] for law in laws]
+
+
+def _units(part: Any) -> Units:
+    """Return the units of the options of a part, those of a record of options by their names."""
+    found: dict[str, Any] = {}
+    for field in dataclasses.fields(part):
+        value, unit = getattr(part, field.name), field.metadata.get("unit", "1")
+        if isinstance(value, Relative):
+            continue
+        if dataclasses.is_dataclass(value):
+            found[field.name] = _units(value)
+        elif unit.endswith("^n") and hasattr(part, "exponent"):
+            found[field.name] = with_power(unit, part.exponent)
+        elif unit != "1":
+            found[field.name] = unit
+    return found
+
+
+def method_facts(summary: Mapping[str, Any], units: Sequence[Units] = ()) -> list[tuple[str, str]]:
+    """Return how a run was computed as (name, words); ``units`` of the options of its laws are those of `units_of`."""
     used = summary["method"]
     stepped = used.get("stepping", STEPPED) if used["dt"] and not used["integrator"] else ""
     models = {name: ", ".join(filter(None, (model_label(each), stepped))) for name, each in used["models"].items()}
     if len(models) > 1 and len(set(models.values())) == 1:
         models = {"all bodies": next(iter(models.values()))}
     facts = [(f"model of {name}", model) for name, model in models.items()]
-    laws = Counter(_options(law) for law in used["laws"])
+    laws = Counter(map(_options, used["laws"], units or itertools.repeat(NO_UNITS)))
     facts += [
         ("contact law", words if count == 1 else f"{words}, at {count} contacts") for words, count in laws.items()
     ]
@@ -163,33 +193,47 @@ def method_facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         share = in_round_trips(used["dt"], summary)
         facts.append(("step", si(used["dt"], "s") + (f" = {cell(share)} T" if share else "")))
     cost = summary["cost"]
-    facts.append(("cost", f"{cost['steps']} steps, {si(cost['solve_s'], 's')} (set-up {si(cost['setup_s'], 's')})"))
+    taken = "steps" if used["dt"] or used["integrator"] else "intervals between events"
+    facts.append(("cost", f"{cost['steps']} {taken}, {si(cost['solve_s'], 's')} (set-up {si(cost['setup_s'], 's')})"))
     return facts
 
 
-def _options(part: Mapping[str, Any]) -> str:
-    options = [f"{name} {_value(value)}" for name, value in part.items() if name != "kind" and value is not None]
+def _options(part: Mapping[str, Any], units: Units = NO_UNITS) -> str:
+    options = [
+        f"{name} {_value(value, units.get(name, ''))}"
+        for name, value in part.items()
+        if name != "kind" and value is not None
+    ]
     return f"{part['kind']} ({', '.join(options)})" if options else str(part["kind"])
 
 
-def _value(value: Any) -> str:
+def _value(value: Any, unit: Any = "") -> str:
+    """Return the value of an option in words; ``unit`` is its unit, or those of the options in it."""
     if isinstance(value, Mapping):
-        return ", ".join(f"{name} {_value(item)}" for name, item in value.items())
-    return f"{value:g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
+        inside = unit if isinstance(unit, Mapping) else {}
+        if "kind" in value:
+            return _options(value, inside)
+        return ", ".join(f"{name} {_value(item, inside.get(name, ''))}" for name, item in value.items())
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float) and unit:
+        return si(value, unit) if PREFIXED.match(unit) else f"{value:g}\N{NO-BREAK SPACE}{unit.replace('m2', 'm²')}"
+    words = f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{words}\N{NO-BREAK SPACE}{unit}" if unit else words
 
 
 def findings(comparison: Mapping[str, Any]) -> list[str]:
     """Return the main results of a comparison in sentences."""
     done = [row for row in comparison["rows"] if has_numbers(row["summary"]["status"])]
-    judged = [row for row in done if row["summary"]["errors"]]
+    compared = [row for row in done if row["summary"]["errors"]]
     sentences = []
-    if judged:
+    if compared:
         sentences.append(
-            _closest(judged, "mass_displacement", "displacement of the mass")
-            or _closest(judged, "face_displacement", "displacement of the face")
+            _closest(compared, "mass_displacement", "displacement of the mass")
+            or _closest(compared, "face_displacement", "displacement of the face")
         )
-        sentences.append(_closest(judged, "impulse", "impulse"))
-        sentences += _events(judged)
+        sentences.append(_closest(compared, "impulse", "impulse"))
+        sentences += _events(compared)
     gained = [row for row in done if row["summary"]["energy"]["largest_gain"] > 0.01]
     if gained:
         worst = max(gained, key=lambda row: float(row["summary"]["energy"]["largest_gain"]))
@@ -200,25 +244,25 @@ def findings(comparison: Mapping[str, Any]) -> list[str]:
     sentences += [f"{text}." for text in agreement_texts(comparison.get("collisions", ()))]
     failed = [row for row in comparison["rows"] if row not in done]
     if failed:
-        sentences.append(f"No result: {_names(failed)}; the table says why.")
+        sentences.append(f"No result: {_names(failed)}; the table gives the reasons.")
     return [sentence for sentence in sentences if sentence]
 
 
-def _closest(judged: Sequence[Mapping[str, Any]], norm: str, words: str) -> str:
+def _closest(compared: Sequence[Mapping[str, Any]], norm: str, words: str) -> str:
     """Return which stepped method is closest; one that is exact would only win against itself."""
-    known = [(row["summary"]["errors"][norm], row["name"]) for row in judged if row["summary"]["method"]["dt"]]
+    known = [(row["summary"]["errors"][norm], row["name"]) for row in compared if row["summary"]["method"]["dt"]]
     known = sorted((value, name) for value, name in known if value is not None)
     if len(known) < 2:
         return ""
     (best, name), (worst, last) = known[0], known[-1]
     return (
-        f"Of the stepped methods {name} comes closest in the {words} ({cell(100 * best)} %), "
+        f"Of the stepped methods, {name} comes closest in the {words} ({cell(100 * best)} %), "
         f"{last} is furthest off ({cell(100 * worst)} %)."
     )
 
 
-def _events(judged: Sequence[Mapping[str, Any]]) -> list[str]:
-    counted = [row for row in judged if row["summary"]["errors"]["events_missed"] is not None]
+def _events(compared: Sequence[Mapping[str, Any]]) -> list[str]:
+    counted = [row for row in compared if row["summary"]["errors"]["events_missed"] is not None]
     missed = [row for row in counted if row["summary"]["errors"]["events_missed"]]
     extra = [row for row in counted if row["summary"]["errors"]["events_extra"] and row not in missed]
     clean = [row for row in counted if row not in missed and row not in extra]
@@ -238,27 +282,6 @@ def _names(rows: Sequence[Mapping[str, Any]]) -> str:
 def instant(time: float) -> str:
     """Return an instant [s] in words: ``178.5 µs``."""
     return si(time, "s") if time else "0"
-
-
-def collision(each: Mapping[str, Any]) -> str:
-    """Return a collision of a summary in one sentence, values with the prefix that makes them short."""
-    count = counted(each["sub_impacts"], "sub-impact")
-    ended = each["end"] is not None
-    until = f"to {instant(each['end'])}" if ended else "on, still in contact at the end of the run"
-    parts = [
-        f"{each['bodies']}: {count}, from {instant(each['start'])} {until}",
-        f"impulse {si(each['impulse'], 'N·s')}",
-    ]
-    if each["restitution"] is not None:
-        parts.append(f"apparent restitution {each['restitution']:.4g}")
-    elif ended:
-        parts.append(f"no restitution: {each['no_restitution']}")
-    if each["restitution"] is not None and each["energy_lost"] is not None:
-        verb = "loses" if each["energy_lost"] >= 0.0 else "gains"
-        parts.append(f"{each['striker']} {verb} {si(abs(each['energy_lost']), 'J')}")
-    if (each["largest_gap"] or 0.0) > MIN_GAP:
-        parts.append(f"gaps up to {si(each['largest_gap'], 'm')}")
-    return ", ".join(parts)
 
 
 def table_caption(reference: str) -> str:

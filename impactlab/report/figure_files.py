@@ -138,8 +138,8 @@ def _short(text: str) -> str:
     return NUMBER.sub(lambda number: f"{float(number.group()):.1f}".removesuffix(".0"), text)
 
 
-STRAY = 2.5  # tenths of a point, by which a curve may stray from its points
-RUN = 24  # points that one straight line may stand for
+MAX_STRAY = 2.5  # tenths of a point, by which a curve may stray from its points
+MAX_RUN = 24  # points that one straight line may stand for
 
 
 def _steps(path: str) -> str:
@@ -158,14 +158,14 @@ def _steps(path: str) -> str:
 
 
 def _straightened(points: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return the points without those that lie within `STRAY` of the line between the ones kept."""
+    """Return the points without those that lie within `MAX_STRAY` of the line between the ones kept."""
     kept, last, at = points[:1], 0, 2
     while at < len(points):
         (x, y), (to_x, to_y) = points[last], points[at]
         long = max(1.0, math.hypot(to_x - x, to_y - y))
         off = max(abs((to_x - x) * (q - y) - (to_y - y) * (p - x)) / long for p, q in points[last + 1 : at])
         back = any((p - x) * (to_x - p) + (q - y) * (to_y - q) < 0 for p, q in points[last + 1 : at])
-        if off > STRAY or back or at - last > RUN:
+        if off > MAX_STRAY or back or at - last > MAX_RUN:
             last = at - 1
             kept.append(points[last])
         at += 1

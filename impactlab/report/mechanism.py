@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAX_DRAWN = 6  # contacts whose beginning is drawn
-ROOM = 0.12  # of the size of the mechanism, around it
+MARGIN = 0.12  # of the size of the mechanism, around it
 
 
 def joints(history: AbstractHistory, mechanism: Mechanism, times: Array) -> Array:
@@ -64,7 +64,7 @@ def moving(
         drawn_at.append((line, places))
     every = np.concatenate([places.reshape(-1, 2) for _, places in drawn_at])
     low, high = every.min(axis=0), every.max(axis=0)
-    room = ROOM * float((high - low).max())
+    room = MARGIN * float((high - low).max())
     axis.set_xlim(low[0] - room, high[0] + room)
     axis.set_ylim(low[1] - room, high[1] + room)
     axis.set_aspect("equal")
@@ -97,7 +97,7 @@ def positions(history: AbstractHistory, scene: Scene, name: str) -> Figure:
     if mechanism.slide is not None:
         axis.axhline(mechanism.slide, color=MUTED, linewidth=0.6)
     axis.set_aspect("equal", adjustable="datalim")
-    axis.margins(ROOM)
+    axis.margins(MARGIN)
     axis.set_xlabel("x in m")
     axis.set_ylabel("y in m")
     axis.legend(loc="best", fontsize=8, frameon=False)

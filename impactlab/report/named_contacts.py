@@ -16,11 +16,11 @@ from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 MAX_FIGURES = 12  # contacts of a page that have figures of their own: more are not compared by eye
-ALIKE = 0.1  # share of the largest force, within which forces are alike
+FORCE_TOL = 0.1  # share of the largest force, within which forces are alike
 ZOOM = 0.2  # share of the run; all contact within less is drawn large
-SMALL = 1e-3  # share of the largest force: the front of a wave in a row of beads rises slowly from zero
+RISE_TOL = 1e-3  # share of the largest force: the front of a wave in a row of beads rises slowly from zero
 MARGIN = 0.5  # of the length of the contact, on each side of it where it is drawn large
-SHORTEST = 1e-3  # of the run: a single kick has no length
+MIN_ZOOM = 1e-3  # of the run: a single kick has no length
 
 
 class NamedContact(NamedTuple):
@@ -66,7 +66,7 @@ def with_figures(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
         return max(force.get(member, 0.0) for force in forces for member in (contact.name, *contact.members))
 
     between, loads = contacts[1:-1], [largest(contact) for contact in contacts[1:-1]]
-    level = np.round(np.array(loads) / ((max(loads) or 1.0) * ALIKE))
+    level = np.round(np.array(loads) / ((max(loads) or 1.0) * FORCE_TOL))
     chosen: list[int] = []
     for value in np.unique(level)[::-1]:
         same, room = np.flatnonzero(level == value), MAX_FIGURES - 2 - len(chosen)
@@ -134,14 +134,14 @@ def view_of(histories: Sequence[AbstractHistory], name: str, duration: float) ->
         return 0.0, duration
     ends = [each for each in (_loaded(history, name, duration) for history in histories) if each is not None]
     first, last = min((each[0] for each in ends), default=0.0), max((each[1] for each in ends), default=duration)
-    length = max(last - first, SHORTEST * duration)
+    length = max(last - first, MIN_ZOOM * duration)
     if length >= ZOOM * duration:
         return 0.0, duration
     return max(0.0, first - MARGIN * length), min(duration, last + MARGIN * length)
 
 
 def _loaded(history: AbstractHistory, name: str, duration: float) -> tuple[float, float] | None:
-    """Return the times [s] between which a contact carries a force above `SMALL`; None of one that never does.
+    """Return the times [s] between which a contact carries a force above `RISE_TOL`; None of one that never does.
 
     Of laws without a force those of the first and the last period of contact.
     """
@@ -151,5 +151,5 @@ def _loaded(history: AbstractHistory, name: str, duration: float) -> tuple[float
     first, last = min(span.start for span in spans), max(span.until(duration) for span in spans)
     times = np.linspace(first, last, HISTORY_POINTS)
     force = np.abs(force_of(history, name, times))
-    above = times[force > SMALL * float(np.nanmax(force, initial=0.0))]
+    above = times[force > RISE_TOL * float(np.nanmax(force, initial=0.0))]
     return (float(above[0]), float(above[-1])) if above.size else (first, last)

@@ -118,9 +118,9 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
     colours : mapping
         Name of a method to its colour.
     """
-    judged = [row for row in rows if row["summary"].get("errors")]
+    compared = [row for row in rows if row["summary"].get("errors")]
     values = {
-        name: [None if (v := row["summary"]["errors"].get(name)) is None else 100.0 * v for row in judged]
+        name: [None if (v := row["summary"]["errors"].get(name)) is None else 100.0 * v for row in compared]
         for name in ERRORS
     }
     values = {name: column for name, column in values.items() if any(v is not None for v in column)}
@@ -129,11 +129,11 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
     high = 10.0 ** (math.ceil(math.log10(max(known, default=1.0))) + 0.75)
     columns = across(3)
     rows_of_panels = max(1, -(-len(values) // columns))
-    margins = Margins(left=room_for(row["name"] for row in judged), across=0.2, down=0.45)
-    figure, panels = grid(rows_of_panels, columns, 0.25 * len(judged), margins, share=True)
+    margins = Margins(left=room_for(row["name"] for row in compared), across=0.2, down=0.45)
+    figure, panels = grid(rows_of_panels, columns, 0.25 * len(compared), margins, share=True)
     flat = [axis for row in panels for axis in row]
     for axis, (name, column) in zip(flat, values.items(), strict=False):
-        _dots(axis, column, [colours[row["name"]] for row in judged], low, high)
+        _dots(axis, column, [colours[row["name"]] for row in compared], low, high)
         axis.set_title(ERRORS[name][0])
         axis.set_title(f"[{ERRORS[name][1]}]", loc="right", fontsize=8, fontweight="normal", color=MUTED)
     for axis in flat[len(values) :]:
@@ -141,8 +141,8 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
     for axis in flat[max(0, len(values) - columns) : len(values)]:
         axis.tick_params(labelbottom=True)
     for row_of_panels in panels:
-        row_of_panels[0].set_yticks(range(len(judged)), [row["name"] for row in judged])
-        for label, row in zip(row_of_panels[0].get_yticklabels(), judged, strict=True):
+        row_of_panels[0].set_yticks(range(len(compared)), [row["name"] for row in compared])
+        for label, row in zip(row_of_panels[0].get_yticklabels(), compared, strict=True):
             label.set_color(colours[row["name"]])
     return figure
 

@@ -10,7 +10,8 @@ function firstFilm() { // of a comparison the exact answer, or the first run tha
 }
 const state = { duration: data.duration, time: 0.25 * data.duration, film: firstFilm(), stretch: 1, playing: false, off: new Set() };
 const RUN_SECONDS = 8; // of the screen, for a whole run at speed 1
-const ICON = 34; // px, of a mass or a wall
+const MAX_ICON = 34; // px, of a mass or a wall; less where many stand in a row
+const ICONS_SHARE = 0.7; // of the width, that masses and walls may take
 const SHORT = 0.03; // of the whole train: the load of shorter bodies does not widen the scale of colours
 const MANY = 10; // %, above which the axis of the energy balance is linear near zero only
 const ROUNDING = 1e-9; // of the axis of a signal: smaller values are shown as 0
@@ -100,7 +101,7 @@ const motion = (body, share, time) => {
 const whole = Math.max(...data.bodies.map((b) => b.x + b.length), 0);
 const icons = Math.max(...data.bodies.map((b) => b.icons + (b.length ? 0 : 1)), 0);
 const bends = data.bodies.some((body) => body.kind === "beam");
-let reach = 0, view = null;
+let reach = 0, view = null, icon = MAX_ICON;
 const STRETCHES = Array.from({ length: 22 }, (_, i) => [1, 2, 5][i % 3] * 10 ** Math.floor(i / 3));
 function measure() { // the largest motion, and the stretch at which it is seen
   for (const film of films) for (const body of data.bodies) {
@@ -121,8 +122,10 @@ function project(width) { // metres along the train to px, with the room that th
     high = Math.max(high, body.x + body.length + state.stretch * (body.gap + most));
   }
   const span = high - low || 1, margin = 26;
-  const scale = (width - PAD.left - PAD.right - 2 * margin - icons * ICON) / span;
-  return { width, scale, px: (x, before = 0) => PAD.left + margin + before * ICON + (x - low) * scale };
+  const room = width - PAD.left - PAD.right - 2 * margin;
+  icon = Math.min(MAX_ICON, ICONS_SHARE * room / Math.max(1, icons));
+  const scale = (room - icons * icon) / span;
+  return { width, scale, px: (x, before = 0) => PAD.left + margin + before * icon + (x - low) * scale };
 }
 function canvas(element, height) {
   const width = element.parentElement.clientWidth, ratio = devicePixelRatio || 1;
@@ -166,6 +169,7 @@ function pieceAt(body, share) {
 }
 const tall = (body, share) => 7 + (HALF - 7) * pieceAt(body, share);
 const faceOf = (body, share, time) => view.px(body.x, body.icons) + (share * body.length + state.stretch * motion(body, share, time)) * view.scale;
+const apart = (body) => bends ? 0 : state.stretch * body.gap * view.scale; // px, by the gaps at t = 0
 const heightOf = (body, share, time) => axis() - state.stretch * motion(body, share, time) * view.scale;
 function drawBar(body, time) {
   const { load } = films[state.film].bodies[body.name], cells = load ? load.n - 1 : 24;
@@ -213,9 +217,9 @@ function drawIcon(body, time) {
     return;
   }
   const meets = data.contacts.some((contact) => contact.left[0] === body.name); // its face is its right side
-  const x = faceOf(body, 0, time) + (meets ? ICON : 0), y = axis();
+  const x = faceOf(body, 0, time) + (meets ? icon : 0), y = axis();
   if (body.kind === "wall") hatch(x, y, HALF + 12, meets ? -1 : 1);
-  else { pen.beginPath(); pen.roundRect(meets ? x - ICON + 2 : x, y - size, ICON - 2, 2 * size, 3); pen.fill(); }
+  else { pen.beginPath(); pen.roundRect(meets ? x - icon + 2 : x, y - size, icon - 2, 2 * size, 3); pen.fill(); }
 }
 const byName = Object.fromEntries(data.bodies.map((body) => [body.name, body]));
 function contactAt(contact, time) { // px of the face of a contact in the scene
@@ -227,7 +231,7 @@ function contactAt(contact, time) { // px of the face of a contact in the scene
   }
   const side = left.body.length ? left : right.body.length ? right : left;
   const share = side.body.length ? side.x / side.body.length : 0;
-  return [faceOf(side.body, share, time) + (side.body.length ? 0 : ICON), axis()];
+  return [faceOf(side.body, share, time) + (side.body.length ? 0 : icon), axis()];
 }
 const isClosed = (number, time) => films[state.film].spans.some(([contact, start, end]) => contact === number && start <= time && time <= end);
 function column(field, k, time) { // one of the numbers of a field, between frames
@@ -277,7 +281,7 @@ function drawStage() {
   const rows = [-Infinity, -Infinity, -Infinity];
   for (const body of [...data.bodies].sort((a, b) => a.x + a.length / 2 - b.x - b.length / 2 || a.icons - b.icons)) {
     const place = body.beside && byName[body.beside];
-    const x = place ? view.px(place.x + body.at, place.icons) : view.px(body.x + body.length * (body.kind === "beam" ? 0.15 : 0.5), body.icons) + (body.length ? 0 : ICON / 2);
+    const x = place ? view.px(place.x + body.at, place.icons) : view.px(body.x + body.length * (body.kind === "beam" ? 0.15 : 0.5), body.icons) + (body.length ? 0 : icon / 2) + (place ? 0 : apart(body));
     const text = body.velocity ? `${body.name}, ${said(body.velocity, "m/s")}` : body.name;
     const half = pen.measureText(text).width / 2 + 5, mid = Math.max(half, Math.min(view.width - half, x));
     const free = rows.findIndex((end) => end < mid - half), row = Math.max(0, free);
@@ -317,10 +321,10 @@ function drawDiagram() {
     if (body.length || !u || body.kind === "wall") continue;
     const right = data.contacts.some((contact) => contact.left[0] === body.name);
     pen.strokeStyle = ink; pen.lineWidth = 1.6; pen.beginPath();
-    for (let k = 0; k < data.frames; k++) { const t = (k / (data.frames - 1)) * data.duration; pen.lineTo(faceOf(body, 0, t) + (right ? ICON : 0), timeY(t)); }
+    for (let k = 0; k < data.frames; k++) { const t = (k / (data.frames - 1)) * data.duration; pen.lineTo(faceOf(body, 0, t) + (right ? icon : 0), timeY(t)); }
     pen.stroke();
   }
-  const faces = data.contacts.map((contact) => { const long = [contact.left, contact.right].filter(([name]) => byName[name].length), side = long.find(([name]) => byName[name].kind === "beam") || long[0]; return side ? placeX(byName[side[0]], side[1]) : placeX(byName[contact.left[0]], 0) + ICON; }); // of two masses the right side of the left one
+  const faces = data.contacts.map((contact) => { const long = [contact.left, contact.right].filter(([name]) => byName[name].length), side = long.find(([name]) => byName[name].kind === "beam") || long[0]; return side ? placeX(byName[side[0]], side[1]) : placeX(byName[contact.right[0]], 0) + apart(byName[contact.right[0]]); }); // of two masses the face of the right one, beyond its gap at t = 0
   pen.strokeStyle = accent; pen.lineWidth = 3;
   for (const [contact, start, end] of film.spans) { pen.beginPath(); pen.moveTo(faces[contact], timeY(start)); pen.lineTo(faces[contact], Math.min(timeY(end), timeY(start) - 1)); pen.stroke(); }
   for (const [contact, time, kind] of film.events) {
@@ -343,7 +347,7 @@ function drawDiagram() {
     last = x;
     pen.beginPath(); pen.moveTo(x, bottom); pen.lineTo(x, bottom + 4); pen.stroke(); pen.fillText(short(tick), x, bottom + 7);
   }
-  pen.fillText(`place x [${unit.label}]`, (PAD.left + width) / 2, bottom + 25);
+  pen.fillText(long.length ? `place x [${unit.label}]` : "place", (PAD.left + width) / 2, bottom + 25);
   pen.save(); pen.translate(13, (top + bottom) / 2); pen.rotate(-Math.PI / 2); pen.fillText(`time t [${clock.label}]`, 0, -6); pen.restore();
   pen.textBaseline = "alphabetic";
 }
@@ -365,17 +369,17 @@ function readPanels(array) {
   for (const panel of data.panels) {
     const lines = panel.lines.map((each) => array(each.values));
     const largest = Math.max(...lines.map((values) => Math.max(...extremes(values).map(Math.abs))));
-    const judge = data.compared && panel.group !== "energy" && lines.length > 1 && data.methods[panel.lines.at(-1).method].colour === "ink";
-    const size = scaled(panel.unit, judge ? Math.max(...extremes(lines.at(-1)).map(Math.abs)) : largest);
-    plots.push({ panel, size, judge, largest, grid, lines: lines.map((values) => values.map((v) => v / size.size)) });
+    const byReference = data.compared && panel.group !== "energy" && lines.length > 1 && data.methods[panel.lines.at(-1).method].colour === "ink";
+    const size = scaled(panel.unit, byReference ? Math.max(...extremes(lines.at(-1)).map(Math.abs)) : largest);
+    plots.push({ panel, size, byReference, largest, grid, lines: lines.map((values) => values.map((v) => v / size.size)) });
   }
 }
 const paint = (plot, k) => { const each = plot.panel.lines[k], method = data.methods[each.method]; return css(data.compared || method.colour === "ink" ? method.colour : `c${k % 9}`); };
 function range(plot) { // of values: from the exact curve, so that spikes do not flatten all others
   return (u, low, high) => {
-    if (plot.judge && u.series.at(-1).show) [low, high] = extremes(plot.lines.at(-1));
+    if (plot.byReference && u.series.at(-1).show) [low, high] = extremes(plot.lines.at(-1));
     if (!(high > low)) return [low - 1, high + 1];
-    const room = (plot.judge ? 0.25 : 0.08) * (high - low);
+    const room = (plot.byReference ? 0.25 : 0.08) * (high - low);
     return [low - room, high + room];
   };
 }

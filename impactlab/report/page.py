@@ -112,7 +112,7 @@ def write_page(
 
 
 def _write_sources(folder: Path, provenance: Provenance) -> list[tuple[str, str]]:
-    """Write the case and what to cite into a folder; return the names and contents of these files."""
+    """Write the case and its sources into a folder; return the names and contents of these files."""
     written = []
     for name, content, text in (
         ("case.yaml", "the case as it was run", provenance.case_yaml),

@@ -47,13 +47,13 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
     """Return the figures of a comparison, those that show most first."""
     if not shown:
         return []
-    judged = any(trace.reference is not None for trace in shown)
+    compared = any(trace.reference is not None for trace in shown)
     reference = exact_of(shown)
     answer = signals.named(reference)
-    dark = f" The thin line is the {answer} answer." if judged else ""
+    dark = f" The thin line is the {answer} answer." if compared else ""
     known = [*([reference] if reference is not None else []), *(trace.history for trace in shown)]
     figures = [*probes(shown, scene, compared=True), *waves(known, scene)]
-    if judged:
+    if compared:
         words = (
             "Each dot is the error of one method in one norm, all on one logarithmic scale. Further left is better, "
             "bold is the best of a panel, a hollow dot lies below the scale. The ranking depends on the norm."

@@ -17,6 +17,7 @@ from impactlab.report.named_contacts import force_of, gap_of, members_of, view_o
 from impactlab.report.signals import Line, Panel, in_words, place_in_words
 from impactlab.report.style import (
     INK,
+    MARGINS,
     MAX_LABELS,
     MUTED,
     PALETTE,
@@ -50,14 +51,14 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 COLUMNS = 400  # of time over the width of a figure; in each a curve keeps its extremes
-DOWN = 0.8  # inches between rows of panels that each have a title and an axis of time
-CROWDED = 33  # letters of a name and its note that fit above a panel of three
+ROW_SPACING = 0.8  # inches between rows of panels that each have a title and an axis of time
+MAX_LETTERS = 33  # letters of a name and its note that fit above a panel of three
 HEADROOM = 1.3  # of the axis of forces over the exact peak; higher values are cut, and their height is written
 MAX_INSIDE = 6  # names inside a panel of more lines than `MAX_LABELS`
 HEADING = 0.2  # inches above panels of several methods for the name of the contact
-FLAT = 1e-3  # share of the largest force, below which a negative one is rounding
+FORCE_TOL = 1e-3  # share of the largest force, below which a negative one is rounding
 KICK_WINDOW = 1.0 / 60.0  # of the time drawn, over which the kicks of an impulse law are averaged to a force
-STILL = 0.01  # share of the widest gap below which the exact gap is no scale: faces that stay together
+GAP_TOL = 0.01  # share of the widest gap below which the exact gap is no scale: faces that stay together
 FLOOR = 1e-4  # %, differences below it are drawn there
 
 
@@ -108,7 +109,7 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     low, high = _extent([v for _, v in exact if v.size]) or _extent([v for _, v in lines if v.size]) or (0.0, 1.0)
     unit = scaled("N", max(high, -low))
     top = HEADROOM * high / unit.size
-    bottom = HEADROOM * low / unit.size if low < -FLAT * high else -0.04 * top
+    bottom = HEADROOM * low / unit.size if low < -FORCE_TOL * high else -0.04 * top
     scale = Scale(view, scaled("s", view[1]), unit, bottom, top)
     panels = [axis for row in axes for axis in row]
     for axis, trace, line, line_exact in zip(panels, traces, lines, exact, strict=False):
@@ -120,7 +121,7 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
         if not trips:
             note = f"{trace.name}, {note}" if note else trace.name
         axis.set_title(trace.name if trips else in_words(contact), color=trace.colour)
-        if columns < 3 or len(trace.name) + len(note) < CROWDED:
+        if columns < 3 or len(trace.name) + len(note) < MAX_LETTERS:
             axis.set_title(note, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
         else:
             axis.text(0.985, 0.8, note, fontsize=7.5, color=MUTED, transform=axis.transAxes, ha="right", va="top")
@@ -223,7 +224,8 @@ def signals(
         right=room_beside(names) if beside else 0.12,
         top=upper_margin(names if beside else ()),
         bottom=lower_margin(trips=compared),
-        down=DOWN,
+        across=MARGINS.left,  # as beside the first column: room for ticks such as -1000
+        down=ROW_SPACING,
     )
     figure, axes = grid(rows, columns, 1.7 if rows > 1 else 2.2, margins)
     start, end = view or (0.0, scene.duration)
@@ -309,17 +311,17 @@ def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
 
     In % of the largest reference value, on one logarithmic scale: a curve that only rises, so that methods stay apart.
     """
-    channels, judged = mass_channels(scene) + face_channels(scene), differences(traces)
+    channels, compared = mass_channels(scene) + face_channels(scene), differences(traces)
     columns = across(min(len(channels), 3))
     rows, trips = -(-len(channels) // columns), len(traces) > 1
-    names = [trace.name for trace in judged] if len(judged) > 1 else []
+    names = [trace.name for trace in compared] if len(compared) > 1 else []
     right = room_beside(names) if names else 0.12
-    margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=DOWN)
+    margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=ROW_SPACING)
     figure, axes = grid(rows, columns, 1.9, margins)
     flat, t, highest = [axis for row in axes for axis in row], page_times(scene.duration), 1.0
     for axis, channel in zip(flat, channels, strict=False):
         ends = []
-        for trace in judged:
+        for trace in compared:
             assert trace.reference is not None  # noqa: S101 - `differences` leaves only such traces
             exact = trace.reference.evaluate(t, channel)
             largest = float(np.max(np.abs(exact))) or 1.0
@@ -354,13 +356,13 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
     exact = thinned(times, gap_of(reference, contact, times), COLUMNS // 2) if reference else lines[0]
     low, high = float(exact[1].min()), float(exact[1].max())
     widest = (min(float(v.min()) for _, v in lines), max(float(v.max()) for _, v in lines))
-    if high - low < STILL * (widest[1] - widest[0]):
+    if high - low < GAP_TOL * (widest[1] - widest[0]):
         low, high = widest
     span = (high - low) or 1.0
     trips = len(traces) > 1
     names = [trace.name for trace in traces] if trips else []
     columns, right = across(2), room_beside(names) if names else 0.12
-    margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=DOWN)
+    margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=ROW_SPACING)
     figure, axes = grid(2 // columns, columns, 2.4, margins)
     views = ((in_words(contact), low - 0.08 * span, high + 0.08 * span), ("near zero", -0.025 * span, 0.08 * span))
     flat = [axis for row in axes for axis in row]

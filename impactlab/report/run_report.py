@@ -12,6 +12,7 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampling import MAX_FORCES, file_times
+from impactlab.metrics.collisions import sentence
 from impactlab.refine.reference_record import CONVERGED, Reference
 from impactlab.report import facts, fields, page_figures
 from impactlab.report.comparison import cell, comparison
@@ -65,7 +66,7 @@ def write_run(
         command="run",
         options="",
         kicker="impactlab · one run",
-        method=facts.method_facts(summary),
+        method=facts.method_facts(summary, facts.units_of(history)),
         findings=findings(summary),
         table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
         traces=[trace],
@@ -152,7 +153,7 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
         sentences.append(
             f"{link['name'].replace('|', ' and ')}{several}: {moved}{forces}, {facts.si(link['loss'], 'J')} taken."
         )
-    sentences += [f"Collision of {facts.collision(each)}." for each in summary["collisions"][:MAX_SENTENCES]]
+    sentences += [f"Collision of {sentence(each, facts.si)}." for each in summary["collisions"][:MAX_SENTENCES]]
     errors = summary["errors"]
     if errors and errors["mass_displacement"]:  # an exact run does not differ from itself
         off = cell(100 * errors["mass_displacement"])

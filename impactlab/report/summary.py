@@ -29,7 +29,7 @@ from impactlab.wall_time import REFERENCE, spent_on
 SCHEMA_VERSION = 1
 COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of runs that came to their end
 PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides those of its history
-VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is reported
+UNKNOWN_TOL = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is reported
 KNOWN_BY = {
     "peak_force": ("peak_force",),
     "force": ("force",),
@@ -120,12 +120,12 @@ def has_numbers(status: str | None) -> bool:
 def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict[str, Any]:
     """Return the errors against a reference, and the uncertainty of that reference.
 
-    A metric whose uncertainty in the reference is above `VAGUE` is None: the force of a converged answer may ring
+    A metric whose uncertainty in the reference is above `UNKNOWN_TOL` is None: the force of a converged answer may ring
     where its displacements have long converged.
     """
     found = metrics.errors(history, reference.name, reference.history, scene)
     for name, of_metrics in KNOWN_BY.items():
-        if reference.uncertainties.get(name, 0.0) > VAGUE:
+        if reference.uncertainties.get(name, 0.0) > UNKNOWN_TOL:
             found |= dict.fromkeys(of_metrics)
     return found | {"reference_uncertainty": reference.uncertainty}
 

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from impactlab.scene.bodies import Body, ElasticBody
 
 # Ratio of two quantities of one kind in one matrix; a factorisation loses as many digits of its sixteen.
-TOGETHER = 1e12
+MAX_RATIO = 1e12
 MAX_DOT = 5000  # numbers whose squares are summed by BLAS: of more it would wait for other threads
-NOTED = 6.0  # decades from which on a ratio is named as the likely cause
+NOTED_DECADES = 6.0  # decades from which on a ratio is named as the likely cause
 LOST = ("infs or NaNs", "Maximum allowed size", "not positive definite", "illegal value", "did not converge")
 
 LOST_DIGITS = (
@@ -92,9 +92,9 @@ def beyond(what: str, path: str, body: Body | None = None) -> CaseError:
     remedy = "Bring the sizes of masses, stiffnesses, dampings and times nearer to one another; check their units."
     if body is not None and body.elastic is not None:
         words, ratio, place = max(ratios(body.elastic), key=lambda each: abs(_decades(each[1])))
-        if abs(_decades(ratio)) > NOTED:
+        if abs(_decades(ratio)) > NOTED_DECADES:
             text += f"; furthest from the body's own is {words}: {ratio:.3g} times. Allowed: about "
-            text, path = text + f"{1.0 / TOGETHER:g} to {TOGETHER:g}", place
+            text, path = text + f"{1.0 / MAX_RATIO:g} to {MAX_RATIO:g}", place
     return CaseError(text, remedy=remedy, path=path)
 
 

@@ -91,7 +91,7 @@ def odd_speeds(scene: Scene) -> Iterator[str]:
             odd = [piece.wave_speed for piece in body.segments if not SOLID.least <= piece.wave_speed <= SOLID.most]
             yield (
                 f"bodies.{name}.material: the wave speed is {odd[0]:.4g} m/s, and that of solids lies between "
-                f"{SOLID.least:g} and {SOLID.most:g} m/s; is a unit missing, as in '210 GPa'?"
+                f"{SOLID.least:g} and {SOLID.most:g} m/s; is a unit missing, as in '210 GPa' or '7.85 g/cm^3'?"
             )
 
 

@@ -9,7 +9,7 @@ from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 from impactlab.scene.sizes import memory_limit
 
-MOST = 8  # results that are kept
+MAX_KEPT = 8  # results that are kept
 Made = TypeVar("Made")
 
 
@@ -43,5 +43,5 @@ class KeepsResults(Generic[Made]):
             return known[2]
         made = self._make(scene, method)
         if self._is_kept(made):
-            self._known = dict([*self._known.items(), (key, (scene, method, made))][-MOST:])
+            self._known = dict([*self._known.items(), (key, (scene, method, made))][-MAX_KEPT:])
         return made

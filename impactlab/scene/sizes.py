@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 MEMORY = 2e9  # bytes
 BUILT = 0.1  # of it, for the matrices and steppers of all bodies
-ASKED = 1e8  # bytes, from which the free memory of the machine is read
+FREE_MEMORY_CHECK = 1e8  # bytes, from which the free memory of the machine is read
 FRAMES = 0.1  # of it, for the states at the frames of a run
-CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
-FEWEST = 100  # records of a run
-NUMBER = 8.0  # bytes
+PER_CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
+MIN_RECORDS = 100  # records of a run
+BYTES = 8.0  # bytes
 NUMBERS_OF_ROWS = 2.0**18  # in the records of rows of beads of a short run, unless their number is given: 2 MB
 STEPS_A_RECORD = 32  # of rows of beads in a long run: a record takes as long as several steps
 
@@ -64,8 +64,8 @@ def available_memory() -> float | None:
 
 def fits(numbers: float, share: float = BUILT) -> bool:
     """Return whether `check_memory` allows these numbers without asking the machine: then no text is made."""
-    needed = NUMBER * numbers
-    return needed <= share * memory_limit() and needed <= ASKED
+    needed = BYTES * numbers
+    return needed <= share * memory_limit() and needed <= FREE_MEMORY_CHECK
 
 
 def check_memory(numbers: float, text: str, path: str, remedy: str, share: float = BUILT) -> None:
@@ -73,7 +73,7 @@ def check_memory(numbers: float, text: str, path: str, remedy: str, share: float
 
     ``text`` says which they are, as in: ``400 elements of order 3``.
     """
-    needed, allowed = NUMBER * numbers, share * memory_limit()
+    needed, allowed = BYTES * numbers, share * memory_limit()
     if not needed <= allowed:
         raise CaseError(
             f"{text} take about {in_bytes(needed)}. Allowed: {in_bytes(allowed)}",
@@ -81,7 +81,7 @@ def check_memory(numbers: float, text: str, path: str, remedy: str, share: float
             "IMPACTLAB_MEMORY, in bytes.",
             path=path,
         )
-    if needed > ASKED and (free := available_memory()) is not None and needed > share * free:
+    if needed > FREE_MEMORY_CHECK and (free := available_memory()) is not None and needed > share * free:
         raise CaseError(
             f"{text} take about {in_bytes(needed)}, and this machine has {in_bytes(free)} free. Allowed: "
             f"{in_bytes(share * free)}",
@@ -108,8 +108,8 @@ def default_records(scene: Scene, most: int) -> int:
 
     The limit is that of 2 GB, whatever ``IMPACTLAB_MEMORY`` is, so that the same case keeps the same.
     """
-    room = 0.5 * (1.0 - BUILT) * MEMORY / (2.0 * NUMBER * columns_of(scene))
-    return max(FEWEST, min(most, int(room)))
+    room = 0.5 * (1.0 - BUILT) * MEMORY / (2.0 * BYTES * columns_of(scene))
+    return max(MIN_RECORDS, min(most, int(room)))
 
 
 def kept_of_rows(scene: Scene, steps: int, columns: int) -> int:
@@ -119,7 +119,7 @@ def kept_of_rows(scene: Scene, steps: int, columns: int) -> int:
     """
     if scene.records not in (RECORDS, default_records(scene, RECORDS)):
         return scene.records
-    return min(scene.records, max(FEWEST, steps // STEPS_A_RECORD, int(NUMBERS_OF_ROWS / columns)))
+    return min(scene.records, max(MIN_RECORDS, steps // STEPS_A_RECORD, int(NUMBERS_OF_ROWS / columns)))
 
 
 def check_records(scene: Scene, steps: float, more: int = 0) -> None:
@@ -128,8 +128,8 @@ def check_records(scene: Scene, steps: float, more: int = 0) -> None:
     kept = min(steps, float(scene.records)) + 1.0
     if fits(2.0 * kept * columns, 1.0 - BUILT):
         return
-    fitting = int((1.0 - BUILT) * memory_limit() / (2.0 * NUMBER * columns))
-    remedy = f"Give {fitting} or fewer." if fitting >= FEWEST else "Give fewer bodies, contacts or probes."
+    fitting = int((1.0 - BUILT) * memory_limit() / (2.0 * BYTES * columns))
+    remedy = f"Give {fitting} or fewer." if fitting >= MIN_RECORDS else "Give fewer bodies, contacts or probes."
     check_memory(2.0 * kept * columns, f"{kept:.3g} records of {columns} numbers", "solve.records", remedy, 1.0 - BUILT)
 
 
@@ -149,11 +149,11 @@ def with_room(scene: Scene, state: int) -> Scene:
     """Return the scene with as many frames as fit into a tenth of the memory."""
     if not scene.frames:
         return scene
-    room = int(FRAMES * memory_limit() / (2.0 * NUMBER * max(1, state)))
+    room = int(FRAMES * memory_limit() / (2.0 * BYTES * max(1, state)))
     every = math.ceil(len(scene.frames) / room) if room else len(scene.frames) + 1
     return scene if every <= 1 else dataclasses.replace(scene, frames=scene.frames[::every] if room else ())
 
 
 def check_cells(cells: float, name: str) -> None:
     """Raise `CaseError` where a step gives a self-stepping body too many cells."""
-    check_memory(CELL * cells, f"{cells:.3g} steps in the transit of '{name}'", "solve.step", "Give a longer step.")
+    check_memory(PER_CELL * cells, f"{cells:.3g} steps in the transit of '{name}'", "solve.step", "Give a longer step.")

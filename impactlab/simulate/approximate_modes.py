@@ -29,7 +29,7 @@ MAX_INSTANTS = 4000  # of a force; more are added up in groups
 
 
 class Vibration(NamedTuple):
-    """Modes of a body in a run, and what a step of inverse iteration changes in them."""
+    """Modes of a body in a run, and their change by a step of inverse iteration."""
 
     basis: ReducedMesh
     iterated: Array  # (n_mesh_dof, n) shapes after that step

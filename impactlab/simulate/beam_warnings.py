@@ -12,7 +12,7 @@ from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.static_sag import warnings as sagging
 
-RESOLVED = 3.0  # time resolutions: a contact that is shorter has no shape and no impulse of its own
+MIN_RESOLUTIONS = 3.0  # time resolutions: a contact that is shorter has no shape and no impulse of its own
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -59,7 +59,11 @@ def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSp
 
 def _too_short(history: AbstractRecordedHistory, contact: Contact, spans: Sequence[ContactSpan]) -> Iterator[Warned]:
     """Warn of contacts in one collision that are shorter than a few time resolutions."""
+<<<<<<< HEAD
     limit = RESOLVED * history.facts_of(contact).resolution_of_all
+=======
+    limit = MIN_RESOLUTIONS * resolution(history, contact, beams=True)
+>>>>>>> k4
     together = memory(history.scene, (contact.left.body, contact.right.body))
     short, of = 0, 0
     for number, span in enumerate(spans):

@@ -250,7 +250,7 @@ class Rows(NamedTuple):
 
 
 class FieldRows(NamedTuple):
-    """What a field of a quantity is read with."""
+    """Rows with which a field of a quantity is read."""
 
     places: Array  # (n,) m
     rows: Rows  # of the quantity at each place
@@ -266,7 +266,7 @@ def rows_of(dense: Sequence[Array]) -> Rows:
 
 
 def _to_have(time: float, times: Array) -> str:
-    """Return what to do for a field at a time without a snapshot: of many, the nearest one is named."""
+    """Return the remedy for a field at a time without a snapshot; of many snapshots the nearest one is named."""
     if len(times) <= MAX_LISTED:
         return "Add the time to 'snapshots', or give equal ones: snapshots: {count: 200}."
     nearest = float(times[np.argmin(np.abs(times - time))])

@@ -9,7 +9,7 @@ import numpy as np
 
 from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.history.energy import LEAST_ENERGY
+from impactlab.history.energy import MIN_ENERGY
 from impactlab.history.frame import frames, in_frame, touched_in
 from impactlab.history.no_contact import no_contact
 from impactlab.mechanisms.model import LargestTurn, MechanismModel
@@ -315,7 +315,7 @@ def reference_energy(history: AbstractHistory) -> float:
     """
     book = history.energy
     found = book.at_stake or float(np.abs(book.total).max())
-    return found if found > LEAST_ENERGY else 1.0
+    return found if found > MIN_ENERGY else 1.0
 
 
 def check_momentum(

@@ -21,7 +21,7 @@ from impactlab.types import Array
 
 MIN_OPENING = 0.1  # round trips that faces are apart before a contact counts: a contact that chatters is one
 SHIFT_WARN = 0.2  # round trips by which the contacts of a run may have shifted the motion after them
-RESOLVED = 3.0  # time resolutions: a contact or an opening that is shorter may be one of the mesh
+MIN_RESOLUTIONS = 3.0  # time resolutions: a contact or an opening that is shorter may be one of the mesh
 MOVED_WARN = 2.0  # square mean displacements of a face, by impulses of contacts that are not resolved
 MIN_MOTION = 0.05  # of the motion of the body's other faces: a face that moves less is at rest
 INSTANTS = 2000  # of the displacement of a face, at most
@@ -170,7 +170,11 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
     passed, counts = dict[str, list[float]](), dict[str, tuple[int, int]]()
     for contact in scene.contacts:
         spans = _spans(history, contact)
+<<<<<<< HEAD
         found = list(_unresolved(spans, RESOLVED * (resolutions[contact.name] + history.facts_of(contact).delay)))
+=======
+        found = list(_unresolved(spans, MIN_RESOLUTIONS * (resolutions[contact.name] + _delay(history, contact))))
+>>>>>>> k4
         for point in contact.faces:
             body = scene.bodies[point.body]
             if not body.moves:

@@ -1,4 +1,4 @@
-"""A run by the exact solver, with what it refuses and what it warns of before it starts."""
+"""A run by the exact solver: its refusals, and its warnings before it starts."""
 
 from __future__ import annotations
 

@@ -38,7 +38,8 @@ from impactlab.simulate.pairing import (
     energy_bound,
 )
 from impactlab.simulate.stepping.closed_limit import check_closed
-from impactlab.simulate.stepping.messengers import check_messengers, check_step_of_face
+from impactlab.simulate.stepping.forces_at_start import forces_at_start
+from impactlab.simulate.stepping.messenger_errors import check_messengers, check_step_of_face
 from impactlab.simulate.stepping.opposed_faces import check_faces
 from impactlab.simulate.stepping.preparation import (
     BuiltBody,
@@ -53,7 +54,6 @@ from impactlab.simulate.stepping.preparation import (
     self_stepping,
     start_law,
 )
-from impactlab.simulate.stepping.pressed import forces_at_start
 from impactlab.types import Level, Start
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Plan:
     warnings: tuple[Warned, ...]
     march: adaptive.March | None = None  # of an adaptive run
     # Contact forces at t = 0 [N] by number of the contact, of schemes whose forces act at an instant.
-    pressed: Mapping[int, float] = field(default_factory=dict)
+    start_forces: Mapping[int, float] = field(default_factory=dict)
 
     body_numbers: float = 0.0  # that its bodies take in memory, about
 
@@ -197,8 +197,8 @@ def check_yielding(scene: Scene, method: Method, built: dict[str, BuiltBody]) ->
             continue
         if all(name in given or not scene.bodies[name].moves for name in names):
             raise CaseError(
-                f"nothing yields in {contact.name}: all links are rigid and move as their drives say, and law "
-                f"'{kind_of(law)}' finds its force from the motion that it changes",
+                f"no force can change the motion of the faces of {contact.name}: all links are rigid and follow their "
+                f"drives, and law '{kind_of(law)}' finds its force from a change of the motion",
                 remedy="Give a beam as a link, a mass instead of the wall, or a law of the gap, such as hertz.",
                 path=f"contacts.{number}",
             )
@@ -309,14 +309,21 @@ def _prepared(scene: Scene, method: Method, known: KnownBodies | None) -> Plan:
     pushes = pushes_of(scene, built, starts)
     check_closed(scene, laws_of(scene, acting), built, starts, pushes, integrator, dt)
     warnings += check_faces(scene, acting.laws, built, steppers, integrator, dt)
-    pressed = {} if integrator.load_point == 0.5 else forces_at_start(scene, laws_of(scene, acting), starts, built, dt)
-    if pushes or pressed:
-        steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses, pressed)
+    start_forces: dict[int, float] = {}
+    if integrator.load_point != 0.5:
+        start_forces = forces_at_start(scene, laws_of(scene, acting), starts, built, dt)
+    if pushes or start_forces:
+        steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses, start_forces)
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
     warnings += [*probe_warnings.warnings(scene, built), *load_warnings.warnings(scene, dt)]
     warnings += sawtooth.warnings(scene, acting, integrator, built, dt)
+<<<<<<< HEAD
     parts = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
     return Plan(*parts, pressed=pressed, body_numbers=numbers)
+=======
+    known = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
+    return Plan(*known, start_forces=start_forces)
+>>>>>>> k4
 
 
 def _started(
@@ -332,7 +339,7 @@ def _started(
     alike: dict[tuple[int, ...], tuple[AbstractContactLaw, Start]] = {}  # contacts of like beads under one law
     for number, contact in enumerate(scene.contacts):
         path, given = f"contacts.{number}.law", method.laws[contact.name]
-        own_steppers = (id(steppers[point.body]) for point in (contact.left, contact.right))
+        own_steppers = (id(steppers[point.body]) for point in contact.faces)
         key = (*own_steppers, *scene.places[number], id(given))
         if key in alike:
             laws[contact.name], start = alike[key]

@@ -28,7 +28,7 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
     nodes has one shear force, where there should be two: `with_nodes_at` says where a mesh has no node at a contact.
     """
     for name, body in scene.elastic.items():
-        model = _pressed(built[name])
+        model = _closed_model(built[name])
         lacking = _lacking(body, model)
         loads = {x for _, each in scene.met_by(name) for x in each.places_on(name)}
         loads |= {x for x, end in body.ends if end.is_loaded}
@@ -57,7 +57,7 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """
     scene, laws = history.scene, history.method.laws
     for name, body in scene.elastic.items():
-        model = _pressed(history.built[name])
+        model = _closed_model(history.built[name])
         if not body.bends:
             continue
         pressing = [each for _, each in scene.met_by(name) if not laws[each.name].hard]
@@ -88,7 +88,7 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
             )
 
 
-def _pressed(built: BuiltBody) -> AbstractDiscreteModel:
+def _closed_model(built: BuiltBody) -> AbstractDiscreteModel:
     """Return the model of a body in the coordinates that it has while its contact is closed."""
     return built.model if built.system.phases is None else built.system.phases.closed
 

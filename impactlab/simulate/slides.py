@@ -9,7 +9,7 @@ import numpy as np
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import AbstractRecordedHistory
 
-ACROSS = 0.9  # sine of the angle of a link to its slide, from which a lost run is laid to its reach
+MIN_SINE = 0.9  # sine of the angle of a link to its slide, from which a lost run is laid to its reach
 REACH_FURTHER = "Move the slide, or give longer links or a shorter run."
 
 
@@ -33,7 +33,7 @@ def out_of_reach(history: AbstractRecordedHistory, *, ended: bool = False) -> st
         if known.any() and (ended or not known.all()):
             number = -1 if known.all() else int(np.argmin(known)) - 1
             angle = float(angles.values[number])
-            if abs(np.sin(angle)) > ACROSS:
+            if abs(np.sin(angle)) > MIN_SINE:
                 return (
                     f"the slide of '{name}' is out of reach: link '{body.sliding}' stood across it, "
                     f"at {angle:.6g} rad, at t = {angles.times[number]:.6g} s"

@@ -18,7 +18,7 @@ from impactlab.casefile.document import parse_value
 from impactlab.casefile.edit import check_name, numbered, plain, refuse_unknown_body
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import shown
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError, unreadable
 from impactlab.sweeps.given_twice import refuse_removed, refuse_twice
 from impactlab.types import Array
 
@@ -28,7 +28,7 @@ MAX_POINTS = 10_000_000
 MAX_RANGE = 1_000_000  # values of one range
 MAX_CHECKED = 200  # numbers of an axis that are checked one by one, some milliseconds each
 MAX_KEPT_BODIES = 2000  # of all cases of an axis that are kept for its points, some 10 kB each
-SPREAD = 12  # numbers of a longer axis that are, evenly from the least to the largest
+SPREAD_NUMBERS = 12  # numbers of a longer axis that are, evenly from the least to the largest
 HALF_RANGE = re.compile(r"[-+]?[0-9.][^:,\[\]{}]*:[-+]?[0-9.][^:,\[\]{}]*")
 RANGE = re.compile(r"(?P<first>[^:]+):(?P<last>[^:]+):(?P<count>[0-9]{1,9})(?P<log>log)?")
 
@@ -212,7 +212,7 @@ def takes_whole(case: Case, path: str) -> bool:
 def spread(numbers: Array) -> list[int]:
     """Return places of the extremes of many numbers, of those nearest to zero on each side, and of some between."""
     order = np.argsort(numbers, kind="stable")
-    chosen = {int(order[round(k)]) for k in np.linspace(0, len(numbers) - 1, min(SPREAD, len(numbers)))}
+    chosen = {int(order[round(k)]) for k in np.linspace(0, len(numbers) - 1, min(SPREAD_NUMBERS, len(numbers)))}
     for side in (numbers < 0.0, numbers == 0.0, numbers > 0.0):
         there = np.flatnonzero(side)
         if len(there):
@@ -340,7 +340,9 @@ def read_points(file: Path) -> dict[str, list[Any]]:
         with file.open(newline="", encoding="utf-8-sig") as stream:
             header, *rows = [row for row in csv.reader(stream) if row]
     except (OSError, ValueError, csv.Error) as error:
-        raise CaseError(f"the points cannot be read: {error}", file=str(file), remedy="Give a CSV file.") from None
+        raise CaseError(
+            f"the points cannot be read: {unreadable(file, error)}", file=str(file), remedy="Give a CSV file."
+        ) from None
     columns: dict[str, list[Any]] = {}
     for number, heading in enumerate(header):
         named = re.fullmatch(r"\s*([^\s\[]+)\s*(?:\[([^\]]*)\])?\s*", heading)

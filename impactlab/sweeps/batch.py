@@ -45,7 +45,7 @@ else:  # compiled code, needed only where a batch starts
 
 LOG = logging.getLogger("impactlab")
 MIN_POINTS = 250  # of a batch: fewer are run in the time that it takes to set up
-TRIED = 2  # points that are also run on their own before the others
+TRIAL_POINTS = 2  # points that are also run on their own before the others
 ROUNDING = 1e-12  # of a share, such as an energy gain
 TRIED_TOL = 1e-9  # of the size of a quantity: a point that was tried may not differ by more
 
@@ -186,7 +186,7 @@ def _try(batch: Batch, count: int, asked: Sequence[WantedQuantity], single: Call
     values, served = batch.at(chosen)
     if not served.any():
         raise NotServed("none of the points that were tried")
-    for place in np.flatnonzero(served)[:TRIED].tolist():
+    for place in np.flatnonzero(served)[:TRIAL_POINTS].tolist():
         wanted = single(chosen[place])
         for each, table, own in zip(asked if wanted else (), values, wanted or (), strict=False):
             scale = float(np.max(np.abs(table[served]), initial=0.0, where=np.isfinite(table[served])))

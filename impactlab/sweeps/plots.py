@@ -195,9 +195,12 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
     figure, [[axes]] = grid(1, 1, 3.2, margins)
     axes.set_label(PANEL)
     unit = _scale(max(tables, key=lambda table: float(np.nanmax(np.abs(table.values), initial=0.0))))
-    is_counted = not unit.label and _whole(np.concatenate([table.values for table in tables])).size > 0
+    counts = _whole(np.concatenate([table.values for table in tables])) if not unit.label else np.array([])
+    is_counted = counts.size > 0
     if is_counted:
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+        if np.ptp(counts) < 2:  # ticks of a narrower axis would not be whole
+            axes.set_ylim(counts.min() - 1.0, counts.max() + 1.0)
     handles = []
     for number in sorted(range(len(tables)), key=lambda number: number in named):
         has_name = number in named

@@ -35,8 +35,8 @@ def reported_impulse_error(traced: Trace) -> float:
 
     Give a scene whose duration is a whole number of steps: contacts still closed are reported up to the end. Sums of
     forces reach the instant of the last momentum, in a leapfrog half a step before the end, in generalised-alpha half a
-    step after it; what the force of the next step gives from there to the end is added, as momenta at the end lie on
-    the line to that step. What a force at t = 0 gives before it, or still has to give, is not reported.
+    step after it; the impulse of the next step from there to the end is added, as momenta at the end lie on
+    the line to that step. The impulse of a force at t = 0 before it, or still to come, is not reported.
     """
     worst = 0.0
     late = traced.integrator.momentum_early * traced.dt
@@ -46,7 +46,7 @@ def reported_impulse_error(traced: Trace) -> float:
         joined = traced.history.method.laws[name].two_sided
         if joined or any(span.end is None for span in spans):
             given += late * float(after[number])
-        given -= late * traced.plan.pressed.get(number, 0.0)
+        given -= late * traced.plan.start_forces.get(number, 0.0)
         reported = traced.history.impulse_of(name) if joined else sum(span.impulse for span in spans)
         moved = float(np.abs(traced.forces[:, number]).sum()) * traced.dt if joined else given
         worst = max(worst, abs(reported - given) / moved if moved > 0.0 else abs(reported))

@@ -209,9 +209,9 @@ def of_law(part: AbstractContactLaw) -> Iterator[Measured]:
         book, bound = trace(impact).history.energy, energy_bound(*impact, integrator)
         remark = f"mass on a clamped rod, alpha 1, {kind_of(model)}, {kind_of(integrator)}"
         if not gained:
-            return Measured("", book.largest_loss, remark=remark + "; beyond what is booked as lost")
+            return Measured("", book.largest_loss, remark=remark + "; beyond the booked losses")
         ok = book.largest_gain <= bound
-        remark += "" if ok else "; `gains_energy` of the class declares what it may gain"
+        remark += "" if ok else "; the bound is `gains_energy` of the class"
         return Measured("", book.largest_gain, declared=bound, ok=ok, remark=remark)
 
     def order() -> Measured:

@@ -88,7 +88,7 @@ def read_vary(text: str) -> tuple[str, str]:
     if not equals or not path or not given:
         raise CaseError(
             f"--vary {shown(text)} is not PATH=DISTRIBUTION",
-            remedy="Write 'bodies.hammer.mass=normal(2 kg, 1 %)' or so.",
+            remedy="Write --vary 'bodies.hammer.mass=normal(2 kg, 1 %)', for example.",
         )
     return path, given
 

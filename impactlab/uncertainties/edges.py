@@ -17,7 +17,7 @@ from impactlab.uncertainties.distributions import Uncertain
 from impactlab.uncertainties.linear import at_means
 
 MIN_BEYOND = 1e-3  # probability beyond an edge that is worth a warning
-BEYOND = 1.25  # of the estimated distance to an edge: a run there confirms it
+EDGE_FACTOR = 1.25  # of the estimated distance to an edge: a run there confirms it
 PLACES = 8  # at which runs look for an edge, on each side: a sequence that holds for a shorter way may be missed
 HALVINGS = 11
 
@@ -54,7 +54,7 @@ def edges_within(case: Case, uncertain: Sequence[Uncertain], found: Sensitivitie
         row = next(row for row in found if row.parameter == number.path)
         for share, estimated in ((MIN_BEYOND, row.lower), (1.0 - MIN_BEYOND, row.upper)):
             end = float(number.shape.ppf(share))
-            likely = number.mean + BEYOND * (estimated - number.mean)
+            likely = number.mean + EDGE_FACTOR * (estimated - number.mean)
             places = np.linspace(number.mean, end, PLACES + 1)[1:].tolist()
             places += [likely] if abs(likely - number.mean) < abs(end - number.mean) else []
             places = [number.mean, *sorted(places, key=lambda place: abs(place - number.mean))]

@@ -22,7 +22,7 @@ class Estimate(NamedTuple):
         return 0.5 * (self.upper - self.lower)
 
 
-CONSTANT = 1e-10  # of the mean: a quantity that deviates less does not vary
+CONSTANT_TOL = 1e-10  # of the mean: a quantity that deviates less does not vary
 NOTHING = Estimate(math.nan)
 
 
@@ -42,7 +42,7 @@ class Spread(NamedTuple):
     @property
     def varies(self) -> bool:
         """Whether the values differ by more than rounding."""
-        return self.samples > 1 and self.deviation.value > CONSTANT * abs(self.mean.value)
+        return self.samples > 1 and self.deviation.value > CONSTANT_TOL * abs(self.mean.value)
 
     @property
     def name(self) -> str:

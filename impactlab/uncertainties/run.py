@@ -30,7 +30,7 @@ from impactlab.uncertainties.result import Uncertainty
 
 DEFAULT = derivatives.DEFAULT
 PERCENTS = (5.0, 50.0, 95.0)
-STOP, LEAVE_OUT = "stop", "leave_out"  # what failed points do to the indices
+STOP, LEAVE_OUT = "stop", "leave_out"  # effect of failed points on the indices
 
 
 def uncertainty(

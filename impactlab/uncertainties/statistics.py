@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactlab.types import Array
-from impactlab.uncertainties.records import CONSTANT, NOTHING, Estimate
+from impactlab.uncertainties.records import CONSTANT_TOL, NOTHING, Estimate
 
 LEVEL = 0.95  # of all intervals
 MIN_SEEN = 2  # marked points of each set, on average: of fewer the interval is the binomial one
@@ -99,7 +99,7 @@ def sobol_indices(sets: Sequence[Array]) -> list[tuple[Estimate, Estimate]]:
     """
     size = sets[0].shape[0] - 2
     every = np.concatenate(sets, axis=-1)[:2]
-    if every.shape[1] < 2 or not np.ptp(every) > CONSTANT * np.max(np.abs(every)):
+    if every.shape[1] < 2 or not np.ptp(every) > CONSTANT_TOL * np.max(np.abs(every)):
         return [(NOTHING, NOTHING)] * size
     rows = [[each[[0, 1, 2 + k]] for each in sets] for k in range(size)]
     return [(estimate(first_index, own), estimate(total_index, own)) for own in rows]

@@ -103,13 +103,13 @@ solve: {duration: 30 us, model: {kind: finite_element, elements: 50, mass: lumpe
 """
 
 
-def test_contacts_of_masses_are_drawn_where_these_meet(browser, tmp_path):
-    """A contact of two beads stood one bead too far to the left, on that of a bead with the body before it."""
-    (tmp_path / "beads.yaml").write_text(BEADS, encoding="utf-8")
-    written = CliRunner().invoke(app, ["run", str(tmp_path / "beads.yaml"), "--out", str(tmp_path / "out")])
+def contact_columns(browser, folder, case):
+    """Return the places [px] of the lines of contacts in the diagram of a case's page."""
+    (folder / "beads.yaml").write_text(case, encoding="utf-8")
+    written = CliRunner().invoke(app, ["run", str(folder / "beads.yaml"), "--out", str(folder / "out")])
     assert written.exit_code == 0, written.stderr
-    show(browser, tmp_path / "out" / "index.html")
-    columns = browser.execute_script(
+    show(browser, folder / "out" / "index.html")
+    return browser.execute_script(
         "const sheet = document.getElementById('diagram'), pen = sheet.getContext('2d');"
         "const [r, g, b] = [1, 3, 5].map((k) => parseInt(getComputedStyle(document.documentElement)"
         ".getPropertyValue('--accent').trim().slice(k, k + 2), 16));"
@@ -119,9 +119,33 @@ def test_contacts_of_masses_are_drawn_where_these_meet(browser, tmp_path):
         " if (data[i] === r && data[i + 1] === g && data[i + 2] === b) count += 1; }"
         " if (count > 20 && x - (found.at(-1) ?? -9) > 4) found.push(x); } return found;"
     )
+
+
+def test_contacts_of_masses_are_drawn_where_these_meet(browser, tmp_path):
+    """A contact of two beads stood one bead too far to the left, on that of a bead with the body before it."""
+    columns = contact_columns(browser, tmp_path, BEADS)
     apart = [b - a for a, b in itertools.pairwise(columns)]
     assert len(columns) == 4
     assert max(apart) - min(apart) <= 2
+
+
+def test_a_long_row_of_masses_fits_into_the_diagram(browser, tmp_path):
+    """Thirty beads were wider than the page: their motion was mirrored, and their lines lay on the axis of time."""
+    row = BEADS.replace("repeat: 3", "repeat: 30").replace("30 us", "600 us")
+    assert len(contact_columns(browser, tmp_path, row)) > 28  # of 31, each of which closes
+
+
+def test_a_contact_behind_a_gap_is_drawn_at_the_wall(browser, tmp_path):
+    """A ball falls 0.5 m: its contact was drawn where it starts, not where the floor is."""
+    drop = """
+schema_version: 1
+gravity: 9.81
+bodies: {ball: {kind: mass, mass: 1 kg}, floor: {kind: wall}}
+contacts: [{between: [ball, floor], gap: 0.5 m, law: {kind: penalty, stiffness: 2000.0}}]
+solve: {duration: 0.5 s, integrator: {kind: midpoint}, step: {dt: 1 ms}}
+"""
+    [column] = contact_columns(browser, tmp_path, drop)
+    assert column > 0.7 * browser.execute_script("return document.getElementById('diagram').width")
 
 
 def test_the_keyboard_alone_plays_moves_and_switches(pages, browser):

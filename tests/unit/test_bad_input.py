@@ -71,7 +71,7 @@ EDITS = [
         "    area: 9.0e-4",
         "    area: 9.0e-4\n    length: 0.4",
         9,
-        "bodies.rod.length: the key 'length' stands twice (first in line 7)",
+        "bodies.rod.length: the key 'length' is given twice (first in line 7)",
         "Keep one of the two.",
     ),
     (

@@ -216,5 +216,5 @@ def test_each_level_for_mechanisms_completes_or_is_refused_in_plain_words() -> N
             except ImpactlabError as error:
                 reasons.setdefault(name, []).append((error.text, bool(error.remedy)))
     assert not reasons.keys() & {"mechanism_steps", "mechanism_located", "mechanism_modes"}
-    assert all("counts on constant matrices" in text and remedy for text, remedy in reasons["mechanism_schemes"])
+    assert all("needs constant matrices" in text and remedy for text, remedy in reasons["mechanism_schemes"])
     assert reasons["mechanism_models"] == [("link 'arm' needs modes of a mesh", True)] * 3

@@ -56,7 +56,7 @@ def test_toml_has_lines_too():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("{a: 1, a: 2}", "the key 'a' stands twice"),
+        ("{a: 1, a: 2}", "the key 'a' is given twice"),
         ("? [a]\n: 1", "a key that is not a plain word"),
         ("%YAML 1.1\n---\na: 1", "a % directive"),
         ("a: !!float 3", "the tag"),
@@ -117,7 +117,7 @@ def test_brackets_in_texts_are_no_nesting():
 
 
 def test_json_that_is_refused():
-    with pytest.raises(CaseError, match="the key 'a' stands twice"):
+    with pytest.raises(CaseError, match="the key 'a' is given twice"):
         parse_json('{"a": 1, "a": 2}')
     with pytest.raises(CaseError, match="NaN is not a finite number"):
         parse_json('{"a": NaN}')

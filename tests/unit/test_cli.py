@@ -258,6 +258,9 @@ def test_cases_of_the_package_are_listed_printed_copied_and_run_by_name(tmp_path
     assert invoke("run", "two_rods", "--method", "continuous").exit_code == 0
     wrong = invoke("run", "two_rod")
     assert (wrong.exit_code, "Did you mean 'two_rods'?" in wrong.stderr) == (2, True)
+    Path("axial_impact.yaml").rename("mine.yaml")
+    without_ending = invoke("run", "mine")
+    assert (without_ending.exit_code, "Did you mean 'mine.yaml'?" in without_ending.stderr) == (2, True)
 
 
 def test_help_cuts_no_description():

@@ -314,3 +314,9 @@ def test_a_noisy_signal_does_not_hide_a_clean_one(case):
     alone, both = (il.fit(start, signals, BOUNDS)[STIFFNESS] for signals in (force, [force, speed]))
     assert both.lower < 2e8 < both.upper
     assert both.upper - both.lower < 1.2 * (alone.upper - alone.lower)
+
+
+def test_a_missing_table_is_refused_with_the_nearest_name(tmp_path):
+    (tmp_path / "data.csv").write_text("time [s],force [N]\n", encoding="utf-8")
+    with pytest.raises(CaseError, match=r"the file does not exist\. Did you mean 'data\.csv'\?"):
+        il.read_signals(tmp_path / "data.cvs", {"force [N]": FORCE})

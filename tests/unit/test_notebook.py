@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 import subprocess
 import sys
@@ -207,6 +208,17 @@ def test_faces_in_contact_touch_in_a_film(name: str, number: int) -> None:
         rod = figure.axes[0].get_lines()[0].get_xdata()
         assert low < min(rod.min(), rigid.get_x())
         assert max(rod.max(), rigid.get_x() + rigid.get_width()) < high
+
+
+def test_names_in_a_film_of_many_bodies_do_not_overlap() -> None:
+    bodies = {"striker": il.Mass(4e-3, velocity=1.0), "bead": il.Mass(4e-3, repeat=30), "wall": il.Wall()}
+    row = il.Chain(["striker", "bead", "wall"], {"kind": "hertz", "stiffness": 7e9})
+    solve = {"duration": "0.1 ms", "integrator": {"kind": "central_difference"}, "step": {"dt": "0.2 us"}}
+    figure, _, _ = animation.film(il.run(il.Case(bodies=bodies, contacts=[row], solve=solve), frames=240))
+    figure.canvas.draw()
+    names = [text.get_window_extent() for text in figure.axes[0].texts]
+    assert len(names) > 10
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(names, 2))
 
 
 def test_what_moves_is_all_that_changes_between_frames() -> None:

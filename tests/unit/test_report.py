@@ -385,10 +385,10 @@ def test_the_best_value_of_a_column_is_marked_once() -> None:
 def test_findings_name_the_best_the_worst_and_the_lost() -> None:
     document, _ = three()
     said = findings(document)
-    assert said[0].startswith("Of the stepped methods kicks comes closest in the displacement of the mass")
+    assert said[0].startswith("Of the stepped methods, kicks comes closest in the displacement of the mass")
     assert "poor is furthest off (30.0 %)" in said[0]
     assert "Every touch and opening, and no other, is found by good and poor." in said
-    assert said[-1] == "No result: lost; the table says why."
+    assert said[-1] == "No result: lost; the table gives the reasons."
 
 
 def test_the_scene_is_told_and_drawn() -> None:

@@ -16,7 +16,7 @@ from impactlab.plugins import kind_of
 from impactlab.printing import plain
 from impactlab.report.comparison import cell, comparison, table, table_rows
 from impactlab.report.console import summary_text
-from impactlab.report.facts import method_facts
+from impactlab.report.facts import method_facts, units_of
 from impactlab.report.summary import describe, extremes, summarise
 from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
@@ -282,11 +282,42 @@ def test_a_stepped_delay_line_is_not_said_to_be_solved_from_event_to_event() -> 
     assert dict(method_facts(exact))["model of rod"] == "continuous"
 
 
-def falling(duration: float, law: dict[str, Any], gravity: float) -> il.Case:
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        ({"kind": "bilinear", "stiffness": 1e9, "restitution": 0.8}, "bilinear (stiffness 1 GN/m, restitution 0.8)"),
+        ({"kind": "hertz", "stiffness": 2e8}, "hertz (stiffness 200 MN/m^1.5, exponent 1.5)"),
+        ({"kind": "penalty", "stiffness": 1e4, "damping": 5.0}, "penalty (stiffness 10 kN/m, damping 5 N·s/m)"),
+        (
+            {
+                "kind": "specimen",
+                "length": "8 mm",
+                "area": 5e-5,
+                "young": "70 GPa",
+                "flow": {"yield_stress": "300 MPa"},
+            },
+            "specimen (length 8 mm, area 5e-05 m², young 70 GPa, "
+            "flow linear_flow (yield_stress 300 MPa, hardening 0 Pa), tension false)",
+        ),
+        (
+            {"kind": "smith", "capacity": "2 kN", "quake": "2.5 mm", "damping": 0.2, "tension": False},
+            "smith (capacity 2 kN, quake 2.5 mm, damping 0.2 s/m, rule smith, tension false, set 0 m)",
+        ),
+    ],
+)
+def test_options_of_laws_have_their_units(law: dict[str, Any], words: str) -> None:
+    case = falling(0.03, law, 0.0, gap=0.0).with_("solve.integrator", {"kind": "midpoint"})
+    history = il.run(case)
+    shown = dict(method_facts(summarise("falling", case.scene(), history), units_of(history)))
+    assert shown["contact law"].replace("\N{NO-BREAK SPACE}", " ") == words
+
+
+def falling(duration: float, law: dict[str, Any], gravity: float, gap: float | None = None) -> il.Case:
     """Return a mass of 1 kg at 1 m/s before a wall, in steps of 0.03 s."""
+    apart = gap if gap is not None else 0.1 if gravity == 0.0 else 1.0
     return il.Case(
         bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
-        contacts=[il.Contact("ball", "wall", law, gap=0.1 if gravity == 0.0 else 1.0)],
+        contacts=[il.Contact("ball", "wall", law, **({"gap": apart} if apart else {}))],
         solve={"duration": duration, "step": {"dt": 0.03}},
         gravity=gravity,
     )

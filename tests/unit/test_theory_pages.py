@@ -1,8 +1,9 @@
-"""The pages docs/theory/*.md: every block of Python beside a formula runs, and its assertions hold."""
+"""The pages docs/theory/*.md: their blocks of Python run, and their constants are those of the code."""
 
 from __future__ import annotations
 
 import re
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -25,3 +26,28 @@ def test_formulas_hold(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     names: dict[str, Any] = {}
     for block in blocks:
         exec(compile(block, name, "exec"), names)
+
+
+def value_of(text: str) -> float:
+    """Return a constant of the table in SI: ``0.54 ms``, ``1/30 s``, ``200 000``."""
+    number, _, unit = text.partition(" ") if not text.replace(" ", "").isdecimal() else (text.replace(" ", ""), "", "")
+    over, _, under = number.partition("/")
+    return float(over) / float(under or 1.0) * {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6}[unit]
+
+
+TABLE_ROW = r"^\| (`[A-Z_`, ]+`) \| ([^|]+) \|[^|]+\| ([^|]+) \|$"
+CONSTANTS = re.findall(TABLE_ROW, PAGES["error-estimates"], flags=re.MULTILINE)
+
+
+def test_the_table_lists_constants() -> None:
+    assert len(CONSTANTS) > 40
+
+
+@pytest.mark.parametrize(("names", "values", "files"), CONSTANTS, ids=[each[0] for each in CONSTANTS])
+def test_constants_have_the_values_of_the_table(names: str, values: str, files: str) -> None:
+    named = [each.removesuffix(".py").replace("/", ".") for each in re.findall(r"`([^`]+)`", files)]
+    modules = [import_module(f"impactlab.{each if '.' in each else f'refine.{each}'}") for each in named]
+    for name, value in zip(re.findall(r"\w+", names), values.split(", "), strict=True):
+        found = [getattr(module, name) for module in modules if hasattr(module, name)]
+        assert found, f"{name} is not in {files}"
+        assert found[0] == pytest.approx(value_of(value.strip()), rel=1e-3)

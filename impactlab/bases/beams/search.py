@@ -11,7 +11,7 @@ from impactlab.bases.beams.waves import MIN_SQUARE
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_PART
 from impactlab.types import Array
 
-CLAMPED, PINNED, FREE = 0, 1, 2  # what holds the end at 1
+CLAMPED, PINNED, FREE = 0, 1, 2  # support of the end at 1
 ODD, EVEN, BOTH = 0, 1, 2  # fields about 0; both where the end at -1 is clamped
 MAX_ROUNDS = 200  # halving every fourth time exceeds double precision
 HALVED_EVERY = 4  # rounds, where false positions leave one end

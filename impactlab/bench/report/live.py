@@ -20,7 +20,7 @@ UPWARDS: tuple[tuple[str, str, Callable[[Row, SceneRows], float | None]], ...] =
     ("energy lost", "energy lost without a booking, share of the reference energy", lambda row, _: row.energy_loss),
     ("force oscillation", "total variation of the force in excess, in peaks", lambda row, _: row.force_oscillation),
 )
-"""Title, label and value of what a run can be placed by; the errors come first."""
+"""Title, label and value of each axis of the diagram; the errors come first."""
 SIDEWAYS: tuple[tuple[str, str, Callable[[Row], float | None]], ...] = (
     ("time to solve", "s", CLOCKS["solve"]),
     ("time with set-up", "s", CLOCKS["total"]),

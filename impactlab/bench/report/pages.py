@@ -80,9 +80,9 @@ MAP = (
     "that meets the tolerance in displacement and impulse there, by time to solve; a dot is the fastest itself."
 )
 PROFILE = (
-    "For each method, in what share of the scenes it meets the tolerance in displacement and impulse within a given "
-    "multiple of the fastest method's time. High at the left: often the fastest; high at the right: reliable. Scenes "
-    "that a method refuses or fails count as not met (performance profiles, Dolan and Moré 2002)."
+    "For each method, the share of the scenes in which it meets the tolerance in displacement and impulse within a "
+    "given multiple of the fastest method's time. High at the left: often the fastest; high at the right: reliable. "
+    "Scenes that a method refuses or fails count as not met (performance profiles, Dolan and Moré 2002)."
 )
 
 

@@ -14,8 +14,8 @@ from impactlab.bench.schema import Row, settings_of
 
 NOT_UNIFORM = ("two_material", "stepped")
 """In the names of cases whose rods are not uniform: on them dt = h/c makes nothing exact."""
-ORDINARY = 0.9  # c dt/h of a sibling
-TYPICAL = 100  # elements of the level that is shown
+SIBLING_COURANT = 0.9  # c dt/h of a sibling
+SHOWN_ELEMENTS = 100  # elements of the level that is shown
 
 
 class Pair(NamedTuple):
@@ -42,7 +42,7 @@ class Line(NamedTuple):
 
 def pairs(scene: SceneRows) -> list[tuple[str, list[Pair]]]:
     """Return for every method on the special grid its rows and their siblings, level by level."""
-    siblings = [row for row in scene.rows if row.courant == ORDINARY]
+    siblings = [row for row in scene.rows if row.courant == SIBLING_COURANT]
     found = []
     for family in scene.families:
         on_grid = [Pair(row, _sibling(row, siblings)) for row in family.rows if row.special]
@@ -85,7 +85,7 @@ def _lines(scenes: Sequence[SceneRows], others: Sequence[SceneRows]) -> list[Lin
 
 def _typical(listed: Sequence[Pair]) -> Pair:
     """Return the pair whose mesh is nearest to the typical one."""
-    return min(listed, key=lambda pair: abs(math.log((pair.special.elements or 1) / TYPICAL)))
+    return min(listed, key=lambda pair: abs(math.log((pair.special.elements or 1) / SHOWN_ELEMENTS)))
 
 
 NOTE = (

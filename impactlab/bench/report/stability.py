@@ -10,7 +10,7 @@ from pathlib import Path
 from impactlab.bench.report import sheets
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.sheets import Sheet, headings
-from impactlab.bench.report.verdicts import WRONG, Verdict, faults, result_warnings, verdict, worst_error
+from impactlab.bench.report.verdicts import ERROR_WARN, Verdict, faults, result_warnings, verdict, worst_error
 from impactlab.bench.report.write import STABILITY, replaced
 from impactlab.bench.schema import Row
 from impactlab.report.page import rendered
@@ -52,11 +52,11 @@ def report(rows: Sequence[Row]) -> list[Block]:
     codes = Codes(rows)
     counts = Counter(verdict(row) for row in rows)
     summary = (
-        f"{len(rows)} rows: {counts[Verdict.RIGHT]} right to {100 * WRONG:.0f} % (✓), {counts[Verdict.WARNED]} wrong "
-        f"by more with a warning (w), {counts[Verdict.UNKNOWN]} without a reference (?), {counts[Verdict.REFUSED]} "
-        f"refused (r), {counts[Verdict.FAILED]} failed (F), {counts[Verdict.VIOLATION]} violations (!). A percentage "
-        "is the larger error of displacement and impulse; codes such as r1 and F1 stand for the reasons listed at the "
-        "end; the word behind w is the warning."
+        f"{len(rows)} rows: {counts[Verdict.RIGHT]} right to {100 * ERROR_WARN:.0f} % (✓), {counts[Verdict.WARNED]} "
+        f"wrong by more with a warning (w), {counts[Verdict.UNKNOWN]} without a reference (?), "
+        f"{counts[Verdict.REFUSED]} refused (r), {counts[Verdict.FAILED]} failed (F), {counts[Verdict.VIOLATION]} "
+        "violations (!). A percentage is the larger error of displacement and impulse; codes such as r1 and F1 stand "
+        "for the reasons listed at the end; the word behind w is the warning."
     )
     found = [[row.scene, row.method, fault] for row, fault in faults(rows)]
     blocks: list[Block] = [

@@ -7,7 +7,7 @@ from enum import Enum
 
 from impactlab.bench.schema import Row
 
-WRONG = 0.2  # error of displacement or impulse from which a completed run must carry a warning about its result
+ERROR_WARN = 0.2  # error of displacement or impulse from which a completed run must carry a warning about its result
 MAX_IMBALANCE = 0.02  # of the momentum in play, read between the records; the run itself checks it to 1e-9
 MAX_GAIN = 0.05  # of the reference energy: a larger gain must carry a warning
 OF_RESULTS = (
@@ -33,7 +33,7 @@ class Verdict(Enum):
     """The outcome of a method on a scene, with the mark that stands for it."""
 
     RIGHT = "✓"
-    WARNED = "w"  # completed, wrong by more than `WRONG`, with a warning
+    WARNED = "w"  # completed, wrong by more than `ERROR_WARN`, with a warning
     UNKNOWN = "?"  # completed in good order, without a reference
     REFUSED = "r"
     FAILED = "F"
@@ -55,7 +55,7 @@ def violations(row: Row) -> Iterator[str]:
     """Yield the violations of a row in words.
 
     A run is completed, refused with a reason and a remedy, or failed with a reason and the time it reached. A completed
-    run keeps momentum and warns of energy that it gained; where its result is off by more than `WRONG` of the
+    run keeps momentum and warns of energy that it gained; where its result is off by more than `ERROR_WARN` of the
     reference, a warning gives the reason.
     """
     if row.status in ("hung", "crashed"):
@@ -74,7 +74,7 @@ def violations(row: Row) -> Iterator[str]:
         if row.momentum_error is not None and row.momentum_error > MAX_IMBALANCE:
             yield f"momentum and impulses differ by {100.0 * row.momentum_error:.2g} %"
         error = worst_error(row)
-        if error is not None and error > WRONG and not result_warnings(row):
+        if error is not None and error > ERROR_WARN and not result_warnings(row):
             yield f"wrong by {100.0 * error:.2g} % without a warning"
 
 
@@ -87,7 +87,7 @@ def verdict(row: Row) -> Verdict:
     error = worst_error(row)
     if error is None:
         return Verdict.UNKNOWN
-    return Verdict.WARNED if error > WRONG else Verdict.RIGHT
+    return Verdict.WARNED if error > ERROR_WARN else Verdict.RIGHT
 
 
 def faults(rows: Sequence[Row]) -> list[tuple[Row, str]]:

@@ -23,7 +23,7 @@ from impactlab.exact.batch.reading import (
 )
 from impactlab.exact.batch.writing import DENSITY, LENGTH, MASS, round_trip, velocity_of
 from impactlab.exact.periods import CONTACT, IMPULSE, SPAN_COLUMNS, START, STOP, finish_span
-from impactlab.history.energy import LEAST_ENERGY
+from impactlab.history.energy import MIN_ENERGY
 from impactlab.history.noise_floor import EARLY, MIN_OPENING, MIN_SHARE
 from impactlab.metrics.collisions import MIN_APPROACH
 from impactlab.metrics.third_bodies import MAX_SHARE
@@ -285,4 +285,4 @@ def balance(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, grou
         if m.contacts[c].damping > 0.0:
             error += contact_loss(m, c, t)
     scale = at_stake(m, q, p, spans, count, start, work, group)
-    return (error - work) / (scale if scale > LEAST_ENERGY else 1.0)
+    return (error - work) / (scale if scale > MIN_ENERGY else 1.0)

@@ -21,8 +21,8 @@ from impactlab.exact.tangents.run import Solved
 from impactlab.types import Array
 
 SAME_RATE = 1.0e-9  # of g'' dt/dp: a smaller derivative of the rate is rounding
-FAR = 1.0e8  # of the size of a parameter: an edge beyond is one of rounding
-NOTHING = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
+MAX_EDGE_DISTANCE = 1.0e8  # of the size of a parameter: an edge beyond is one of rounding
+ZERO_TOL = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
 NO_GAP = 1.0e-12  # of the way at the largest velocity: faces with a smaller gap touch
 NO_MOTION = 1.0e-10  # the same, of a change of the gap over that of the parameter: a smaller one is rounding
 END_SLACK = 4.0  # merge tolerances between the end of a run and a front that counts as at the end
@@ -53,7 +53,7 @@ def edges(solved: Solved, parameter: int) -> list[Edge]:
     found = [*_events(solved, parameter)]
     for contact in range(len(solved.log.contacts)):
         found += [*_misses(solved, parameter, contact), *_rests(solved, parameter, contact)]
-    reach = FAR * float(solved.tangents.scale[parameter])
+    reach = MAX_EDGE_DISTANCE * float(solved.tangents.scale[parameter])
     return sorted((edge for edge in found if abs(edge.distance) < reach), key=lambda edge: abs(edge.distance))
 
 
@@ -168,7 +168,7 @@ def _misses(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
     events, scale = solved.log.events[: int(solved.log.state["events"])], float(solved.tangents.scale[parameter])
     times = events["time"][events["contact"] == contact]
     floors = {
-        closed: NOTHING * max((float(np.max(np.abs(p.f))) for p in pieces if p.closed == closed), default=0.0)
+        closed: ZERO_TOL * max((float(np.max(np.abs(p.f))) for p in pieces if p.closed == closed), default=0.0)
         for closed in (True, False)
     }
     before: Piece | None = None

@@ -40,7 +40,7 @@ from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 
-RESOLVED = 1.0e-15  # of the largest coefficient: tail of a tangent that needs no more of them
+TAIL_TOL = 1.0e-15  # of the largest coefficient: tail of a tangent that needs no more of them
 
 
 @EXACT_PART
@@ -175,7 +175,7 @@ def massive(m: MarchArrays, d: TangentArrays, q: int, j: int, i: int, half: floa
         largest = 0.0
         for k in range(order):
             largest = max(largest, abs(out[k]))
-        if order == ORDER or tail(out, order) <= max(RESOLVED * largest, floor):
+        if order == ORDER or tail(out, order) <= max(TAIL_TOL * largest, floor):
             break
         order = ORDER
     kept = chopped(out, order, floor)

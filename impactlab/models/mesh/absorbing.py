@@ -39,7 +39,7 @@ def laid_out(beam: Beam, elements: int, lumped: bool, duration: float = 0.0) -> 
     """Return the elements of a beam, with an absorbing layer beyond each infinite end.
 
     The layer is twice as long as the beam at least, and 16 times the way (EI/(rho A))^(1/4) sqrt(t) that bending
-    spreads in the ``duration`` t [s] of the run: what is longer than its damping takes up is then too slow to come
+    spreads in the ``duration`` t [s] of the run: waves longer than those that it absorbs are then too slow to come
     back. Where the beam shears, half the way of the fastest front is enough. Over its length l the drag of the rotation
     per length grows as sqrt(rho A EI) s^4, s from 0 to 1, and the retardation time of the material as 0.001 l^2
     sqrt(rho A/EI) s^3. A drag of the rotation damps all waves alike, over a number of their lengths, and leaves
@@ -117,8 +117,8 @@ def _lengths(beam: Beam, length: float, h: float, elements: int, lumped: bool) -
         x += found[-1]
     if len(found) > MAX_ELEMENTS:
         raise CaseError(
-            f"the layer that absorbs waves at the infinite end of '{beam.name}' is {length:.3g} m long, as the run "
-            f"lasts, and needs more elements than allowed. Allowed: {MAX_ELEMENTS}",
+            f"the layer that absorbs waves at the infinite end of '{beam.name}' must be {length:.3g} m long in a run "
+            f"of this duration, and would need more than {MAX_ELEMENTS} elements. Allowed: {MAX_ELEMENTS}",
             remedy="Give fewer elements, a shorter duration, a consistent mass, or model continuous.",
             path=f"bodies.{beam.name}.ends",
         )

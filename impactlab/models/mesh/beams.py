@@ -334,7 +334,7 @@ class BeamMesh(AbstractMesh):
                 raise buckled(self.beam) from None
             raise CaseError(
                 f"the preload of {-self.beam.tension:.6g} N buckles '{self.beam.name}': its stiffness is not positive",
-                remedy="Give a smaller compression, or hold the beam better.",
+                remedy="Give a smaller compression, or a stiffer support.",
                 path=f"bodies.{self.beam.name}.tension",
             ) from None
 

@@ -17,8 +17,8 @@ import numpy as np
 from impactlab.scene.bodies.pieces import End, Segment
 from impactlab.types import Array
 
-RIGID = 1e-9  # of the highest frequency that the lowest may be: strains below are 1e-18 of the displacements
-ABOVE = 1.0 + 1e-6  # times a bound that may be reached: rounding of a phase is far below pi times 1e-6
+RIGID_TOL = 1e-9  # of the highest frequency that the lowest may be: strains below are 1e-18 of the displacements
+BOUND_FACTOR = 1.0 + 1e-6  # times a bound that may be reached: rounding of a phase is far below pi times 1e-6
 
 
 class SteadyState(NamedTuple):
@@ -95,12 +95,12 @@ class SteadyRod:
         if not any(end.kind in ("clamped", "spring") for end in (self.left, self.right)):
             return 0.0
         # The lowest frequency of a segment clamped at both ends, which that of a uniform rod so held is.
-        highest = ABOVE * math.pi / min(segment.length / segment.wave_speed for segment in self.segments)
-        if self._ahead(RIGID * highest) >= 0.0:  # so slow that it moves as a mass on its springs
+        highest = BOUND_FACTOR * math.pi / min(segment.length / segment.wave_speed for segment in self.segments)
+        if self._ahead(RIGID_TOL * highest) >= 0.0:  # so slow that it moves as a mass on its springs
             ends = (self.left, self.right)
             mass = sum(each.mass for each in self.segments) + sum(end.value for end in ends if end.kind == "mass")
             return math.sqrt(sum(end.value for end in ends if end.kind == "spring") / mass)
-        return float(brentq(self._ahead, RIGID * highest, highest, xtol=1e-14 * highest, rtol=1e-14))
+        return float(brentq(self._ahead, RIGID_TOL * highest, highest, xtol=1e-14 * highest, rtol=1e-14))
 
     def _ahead(self, rate: float) -> float:
         """Return by how much the phase at the right end exceeds that of its support, at a frequency [rad/s]."""

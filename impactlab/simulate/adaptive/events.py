@@ -29,7 +29,7 @@ class ContactInStep:
         self.system, self.interpolant, self.number = system, interpolant, number
         self.contact = system.contacts[number]
 
-    def pressed(self, gap: float, rate: float) -> float:
+    def closed_indicator(self, gap: float, rate: float) -> float:
         """Return a number that is positive exactly where faces overlap and the law pushes; continuous."""
         overlap = -gap / self.system.travel
         if gap >= 0.0:
@@ -40,10 +40,10 @@ class ContactInStep:
         """Return the law's signed force [N]."""
         return float(self.contact.evaluate(gap, rate).trial)
 
-    def nears(self, gap: float, rate: float) -> float:
-        """Return `pressed`, its sign such that positive means a change."""
-        pressed = self.pressed(gap, rate)
-        return -pressed if self.contact.closed else pressed
+    def change_indicator(self, gap: float, rate: float) -> float:
+        """Return `closed_indicator`, its sign such that positive means a change."""
+        closed = self.closed_indicator(gap, rate)
+        return -closed if self.contact.closed else closed
 
     def at(self, function: Callable[[float, float], float]) -> Callable[[float], float]:
         """Return a function of gap and rate as one of time."""
@@ -55,7 +55,7 @@ class ContactInStep:
         return of_time
 
 
-def crest(function: Callable[[float], float], times: Array, values: Array) -> tuple[float, float]:
+def maximum(function: Callable[[float], float], times: Array, values: Array) -> tuple[float, float]:
     """Return time and value of a maximum, interpolated between samples."""
     from scipy.optimize import minimize_scalar
 
@@ -71,13 +71,13 @@ def crest(function: Callable[[float], float], times: Array, values: Array) -> tu
     return max((float(found.x), -float(found.fun)), (float(times[i]), float(values[i])), key=lambda both: both[1])
 
 
-def hidden(nears: Callable[[float], float], times: Array, values: Array) -> float | None:
+def hidden_change(indicator: Callable[[float], float], times: Array, values: Array) -> float | None:
     """Return a time at which a contact changed between samples, or None."""
     bulge = float(np.max(np.abs(np.diff(values, 2))))
     # A phase begins with zero: a crest there is its own beginning.
     if float(np.max(values)) + bulge <= NOISE or (np.argmax(values) == 0 and abs(values[0]) <= NOISE):
         return None
-    time, top = crest(nears, times, values)
+    time, top = maximum(indicator, times, values)
     return time if top > NOISE and time > times[0] else None
 
 
@@ -93,23 +93,34 @@ def first_change(system: System, interpolant: Any, begin: float, end: float) -> 
     changes = []
     for number in range(len(system.contacts)):
         watch = ContactInStep(system, interpolant, number)
-        values = np.array([watch.nears(float(g), float(r)) for g, r in zip(gaps[number], rates[number], strict=True)])
-        nears = watch.at(watch.nears)
+        values = np.array(
+            [watch.change_indicator(float(g), float(r)) for g, r in zip(gaps[number], rates[number], strict=True)]
+        )
+        indicator = watch.at(watch.change_indicator)
         beyond = 1 + np.flatnonzero(values[1:] > NOISE)
-        high = float(times[beyond[0]]) if beyond.size else hidden(nears, times, values)
+        high = float(times[beyond[0]]) if beyond.size else hidden_change(indicator, times, values)
         if high is None:
             continue
         before = int(np.searchsorted(times, high)) - 1
         low, below = float(times[before]), float(values[before])
         if before == 0 and abs(below) <= NOISE:  # both ends of a phase before the first sample: between them a dip
-            dip = minimize_scalar(nears, bounds=(low, high), method="bounded", options={"xatol": 1e-6 * (high - low)})
+            dip = minimize_scalar(
+                indicator, bounds=(low, high), method="bounded", options={"xatol": 1e-6 * (high - low)}
+            )
             low, below = (float(dip.x), float(dip.fun)) if dip.fun < 0.0 else (low, below)
         if below >= 0.0:
             changes.append(Change(low, number))
-        elif nears(low) < 0.0 < nears(high):  # one instant alone is read with other rounding than all at once
-            # A force may jump where it begins; then the bracket, not the value, gives its time.
+        # One instant alone is read with other rounding than all at once. A force may jump where it begins; then the
+        # bracket, not the value, gives its time.
+        elif indicator(low) < 0.0 < indicator(high):
             time, _ = brentq(
-                nears, low, high, xtol=max(ROOT_TOL * (end - begin), 1e-300), maxiter=200, full_output=True, disp=False
+                indicator,
+                low,
+                high,
+                xtol=max(ROOT_TOL * (end - begin), 1e-300),
+                maxiter=200,
+                full_output=True,
+                disp=False,
             )
             changes.append(Change(float(time), number))
     return min(changes, default=None)
@@ -123,4 +134,4 @@ def largest_force(system: System, interpolant: Any, number: int, begin: float, e
     values = np.array([watch.force(float(g), float(r)) for g, r in zip(gaps[number], rates[number], strict=True)])
     if values.max() < 0.98 * known:
         return known
-    return max(known, crest(watch.at(watch.force), times, values)[1])
+    return max(known, maximum(watch.at(watch.force), times, values)[1])

@@ -9,7 +9,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.simulate.stepping.preparation import law_raised
 from impactlab.types import MEMORY, Port, Reply, Start
 
-OVERFLOWN = 1e150  # N or J: no step that meets it is accepted, and its square is still a number
+OVERFLOW = 1e150  # N or J: no step that meets it is accepted, and its square is still a number
 
 
 def memory_of(record: Any) -> int:
@@ -43,7 +43,7 @@ class InstantContact:
     def evaluate(self, gap: float, rate: float) -> Reply:
         """Return the reply at a gap [m] and rate [m/s], valid until the next call.
 
-        A trial stage of a step that is far too long may reach an overlap whose force overflows: it is then `OVERFLOWN`,
+        A trial stage of a step that is far too long may reach an overlap whose force overflows: it is then `OVERFLOW`,
         so that the solver rejects the step and takes a shorter one.
         """
         port, reply = self.port, self.reply
@@ -55,7 +55,7 @@ class InstantContact:
         try:
             self._respond(port, reply)
         except OverflowError:
-            reply.force = reply.trial = reply.stored = OVERFLOWN
+            reply.force = reply.trial = reply.stored = OVERFLOW
         except Exception as raised:
             raise LawFailed(law_raised(self._law, self._name, raised)) from raised
         if reply.failed:

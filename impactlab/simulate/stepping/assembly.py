@@ -43,7 +43,7 @@ from impactlab.simulate.stepping.response_ranges import describe, write_ranges
 from impactlab.simulate.stepping.unfilled import addresses_without
 from impactlab.types import Array, Ints, Port, Reply
 
-MANY = 100  # contacts, from which the room for events is that of a few steps
+MANY_CONTACTS = 100  # contacts, from which the room for events is that of a few steps
 MIN_EVENTS = 512  # room for events between two returns of the loop
 MAX_COPIED = 2e6  # bytes of the arrays of an assembly that is kept for the next run
 COPIED: Mapping[str, type[Any]] = {
@@ -165,7 +165,7 @@ class Assembly:
         self.clock.changes = int(any(stepper.columns is not None for stepper in layout.steppers.values()))
         self.clock.bead_columns = layout.first_probe - layout.first_bead_force
         located = self.method.events == "located"
-        per_contact = 1024 if located else 256 if len(scene.contacts) <= MANY else 16
+        per_contact = 1024 if located else 256 if len(scene.contacts) <= MANY_CONTACTS else 16
         self.events, events = records(EventRecord, max(MIN_EVENTS, per_contact * len(scene.contacts)))
         room = (4 if located else 1) * (per_run + 8) + 256
         samples = self.steps // self.sample_stride + 8

@@ -179,7 +179,7 @@ def step_hertz(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: i
     before, after = all_lanes(force[first - 1]), lanes_at(u, first)
     for place in range(0, size, LANES):
         at = first + place
-        # Neighbours are moved in registers: what two stores of the step before have written takes long to be read.
+        # Neighbours are moved in registers: values from two stores of the step before take long to be read.
         here, after = after, lanes_at(u, at + LANES)
         overlap = larger_lanes(here - before_first(here, after) - lanes_at(gap, at), none)
         forces = lanes_at(stiffness, at) * overlap * roots_of_lanes(overlap)
@@ -262,7 +262,7 @@ def step_row(m: BeadArrays, row: BeadRowRecord, step: int, dt: float) -> int:
             else:
                 large |= step_power(m, row, start, size, step, dt)
         start += size
-    if row.gained != 0.0:  # gravity has moved the ghosts, and what is behind the row
+    if row.gained != 0.0:  # gravity has moved the ghosts, and the slots behind the row
         none, last = all_lanes(0.0), row.first + n_slots
         m.beads[U, row.first] = m.beads[V, row.first] = 0.0
         put_lanes(m.beads[U], last, none)

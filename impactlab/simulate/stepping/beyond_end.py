@@ -101,8 +101,8 @@ def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | Non
     reach = OUT_OF_REACH * max(1.0, *(body.length for body in assembly.scene.bodies.values()))
     for place, (contact, port) in enumerate(zip(other.contacts, other.ports, strict=True)):
         law = assembly.acting.laws[assembly.layout.contacts[place].name]
-        pressed = law.answers_force and (port.in_contact > 0.0 or contact.force != 0.0 or contact.impulse != 0.0)
-        if contact.joined or (place not in late and pressed):
+        touching = law.answers_force and (port.in_contact > 0.0 or contact.force != 0.0 or contact.impulse != 0.0)
+        if contact.joined or (place not in late and touching):
             continue
         left, right = other.faces[2 * place], other.faces[2 * place + 1]
         if law.hard or contact.initial_gap + right.u - left.u + port.offset >= 0.0:

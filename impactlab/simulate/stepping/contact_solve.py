@@ -26,7 +26,7 @@ from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, pre
 
 MAX_SWEEPS = 5000  # over the coupled laws of several contacts
 MIN_SWEEPS = 3  # before Newton steps
-SLOW = 0.5  # of a change left by the next sweep, from which sweeps are slow: of a chain of n contacts 1 - (pi/n)^2
+SLOW_RATIO = 0.5  # of a change left by the next sweep, above which sweeps are slow; for n contacts 1 - (pi/n)^2
 MAX_SLOW_SWEEPS = 20  # before Newton steps in any case
 MAX_NEWTON_TURNS = 100  # each followed by one more sweep
 ROUNDING_TOL = 1e-12  # of the largest impulse: a smaller change that Newton steps do not halve is rounding
@@ -296,7 +296,7 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
         if turns > 0 and (repeated or change <= GIVEN_TOL * given):
             break  # the remainder is rounding, which Newton steps repeat
         backwards = False
-        if turns > 0 or sweep >= MAX_SLOW_SWEEPS or (sweep >= MIN_SWEEPS and change > SLOW * before):
+        if turns > 0 or sweep >= MAX_SLOW_SWEEPS or (sweep >= MIN_SWEEPS and change > SLOW_RATIO * before):
             turns += 1
             if turns == 1:
                 take_up(m)

@@ -86,7 +86,7 @@ def write_rates(m: StepArrays, group: DamperRecord) -> None:
 
 @PART
 def add_kicks(m: StepArrays, group: DamperRecord) -> None:
-    """Add what impulses at the start of the step give to the rates of the lengths there."""
+    """Add the effect of impulses at the start of the step to the rates of the lengths there."""
     for number in range(len(m.faces)):
         face = m.faces[number]
         given = face.sign * m.contacts[number // 2].impulse
@@ -134,7 +134,7 @@ def read_lengths(m: StepArrays) -> None:
 def book_dashpots(m: StepArrays, dt: float) -> None:
     """Book the losses in all dashpots over a step."""
     clock = m.clock[0]
-    before = flush_subnormals()  # squares of what modes that fade away still move by
+    before = flush_subnormals()  # squares of the small motions of modes that fade away
     for number in range(len(m.dampers)):
         group = m.dampers[number]
         damping = window(m.dashpots[DAMPING], group.first, group.count)

@@ -273,7 +273,8 @@ class RecordedHistory(AbstractRecordedHistory):
 
         In leapfrog that is half a step of the force at t = 0; generalised-alpha lacks as much.
         """
-        return self._integrator.momentum_early * self.assembly.dt * self.assembly.layout.plan.pressed.get(number, 0.0)
+        force = self.assembly.layout.plan.start_forces.get(number, 0.0)
+        return self._integrator.momentum_early * self.assembly.dt * force
 
     def _peak_at_end(self, number: int, start: float, last: float, peak: float) -> float:
         """Return the peak [N] of a contact from ``start`` [s] that goes on at the end of the run.
@@ -364,7 +365,7 @@ class RecordedHistory(AbstractRecordedHistory):
         events: list[Event] = []
         spans: list[ContactSpan] = []
         started: dict[int, float] = {}
-        early = {number: self._before_start(number) for number in assembly.layout.plan.pressed}
+        early = {number: self._before_start(number) for number in assembly.layout.plan.start_forces}
         kicks: dict[int, list[tuple[float, float]]] = {}
         for time, number, kind, impulse, span_impulse, peak in self._raw:
             name = contacts[number].name

@@ -324,7 +324,7 @@ def start(m: StepArrays, dt: float) -> None:
                     face.free_u = face.u - dt * face.v
             evaluate(m, number, 0.0, 1.0)
             contact.load_point = load_point
-            for k in range(MEMORY):  # a contact that yields at t = 0 has yielded before; what it stores may be lost
+            for k in range(MEMORY):  # a contact that yields at t = 0 has yielded before; its stored energy may be lost
                 m.ports[number].memory[k] = m.replies[number].memory[k]
     fill_influence(m)
     if len(m.phases) > 0:

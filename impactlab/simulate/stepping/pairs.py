@@ -15,7 +15,7 @@ ReadOn = Mapping[str, Mapping[int, Sequence[Ints]]]
 """Entries of a body's state that its faces are read from, by name of the body and number of the face."""
 
 
-FEW = 4  # faces of a body that are compared one by one: the two of a bead in a chain of thousands
+MAX_ONE_BY_ONE = 4  # faces of a body that are compared one by one: the two of a bead in a chain of thousands
 
 
 def find_pairs(
@@ -45,7 +45,7 @@ def find_pairs(
             for contact in together:
                 found[contact] |= together
             continue
-        if len(read) <= FEW:
+        if len(read) <= MAX_ONE_BY_ONE:
             _add_few(found, faces, read)
             continue
         numbers = np.array(list(read))

@@ -107,6 +107,7 @@ def prepare_steppers(
     dt: float,
     pushes: Sequence[Push] = (),
     impulses: bool = True,
+<<<<<<< HEAD
     pressed: Mapping[int, float] = NOTHING,
     same: Mapping[str, Stepper] = NOTHING,
 ) -> dict[str, Stepper]:
@@ -114,6 +115,14 @@ def prepare_steppers(
 
     Without ``impulses`` their columns in a mechanism stay those at t = 0. ``pressed`` are the contact forces at t = 0
     [N], by the number of the contact. Steppers that are the ``same`` as in a scene before are taken as they are.
+=======
+    start_forces: Mapping[int, float] = MappingProxyType({}),
+) -> dict[str, Stepper]:
+    """Return the steppers of bodies; ports are their faces in the order of the contacts, pushed rows, loads over time.
+
+    Without ``impulses`` their columns in a mechanism stay those at t = 0. ``start_forces`` are contact forces at t = 0
+    [N], by the number of the contact.
+>>>>>>> k4
     """
     points = [contact.faces for contact in scene.contacts]
     pushed: dict[str, list[Push]] = {}
@@ -126,7 +135,11 @@ def prepare_steppers(
             steppers[name] = same[name]
             continue
         touching = scene.touching.get(name, ())
-        held = [pressed.get(number, 0.0) * (1.0 if side else -1.0) for number, side in touching] if pressed else []
+        held = (
+            [start_forces.get(number, 0.0) * (1.0 if side else -1.0) for number, side in touching]
+            if start_forces
+            else []
+        )
         alike = (id(system), len(touching), sum(held)) if _is_plain(body) else None
         if alike in rigid and name not in pushed:
             steppers[name] = rigid[alike]
@@ -257,8 +270,8 @@ def start_law(law: AbstractContactLaw, facts: Facts, contact: str, path: str, dt
     ):
         if len(given) > room:
             raise PairingError(
-                f"the law has {len(given)} {name}; there is room for {room}",
-                remedy="This is a fault of the law, not of the case: it must keep to the room.",
+                f"the law has {len(given)} {name}. Allowed: up to {room}",
+                remedy="This is a fault of the law, not of the case: fix its `begin`.",
                 path=path,
             )
     return start

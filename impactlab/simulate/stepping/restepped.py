@@ -47,7 +47,7 @@ def restepped(plan: Plan, scene: Scene, method: Method) -> Plan | None:
         Where the step is too long for a body, or too short for the run.
     """
     integrator, built = plan.integrator, plan.built
-    if integrator is None or integrator.load_point == 0.0 or plan.pressed:
+    if integrator is None or integrator.load_point == 0.0 or plan.start_forces:
         return None  # an explicit step, or a force at t = 0, whose size the step sets
     if any(isinstance(body.model, DelayChain) for body in built.values()):
         return None

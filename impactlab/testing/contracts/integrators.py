@@ -129,7 +129,9 @@ class IntegratorContract:
         rest = (begun.state - stepper.state)[2 * n_dof :]
         # Products of six coordinates in two orders.
         error = float(np.max(np.abs(response[2 * n_dof :] - rest), initial=0.0))
-        at_most(error, 1e-13 * float(np.max(np.abs(rest), initial=0.0)), "the error of what follows from displacements")
+        at_most(
+            error, 1e-13 * float(np.max(np.abs(rest), initial=0.0)), "the error of values derived from displacements"
+        )
 
     def largest_after(self, dt: float, steps: int) -> float:
         """Return how many times its start a free motion in the highest mode has grown."""

@@ -172,7 +172,7 @@ class LawContract:
     def test_apart_its_reply_is_zero_if_declared(self) -> None:
         """After any contact, in two steps that begin and end apart: a run does not evaluate it in further ones.
 
-        The first may book what the contact had stored.
+        The first may book the stored energy of the contact.
         """
         if not self.part.zero_apart:
             return

@@ -80,7 +80,7 @@ class LinkContract(LawContract):
         from_whole = self.part
         try:
             piece = from_whole.divided(4)
-        except Exception as error:  # noqa: BLE001 - what it raises is looked at
+        except Exception as error:  # noqa: BLE001 - its error is examined
             assert "cannot be shared" in str(error)  # noqa: PT017 - plain asserts, outside of pytest
             return
         random = np.random.default_rng(7)

@@ -213,7 +213,7 @@ class MechanismContract(EquationsContract):
 
     def test_its_readings_have_names_of_their_own(self) -> None:
         names = [reading.name for reading in self.part.readings]
-        assert len(set(names)) == len(names), f"a name stands twice in {', '.join(names)}"
+        assert len(set(names)) == len(names), f"a name is given twice in {', '.join(names)}"
         assert all(name.isidentifier() for name in names), f"names are words of letters, digits and _, not {names}"
         assert any(not reading.is_angle for reading in self.part.readings), "no reading is a position: nothing can meet"
 
