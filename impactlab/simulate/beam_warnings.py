@@ -59,11 +59,7 @@ def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSp
 
 def _too_short(history: AbstractRecordedHistory, contact: Contact, spans: Sequence[ContactSpan]) -> Iterator[Warned]:
     """Warn of contacts in one collision that are shorter than a few time resolutions."""
-<<<<<<< HEAD
-    limit = RESOLVED * history.facts_of(contact).resolution_of_all
-=======
-    limit = MIN_RESOLUTIONS * resolution(history, contact, beams=True)
->>>>>>> k4
+    limit = MIN_RESOLUTIONS * history.facts_of(contact).resolution_of_all
     together = memory(history.scene, (contact.left.body, contact.right.body))
     short, of = 0, 0
     for number, span in enumerate(spans):

@@ -170,11 +170,9 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
     passed, counts = dict[str, list[float]](), dict[str, tuple[int, int]]()
     for contact in scene.contacts:
         spans = _spans(history, contact)
-<<<<<<< HEAD
-        found = list(_unresolved(spans, RESOLVED * (resolutions[contact.name] + history.facts_of(contact).delay)))
-=======
-        found = list(_unresolved(spans, MIN_RESOLUTIONS * (resolutions[contact.name] + _delay(history, contact))))
->>>>>>> k4
+        found = list(
+            _unresolved(spans, MIN_RESOLUTIONS * (resolutions[contact.name] + history.facts_of(contact).delay))
+        )
         for point in contact.faces:
             body = scene.bodies[point.body]
             if not body.moves:

@@ -94,7 +94,7 @@ class Plan:
         """Its bodies, which plans of other scenes take over where they are the same; None where they are large."""
         if not 0 < len(self.built) <= MAX_COMPARED or self.body_numbers > MAX_KEPT:
             return None
-        steppers = {} if self.pushes or self.pressed else self.steppers
+        steppers = {} if self.pushes or self.start_forces else self.steppers
         return KnownBodies(self.scene, self.method.models, self.built, self.integrator, self.dt, steppers)
 
     @cached_property
@@ -317,13 +317,8 @@ def _prepared(scene: Scene, method: Method, known: KnownBodies | None) -> Plan:
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
     warnings += [*probe_warnings.warnings(scene, built), *load_warnings.warnings(scene, dt)]
     warnings += sawtooth.warnings(scene, acting, integrator, built, dt)
-<<<<<<< HEAD
     parts = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
-    return Plan(*parts, pressed=pressed, body_numbers=numbers)
-=======
-    known = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
-    return Plan(*known, start_forces=start_forces)
->>>>>>> k4
+    return Plan(*parts, start_forces=start_forces, body_numbers=numbers)
 
 
 def _started(

@@ -107,22 +107,13 @@ def prepare_steppers(
     dt: float,
     pushes: Sequence[Push] = (),
     impulses: bool = True,
-<<<<<<< HEAD
-    pressed: Mapping[int, float] = NOTHING,
+    start_forces: Mapping[int, float] = NOTHING,
     same: Mapping[str, Stepper] = NOTHING,
 ) -> dict[str, Stepper]:
     """Return the steppers of bodies; ports are their faces in the order of the contacts, pushed rows, loads over time.
 
-    Without ``impulses`` their columns in a mechanism stay those at t = 0. ``pressed`` are the contact forces at t = 0
-    [N], by the number of the contact. Steppers that are the ``same`` as in a scene before are taken as they are.
-=======
-    start_forces: Mapping[int, float] = MappingProxyType({}),
-) -> dict[str, Stepper]:
-    """Return the steppers of bodies; ports are their faces in the order of the contacts, pushed rows, loads over time.
-
     Without ``impulses`` their columns in a mechanism stay those at t = 0. ``start_forces`` are contact forces at t = 0
-    [N], by the number of the contact.
->>>>>>> k4
+    [N], by the number of the contact. Steppers that are the ``same`` as in a scene before are taken as they are.
     """
     points = [contact.faces for contact in scene.contacts]
     pushed: dict[str, list[Push]] = {}
