@@ -17,7 +17,7 @@ from impactlab.refine.convergence import (
     finest_error,
 )
 from impactlab.refine.cost import ALIKE_S
-from impactlab.refine.description import MAX_ALONE_S, MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
+from impactlab.refine.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.distances import counted, difference, distances
 from impactlab.refine.smooth_touch import error_alone, order_share
 from impactlab.scene.method import Method, Simulation, laws_of
@@ -27,6 +27,7 @@ MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the t
 MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
 MIN_SAVING = 1.6  # the same where choosing takes longer than that
 MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
+MIN_SAVING_ALONE = 1.4  # the same where one run states its error, so that little was spent
 ESTIMATE_S = 4e-4  # s, of an estimate of errors, and of a run beside its set-up and steps
 DESCRIBED_S = 3e-4  # s, of describing a scene
 MIN_LEFT = 0.1  # of a tolerance, beside an error that is stated
@@ -78,22 +79,26 @@ def choosing_s(study: Study) -> float:
     return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
 
 
-def holds_alone(study: Study, asked: Simulation) -> bool:
-    """Return whether the only level keeps the tolerance by its own records; then its error is set."""
+def holds_alone(study: Study, level: Level, asked: Simulation) -> bool:
+    """Return whether a level keeps the tolerance by its own records; then its error is set.
+
+    The next one is as fine as is needed for that; none follows one that holds where little is saved.
+    """
     description, tolerance = study.description, allowed(asked.method)
-    if len(study.levels) != 1 or math.isinf(description.alone):
+    if math.isinf(description.alone) or not _resolves_contacts(level.history, asked):
         return False
-    (level,) = study.levels
-    if description.seconds(level.fineness) > MAX_ALONE_S:
+    by_steps, unseen = error_alone(level.history, asked), description.unseen(level.fineness, level.history)
+    if math.isinf(by_steps) or unseen > MAX_UNSEEN * tolerance:
         return False
-    error = error_alone(level.history, description.error(level.fineness))
-    if error > tolerance or not _resolves_contacts(level.history, asked):
-        return False
-    error += description.unseen(level.fineness, level.history)
-    if error > tolerance:
-        return False
-    level.error, level.reason, study.closed = error, "", DONE
-    return True
+    needed = MARGIN * level.fineness * math.pow(by_steps / (tolerance - unseen), 1.0 / description.order)
+    holds = by_steps + unseen <= tolerance
+    if holds:
+        level.error, level.worst, level.reason, level.alone = by_steps + unseen, "", "", True
+    study.next = description.whole(max(description.min_fineness, math.ceil(needed)))
+    saves = description.seconds(level.fineness) > MIN_SAVING_ALONE * description.seconds(study.next)
+    if holds and (not saves or any(each.fineness == study.next for each in study.levels)):
+        study.closed = DONE
+    return holds
 
 
 def estimate_errors(study: Study, asked: Simulation) -> None:
@@ -106,7 +111,7 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     study.magnified = magnified_by_touches(description, finest, errors[-1][0])
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
-        level.worst = worst if error >= least else ""
+        level.worst, level.alone = worst if error >= least else "", False
         unseen_here = unseen  # the same modes in all runs
         if not description.alike:
             unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
