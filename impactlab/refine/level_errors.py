@@ -49,6 +49,7 @@ UNEVEN_SAFETY = 3.0  # of descriptions whose errors fall unevenly, as fronts fal
 UNEVEN_MARGIN = 1.5  # on the distance of their runs from the finest: two runs that are wrong alike lie close together
 NOT_CONVERGING = "does not converge to the tolerance"
 MAX_UNMAGNIFIED = 10.0  # times its predicted error, up to which that of a run is not magnified by touches
+MIN_FALLING = 4  # runs, from which an error that falls no more shows no further magnification
 MAX_UNSEEN = 0.6  # of a tolerance, beside which the errors that runs show have no room
 UNSEEN = "the error that its runs have in common is too large"
 DONE = "done"  # of a study that needs no further level
@@ -108,7 +109,10 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     study.order_share = order_share(description, [level.history for level in levels], asked)
     errors, by_order = _extrapolated(levels, asked, description, study.order_share)
     least = _distance_to_check(study) if min(errors)[0] <= tolerance else 0.0
-    study.magnified = magnified_by_touches(description, finest, errors[-1][0])
+    magnified = magnified_by_touches(description, finest, errors[-1][0])
+    if len(levels) >= MIN_FALLING and not _falls(study, finest.fineness, by_order):
+        magnified = min(magnified, study.magnified)  # what is left is uneven, and has not grown from touch to touch
+    study.magnified = magnified
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
         level.worst, level.alone = worst if error >= least else "", False
@@ -162,6 +166,13 @@ def magnified_by_touches(description: Description, finest: Level, error: float) 
     if not description.alike or not math.isfinite(error) or max(touches.values(), default=0) < 2:
         return 1.0
     return max(1.0, error / (MAX_UNMAGNIFIED * description.error(finest.fineness)))
+
+
+def _falls(study: Study, fineness: int, error: float) -> bool:
+    """Return whether an error fell by half the declared order from the finest estimate before."""
+    last = max(study.falling, default=fineness)
+    order = MIN_ORDER_SHARE * study.description.order
+    return error <= study.falling.get(last, math.inf) * math.pow(last / fineness, order)
 
 
 def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> str:
