@@ -27,7 +27,8 @@ MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the t
 MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
 MIN_SAVING = 1.6  # the same where choosing takes longer than that
 MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
-MIN_SAVING_ALONE = 1.4  # the same where one run states its error, so that little was spent
+MAX_NEAR = 2.0  # times a tolerance, up to which the error of one run says how fine another one would have to be
+MIN_SAVING_ALONE = 2.0  # the same where one run states its error, so that little was spent
 ESTIMATE_S = 4e-4  # s, of an estimate of errors, and of a run beside its set-up and steps
 DESCRIBED_S = 3e-4  # s, of describing a scene
 MIN_LEFT = 0.1  # of a tolerance, beside an error that is stated
@@ -88,15 +89,16 @@ def holds_alone(study: Study, level: Level, asked: Simulation) -> bool:
     description, tolerance = study.description, allowed(asked.method)
     if math.isinf(description.alone) or not _resolves_contacts(level.history, asked):
         return False
-    by_steps, unseen = error_alone(level.history, asked), description.unseen(level.fineness, level.history)
-    if math.isinf(by_steps) or unseen > MAX_UNSEEN * tolerance:
+    by_steps = error_alone(level.history, asked)
+    if by_steps > MAX_NEAR * tolerance or (unseen := description.unseen(level.fineness, level.history)) >= tolerance:
         return False
     needed = MARGIN * level.fineness * math.pow(by_steps / (tolerance - unseen), 1.0 / description.order)
     holds = by_steps + unseen <= tolerance
     if holds:
         level.error, level.worst, level.reason, level.alone = by_steps + unseen, "", "", True
     study.next = description.whole(max(description.min_fineness, math.ceil(needed)))
-    saves = description.seconds(level.fineness) > MIN_SAVING_ALONE * description.seconds(study.next)
+    least = MIN_SPEEDUP if choosing_s(study) <= MAX_CHOOSING * study.seconds else MIN_SAVING_ALONE
+    saves = description.seconds(level.fineness) > least * study.seconds
     if holds and (not saves or any(each.fineness == study.next for each in study.levels)):
         study.closed = DONE
     return holds
