@@ -32,6 +32,7 @@ COARSEST_MODES, FEWEST_MESHED = 24, 18  # at that many steps; modes in closed fo
 COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
 MAX_MODES = 1500  # in closed form, some 0.1 ms each to find
+MAX_RAISED = 3  # times: touches may show how much they magnify an error in fine runs alone
 MAX_STEPS = 1_000_000  # in the shortest time
 MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
 STATED_SHARE, STATED_SHARE_OF_SHEAR = 0.25, 0.45  # the same where it is stated: of errors of order 3 and of order 1
@@ -64,10 +65,14 @@ class BeamModes:
         A run with too few modes, whose displacements say how many it takes.
     magnified : float
         By which the touches of that run magnify an error (`impactlab.refine.level_errors.magnified_by_touches`).
+    raised : int
+        How often the number of modes was raised so.
     """
 
-    def __init__(self, asked: Simulation, seen: AbstractHistory | None = None, magnified: float = 1.0) -> None:
-        self.asked, self.seen, self.beams = asked, seen, beams_of(asked.scene)
+    def __init__(
+        self, asked: Simulation, seen: AbstractHistory | None = None, magnified: float = 1.0, raised: int = 0
+    ) -> None:
+        self.asked, self.raised, self.beams = asked, raised, beams_of(asked.scene)
         self.shortest, self.places = shortest_time(asked), list(left_out.left_out(asked))
         self.missing = left_out.beside_contacts(self.places)
         if seen is not None:
@@ -169,7 +174,7 @@ class BeamModes:
 
     def _with_more(self, seen: AbstractHistory, magnified: float) -> Description:
         """Return the family with the modes that a run with too few asks for."""
-        return BeamModes(self.asked, seen, magnified).description()
+        return BeamModes(self.asked, seen, magnified, self.raised + 1).description()
 
     def description(self) -> Description:
         """Return the family."""
@@ -186,7 +191,7 @@ class BeamModes:
             unseen=self.unseen,
             alike=self.fixed,
             alone=stated_alone(self.asked) / counted_share(self.asked) if self.fixed else math.inf,
-            otherwise=self._with_more if self.fixed and self.seen is None else None,
+            otherwise=self._with_more if self.fixed and self.raised < MAX_RAISED else None,
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,
         )

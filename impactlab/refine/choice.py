@@ -83,7 +83,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
         method=history.method,
         chosen=description.words(level.fineness),
         expected_error=level.error,
-        estimate=words_of_estimate(study, history),
+        estimate=words_of_estimate(study, level),
         ladder=rungs,
         choosing_s=choosing,
     )

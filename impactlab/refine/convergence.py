@@ -60,6 +60,7 @@ class Level:
     made: Simulation | None = None  # that was run
     check: Check = no_check  # of its balances, left to be called
     gain: float = 0.0  # of the reference energy, once it was checked
+    alone: bool = False  # whether its own records state its error
 
 
 class Reach(NamedTuple):

@@ -22,7 +22,7 @@ SURE_RATIO = 4.0  # of its error to one that needs three runs: two are extrapola
 START_MARGIN = 1.5  # on predicted errors, as that of peak forces (`impactlab.refine.level_errors`)
 MAX_FREE_COST = 1.4  # times the fixed cost of a run, up to which a finer start is taken at no price
 MAX_ALONE_COST = 1.5  # times the predicted cost of the coarser of two runs, up to which one is taken in their place
-MAX_ALONE_S = 2.0 * cost.FIXED_S  # s of predicted solving of that one: no coarser run can be twice as fast
+MAX_ALONE_S = 3.0 * cost.FIXED_S  # s of predicted solving of that one: longer than that, a second one costs little
 
 
 @dataclasses.dataclass(frozen=True)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from impactlab.history.base import AbstractHistory
 from impactlab.history.choice import Candidate, Verdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
 from impactlab.refine.description import TWO_LEVEL_SAFETY, Description
@@ -79,15 +78,15 @@ def not_served(why: str) -> list[Candidate]:
     return [Candidate("continuous, from event to event", None, None, verdict="refused", reason=why)] if why else []
 
 
-def words_of_estimate(study: Study, history: AbstractHistory) -> str:
+def words_of_estimate(study: Study, level: Level) -> str:
     """Return how the error of a run was estimated, for people."""
     description, count = study.description, len(study.levels)
     if not description.unit:
         return "solved from event to event: exact except for rounding and near-grazing contacts"
-    gained = f"the run gained {gain_of(history):.1g} of the reference energy"
-    if count == 1:
+    gained = f"the run gained {gain_of(level.history):.1g} of the reference energy"
+    if level.alone:
         return (
-            f"one resolution, by the second differences of its contact force, times a safety of {SAFETY_ALONE:g}; "
+            f"one resolution, by the second differences of the gap of its contact, times a safety of {SAFETY_ALONE:g}; "
             f"{gained}"
         )
     if count == 2:

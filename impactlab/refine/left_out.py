@@ -12,6 +12,7 @@ from impactlab.metrics.norms import ZERO
 from impactlab.refine.contact_times import times_of
 from impactlab.refine.moving_frames import CELLS, moving_frames, norm
 from impactlab.refine.raw_records import records_of
+from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact, Scene
@@ -52,7 +53,8 @@ def left_out(asked: Simulation) -> Iterator[LeftOut]:
 
     At the middle of a pinned beam it is 2 L^3/(3 pi^4 EI n^3) by bending, and L/(pi^2 kGA n) by shear as long as the
     modes lie below the cut-off frequency. Above it modes that turn sections lie between those that shear them: of n,
-    c0/(c0 + cs) shear, with c0 = sqrt(EI/(rho I)) and cs = sqrt(kGA/(rho A)).
+    c0/(c0 + cs) shear, with c0 = sqrt(EI/(rho I)) and cs = sqrt(kGA/(rho A)). At an end that may move, where all modes
+    have twice the amplitude of their waves inside, it is twice as much.
     """
     beams, times = {beam.name: beam for beam in beams_of(asked.scene)}, times_of(*asked)
     for contact in asked.scene.contacts:
@@ -62,14 +64,21 @@ def left_out(asked: Simulation) -> Iterator[LeftOut]:
                 continue
             known = contact, times[contact.name].tangent, body.face_channel(point.x)
             soft = min(segment.bending_stiffness for segment in body.segments)
-            yield LeftOut(*known, 2.0 * body.length**3 / (3.0 * math.pi**4 * soft), 3.0, 1.0)
+            here = 2.0 if _is_loose(body, point.x) else 1.0
+            yield LeftOut(*known, here * 2.0 * body.length**3 / (3.0 * math.pi**4 * soft), 3.0, 1.0)
             if body.theory == "timoshenko":
                 shear = min(segment.shear_stiffness for segment in body.segments)
                 between = max(
                     math.sqrt(s.shear_stiffness * s.rotary_inertia / (s.density * s.area * s.bending_stiffness))
                     for s in body.segments
                 )
-                yield LeftOut(*known, body.length / (math.pi**2 * shear), 1.0, 1.0 + between)
+                yield LeftOut(*known, here * body.length / (math.pi**2 * shear), 1.0, 1.0 + between)
+
+
+def _is_loose(beam: Beam, x: float) -> bool:
+    """Return whether a place is an end of a beam that nothing stiff or heavy holds."""
+    ends = [end for at, end in ((0.0, beam.left), (beam.length, beam.right)) if at == x]
+    return any(end.kind in ("free", "spring", "dashpot") for end in ends)
 
 
 def beside_contacts(places: Sequence[LeftOut]) -> list[Share]:

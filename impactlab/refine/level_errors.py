@@ -17,7 +17,7 @@ from impactlab.refine.convergence import (
     finest_error,
 )
 from impactlab.refine.cost import ALIKE_S
-from impactlab.refine.description import MAX_ALONE_S, MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
+from impactlab.refine.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.distances import counted, difference, distances
 from impactlab.refine.smooth_touch import error_alone, order_share
 from impactlab.scene.method import Method, Simulation, laws_of
@@ -27,6 +27,8 @@ MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the t
 MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
 MIN_SAVING = 1.6  # the same where choosing takes longer than that
 MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
+MAX_NEAR = 2.0  # times a tolerance, up to which the error of one run says how fine another one would have to be
+MIN_SAVING_ALONE = 2.0  # the same where one run states its error, so that little was spent
 ESTIMATE_S = 4e-4  # s, of an estimate of errors, and of a run beside its set-up and steps
 DESCRIBED_S = 3e-4  # s, of describing a scene
 MIN_LEFT = 0.1  # of a tolerance, beside an error that is stated
@@ -48,6 +50,7 @@ UNEVEN_SAFETY = 3.0  # of descriptions whose errors fall unevenly, as fronts fal
 UNEVEN_MARGIN = 1.5  # on the distance of their runs from the finest: two runs that are wrong alike lie close together
 NOT_CONVERGING = "does not converge to the tolerance"
 MAX_UNMAGNIFIED = 10.0  # times its predicted error, up to which that of a run is not magnified by touches
+MIN_FALLING = 4  # runs, from which an error that falls no more shows no further magnification
 MAX_UNSEEN = 0.6  # of a tolerance, beside which the errors that runs show have no room
 UNSEEN = "the error that its runs have in common is too large"
 DONE = "done"  # of a study that needs no further level
@@ -78,22 +81,27 @@ def choosing_s(study: Study) -> float:
     return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
 
 
-def holds_alone(study: Study, asked: Simulation) -> bool:
-    """Return whether the only level keeps the tolerance by its own records; then its error is set."""
+def holds_alone(study: Study, level: Level, asked: Simulation) -> bool:
+    """Return whether a level keeps the tolerance by its own records; then its error is set.
+
+    The next one is as fine as is needed for that; none follows one that holds where little is saved.
+    """
     description, tolerance = study.description, allowed(asked.method)
-    if len(study.levels) != 1 or math.isinf(description.alone):
+    if math.isinf(description.alone) or not _resolves_contacts(level.history, asked):
         return False
-    (level,) = study.levels
-    if description.seconds(level.fineness) > MAX_ALONE_S:
+    by_steps = error_alone(level.history, asked)
+    if by_steps > MAX_NEAR * tolerance or (unseen := description.unseen(level.fineness, level.history)) >= tolerance:
         return False
-    error = error_alone(level.history, description.error(level.fineness))
-    if error > tolerance or not _resolves_contacts(level.history, asked):
-        return False
-    error += description.unseen(level.fineness, level.history)
-    if error > tolerance:
-        return False
-    level.error, level.reason, study.closed = error, "", DONE
-    return True
+    needed = MARGIN * level.fineness * math.pow(by_steps / (tolerance - unseen), 1.0 / description.order)
+    holds = by_steps + unseen <= tolerance
+    if holds:
+        level.error, level.worst, level.reason, level.alone = by_steps + unseen, "", "", True
+    study.next = description.whole(max(description.min_fineness, math.ceil(needed)))
+    least = MIN_SPEEDUP if choosing_s(study) <= MAX_CHOOSING * study.seconds else MIN_SAVING_ALONE
+    saves = description.seconds(level.fineness) > least * study.seconds
+    if holds and (not saves or any(each.fineness == study.next for each in study.levels)):
+        study.closed = DONE
+    return holds
 
 
 def estimate_errors(study: Study, asked: Simulation) -> None:
@@ -103,10 +111,13 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     study.order_share = order_share(description, [level.history for level in levels], asked)
     errors, by_order = _extrapolated(levels, asked, description, study.order_share)
     least = _distance_to_check(study) if min(errors)[0] <= tolerance else 0.0
-    study.magnified = magnified_by_touches(description, finest, errors[-1][0])
+    magnified = magnified_by_touches(description, finest, errors[-1][0])
+    if len(levels) >= MIN_FALLING and not _falls(study, finest.fineness, by_order):
+        magnified = min(magnified, study.magnified)  # what is left is uneven, and has not grown from touch to touch
+    study.magnified = magnified
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
-        level.worst = worst if error >= least else ""
+        level.worst, level.alone = worst if error >= least else "", False
         unseen_here = unseen  # the same modes in all runs
         if not description.alike:
             unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
@@ -157,6 +168,13 @@ def magnified_by_touches(description: Description, finest: Level, error: float) 
     if not description.alike or not math.isfinite(error) or max(touches.values(), default=0) < 2:
         return 1.0
     return max(1.0, error / (MAX_UNMAGNIFIED * description.error(finest.fineness)))
+
+
+def _falls(study: Study, fineness: int, error: float) -> bool:
+    """Return whether an error fell by half the declared order from the finest estimate before."""
+    last = max(study.falling, default=fineness)
+    order = MIN_ORDER_SHARE * study.description.order
+    return error <= study.falling.get(last, math.inf) * math.pow(last / fineness, order)
 
 
 def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> str:

@@ -55,7 +55,7 @@ def within(study: Study, seconds: float) -> Best:
     low = min(description.whole(low), description.max_fineness)
     order = min(reach.order, description.order)  # a refusal allows for more, an offer does not
     error = max(1.0, description.safety / SHOWN_SAFETY) * reach.error * math.pow(reach.fineness / low, order)
-    error += description.unseen(low, study.levels[-1].history if study.levels else None)
+    error += study.magnified * description.unseen(low, study.levels[-1].history if study.levels else None)
     return Best(description.words(low), error, description.seconds(low))
 
 

@@ -31,6 +31,19 @@ class Sizes(NamedTuple):
     within: float  # of the own one, less the drift of its frame
 
 
+class Bends(NamedTuple):
+    """Second differences over the steps of a run, of the overlap a sixth, d.
+
+    Beside the force of a contact, d counts as the change of that force which it causes.
+    """
+
+    mean: float  # norm of the changes of the force by d, over that of the forces
+    largest: float  # of these changes, over the largest force
+    swings: float  # half waves of these changes: their whole way up and down over twice the largest
+    rough: float  # norm of the second differences of the forces, over that of the forces
+    moved: float  # root of the mean square of d [m]
+
+
 class Steps(NamedTuple):
     """The force of one contact in the records of a run."""
 
@@ -56,9 +69,17 @@ class Steps(NamedTuple):
         """Return the force [N] at an instant of the run [s]."""
         return force_at(*self, t)
 
-    def roughness(self) -> float:
-        """Return the norm of the second differences of the mean forces of the steps, over that of the forces."""
-        return roughness(self.record, self.column)
+    def bends(self, stiffness: float, exponent: float) -> Bends:
+        """Return what the second differences of the overlap and of the force are, beside the force."""
+        found = np.empty(len(Bends._fields))
+        write_bends(self.record, self.column, stiffness, exponent, found)
+        return Bends(*found.tolist())
+
+    def moved(self, cells: int) -> Array:
+        """Return the displacements of both faces in the middles of equal cells of the run [m], shape (2, cells)."""
+        found, columns = np.empty((2, cells)), np.array([self.column + 2, self.column + 4])
+        write_displacements(self.record, columns, self.duration, found)
+        return found
 
     def size(self, cells: int) -> float:
         """Return the norm of the mean forces in the middles of equal cells of the run [N]."""
@@ -309,15 +330,30 @@ def mean_size(record: Array, column: int, late: float, dt: float, duration: floa
 
 
 @ENTRY
-def roughness(record: Array, column: int) -> float:
-    """Return the norm of the second differences of the mean forces of the steps, over that of the forces.
-
-    Before the first step there was no force.
-    """
-    total, apart, last, before = 0.0, 0.0, 0.0, 0.0
+def write_bends(record: Array, column: int, stiffness: float, exponent: float, out: Array) -> None:
+    """Write the numbers of `Bends`; the gap stands beside the force."""
+    last = len(record) - 1
+    total = caused = largest = peak = moved = rough = travel = before = 0.0
     for step in range(1, len(record)):
         force = record[step, column]
-        apart += (force - 2.0 * last + before) ** 2
         total += force**2
-        last, before = force, last
-    return math.sqrt(apart / total) if total > 0.0 else 0.0
+        peak = max(peak, force)
+        earlier = record[step - 2, column] if step > 2 else 0.0
+        rough += (force - 2.0 * (record[step - 1, column] if step > 1 else 0.0) + earlier) ** 2
+        if step == last:
+            continue
+        gap = record[step, column + 1]
+        bend = (record[step + 1, column + 1] - 2.0 * gap + record[step - 1, column + 1]) / 6.0
+        moved += bend**2
+        if gap < 0.0:
+            change = exponent * stiffness * (-gap) ** (exponent - 1.0) * bend
+            caused += change**2
+            largest = max(largest, abs(change))
+            travel += abs(change - before)
+            before = change
+    travel += abs(before)
+    out[0] = math.sqrt(caused / total) if total > 0.0 else 0.0
+    out[1] = largest / peak if peak > 0.0 else 0.0
+    out[2] = 0.5 * travel / largest if largest > 0.0 else 1.0
+    out[3] = math.sqrt(rough / total) if total > 0.0 else 0.0
+    out[4] = math.sqrt(moved / (last - 1))

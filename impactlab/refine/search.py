@@ -9,7 +9,7 @@ from impactlab.errors import ImpactlabError, StepError
 from impactlab.refine import out_of_reach
 from impactlab.refine.convergence import Level, Study
 from impactlab.refine.cost import FIXED_S
-from impactlab.refine.description import Description
+from impactlab.refine.description import MAX_ALONE_S, Description
 from impactlab.refine.descriptions import EXACT_ERROR
 from impactlab.refine.level_errors import DONE, UNSEEN, allowed, estimate_errors, holds_alone, keeps_energy
 from impactlab.refine.ranking import EXACT_ADVANTAGE, best_of, is_sure, is_worth_trying, priority
@@ -21,6 +21,7 @@ from impactlab.types import Progress
 BUDGET_S = 3.0  # s of predicted solving that may go into one choice
 PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description
 MAX_FAILURES = 3  # levels of a description that may fail
+MAX_AGAIN = 1.3  # times the predicted cost of a run, of one in its place that states its error by itself
 FINER = 3  # times the fineness of a level that failed is that of the next: the coarser one beside it is finer, too
 
 
@@ -138,23 +139,34 @@ def _failed(study: Study, fineness: int, error: StepError) -> None:
 def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
     """Run the next level, the first time one that is coarser, too; estimate errors and set the next fineness.
 
-    The finer one comes first where its modes are of use to the coarser one. It is left out where the coarser one
-    states an error within the tolerance by itself.
+    The finer one comes first where its modes are of use to the coarser one. It is left out where the coarser one, or
+    one that costs little more, states an error within the tolerance by itself.
     """
     description = study.description
     if not description.unit:
         level = study.run(0, progress)
         level.error, study.closed = EXACT_ERROR, DONE
         return
-    wanted = [study.next]
-    if not study.levels:
-        coarser = description.coarser(study.next)[0]
-        study.next = max(study.next, description.whole(coarser + 1))
-        wanted = [coarser, study.next] if description.alike else [study.next, coarser]
-    for fineness in wanted:
-        study.run(fineness, progress, checked=False)
-        if holds_alone(study, asked):
+    if study.levels:
+        alone = all(level.alone for level in study.levels)
+        level = study.run(study.next, progress, checked=False)
+        if alone and holds_alone(study, level, asked):
             return
+    else:
+        coarser = description.coarser(study.next)[0]
+        study.next = finer = max(study.next, description.whole(coarser + 1))
+        if not description.alike:
+            study.run(finer, progress, checked=False)
+        level = study.run(coarser, progress, checked=False)
+        if description.alike:
+            if holds_alone(study, level, asked):
+                return
+            if study.next < finer and study.seconds <= min(MAX_AGAIN * description.seconds(coarser), MAX_ALONE_S):
+                level = study.run(study.next, progress, checked=False)
+                if holds_alone(study, level, asked):
+                    return
+                study.levels.remove(level)  # too near the other one for an estimate
+            study.run(finer, progress, checked=False)
     estimate_errors(study, asked)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from impactlab.bases.beams.modes import BeamModes
 from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics.norms import midpoints
@@ -47,6 +48,20 @@ def test_the_flexibility_left_out_bounds_the_error_of_a_displacement(x, modes):
     assert sum(share.power == 1.0 for share in shares) == 1
     only_sheared = max(shares, key=lambda share: share.at(modes))
     assert only_sheared.modes_for(only_sheared.at(modes)) == pytest.approx(modes)
+
+
+@pytest.mark.parametrize(("right", "x"), [("free", 0.5), ("free", 0.3), ("pinned", 0.25)])
+def test_the_flexibility_left_out_is_at_least_that_of_the_further_modes(right, x):
+    """At a free end all modes have twice the amplitude of their waves inside; half of it was stated there."""
+    segment = BeamSegment(length=0.5, area=7.7e-4, young=1.1e11, density=4430.0, inertia=6.1e-8)
+    beam = Beam("beam", (segment,), End("clamped"), End(right))
+    asked = pressed(x, 4e6).but(bodies={**pressed(x, 4e6).scene.bodies, "beam": beam})
+    [bending] = left_out.left_out(asked)
+    modes = BeamModes(beam, 400)
+    each = (modes.row(x, "displacement") / modes.frequencies) ** 2
+    for count in (20, 40):
+        stated = bending.factor / count**bending.power
+        assert 0.95 * np.sum(each[count:]) <= stated <= 2.5 * np.sum(each[count:])
 
 
 def test_a_body_that_no_force_meets_leaves_nothing_out():
