@@ -367,3 +367,11 @@ def test_impulses_agree_within_a_share_in_per_cent() -> None:
     (said,) = agreements([("fine", summary(1.0)), ("coarse", summary(1.1))])
     assert said["text"].endswith("impulses agree within 10 %")
     assert said["impulses_within"] == pytest.approx(0.1)
+
+
+def test_collisions_that_are_not_whole_lack_energies_and_gaps_alone():
+    history = il.run(il.load_case("axial_impact"))
+    whole = collisions(history.scene, history)
+    assert whole[0].largest_gap is not None
+    without = [dataclasses.replace(each, energy_lost=None, energy_given=None, largest_gap=None) for each in whole]
+    assert without == [*collisions(history.scene, history, whole=False)]
