@@ -424,9 +424,8 @@ def test_a_sweep_that_is_no_batch_names_the_segments_that_are_one_piece(caplog):
 
 def test_the_cases_that_the_check_of_one_axis_builds_are_those_that_run(case):
     grid = axes.grid(case, {MASS: ["1 kg", 2.0]})
-    assert [grid.case(case, number) is grid.axes[0].case(case, ["1 kg", 2.0][number]) for number in (0, 1)] == [
-        True
-    ] * 2
+    for number, value in enumerate(["1 kg", 2.0]):
+        assert grid.case(case, number) is grid.axes[0].case(case, value)
     assert grid.case(case, 1).scene().bodies["hammer"].rigid_mass == 2.0
     other = case.with_("bodies.hammer.velocity", 3.0)  # they are of their case alone
     assert grid.case(other, 1).scene().bodies["hammer"].velocity == 3.0
