@@ -59,8 +59,8 @@ class Collision:
     no_restitution: str | None  # why there is none, in words; None where there is one
 
 
-def collisions(scene: Scene, history: AbstractHistory, *, energies: bool = True) -> tuple[Collision, ...]:
-    """Return the collisions of a run, in order of their starts; without ``energies`` they have none, and cost less."""
+def collisions(scene: Scene, history: AbstractHistory, *, whole: bool = True) -> tuple[Collision, ...]:
+    """Return the collisions of a run, in order of their starts; those not ``whole`` have no energies and no gaps."""
     found = []
     channels = frozenset(history.channels())  # once: a chain has thousands
     given = {name: _given(scene, history, name, channels) for name in scene.bodies}
@@ -75,12 +75,12 @@ def collisions(scene: Scene, history: AbstractHistory, *, energies: bool = True)
         until = -math.inf
         for span in spans:
             if group and span.start - until > longest:
-                found.append(_collision(scene, history, given, others, pair, group, energies))
+                found.append(_collision(scene, history, given, others, pair, group, whole))
                 group = []
             group.append(span)
             until = max(until, span.until(math.inf))
         if group:
-            found.append(_collision(scene, history, given, others, pair, group, energies))
+            found.append(_collision(scene, history, given, others, pair, group, whole))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
@@ -123,7 +123,7 @@ def _collision(
     others: Others,
     pair: tuple[str, str],
     spans: list[ContactSpan],
-    energies: bool,
+    whole: bool,
 ) -> Collision:
     start, last = spans[0].start, history.duration
     closed = any(span.end is None for span in spans)
@@ -137,7 +137,7 @@ def _collision(
     approach = _difference(speeds, sign)
     leaves = _difference([_speed(scene, history, name, until, given_to[name]) for name in (other, striker)], sign)
     lost = given = None
-    if energies:
+    if whole:
         lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     why = "they are still in contact at the end of the run" if closed else None
     why = why or others.part_in(pair, (start, until), sum(span.impulse for span in spans))
@@ -158,7 +158,7 @@ def _collision(
         in_contact=sum(span.until(last) - span.start for span in spans),
         impulse=sum(span.impulse for span in spans),
         peak_force=max(forces, default=None),
-        largest_gap=_largest_gap(history, spans[0].contact, openings) if openings else None,
+        largest_gap=_largest_gap(history, spans[0].contact, openings) if openings and whole else None,
         longest_opening=max((b - a for a, b in openings), default=None),
         striker=striker,
         approach_speed=approach,

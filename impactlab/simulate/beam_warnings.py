@@ -18,6 +18,8 @@ MIN_RESOLUTIONS = 3.0  # time resolutions: a contact that is shorter has no shap
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Yield the warnings of a finished run that concern its beams."""
     scene, laws = history.scene, history.method.laws
+    if not any(body.bends for body in scene.bodies.values()):
+        return
     for name, body in scene.bodies.items():
         if body.elastic is not None and (doubts := body.theory_doubts(*_shortest(history, name))):
             text = f"'{name}' has theory euler_bernoulli, and {' and '.join(doubts)}; use theory: timoshenko"

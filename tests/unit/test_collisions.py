@@ -404,3 +404,11 @@ def test_the_impulse_of_a_joint_up_to_a_time_is_what_it_gave(integrator: str) ->
         first, second = (float(history.evaluate(time, f"velocity:{name}")) - 1.0 for name in ("one", "two"))
         assert given[2] - given[0] == pytest.approx(0.3 * first, abs=1e-12)
         assert given[0] - given[1] == pytest.approx(0.2 * second, abs=1e-12)
+
+
+def test_collisions_that_are_not_whole_lack_energies_and_gaps_alone() -> None:
+    history = il.run(il.load_case("axial_impact"))
+    whole = collisions(history.scene, history)
+    assert whole[0].largest_gap is not None
+    without = [dataclasses.replace(each, energy_lost=None, energy_given=None, largest_gap=None) for each in whole]
+    assert without == [*collisions(history.scene, history, whole=False)]

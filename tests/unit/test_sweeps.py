@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import pickle
 import re
 import shlex
 import signal
@@ -419,3 +420,19 @@ def test_a_sweep_that_is_no_batch_names_the_segments_that_are_one_piece(caplog):
     with caplog.at_level(logging.INFO):
         il.sweep(striking, {"bodies.ball.mass": np.linspace(1.0, 2.0, 250)}, quantities=["contacts"])
     assert "neighbouring segments of 'rod' have the same section and material" in caplog.text
+
+
+def test_the_cases_that_the_check_of_one_axis_builds_are_those_that_run(case):
+    grid = axes.grid(case, {MASS: ["1 kg", 2.0]})
+    for number, value in enumerate(["1 kg", 2.0]):
+        assert grid.case(case, number) is grid.axes[0].case(case, value)
+    assert grid.case(case, 1).scene().bodies["hammer"].rigid_mass == 2.0
+    other = case.with_("bodies.hammer.velocity", 3.0)  # they are of their case alone
+    assert grid.case(other, 1).scene().bodies["hammer"].velocity == 3.0
+    sent = pickle.loads(pickle.dumps(grid))  # to a worker, which builds its own
+    assert sent == grid
+    assert sent.axes[0].checked is None
+    both = axes.grid(case, {MASS: [1.0, 2.0], GAP: ["0 mm", "0.1 mm"]})
+    assert both.case(case, 3).scene().contacts[0].gap == 1e-4
+    many = axes.grid(case, {MASS: np.linspace(1.0, 2.0, 1500)})
+    assert many.axes[0].checked is None
