@@ -153,7 +153,9 @@ def test_two_masses_in_hard_contact_are_refused(tmp_path):
     )
     file = tmp_path / "heavy.yaml"
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(CaseError, match=r"no method within a tolerance suits this scene: .*both faces have mass") as caught:
+    with pytest.raises(
+        CaseError, match=r"no method within a tolerance suits this scene: .*both faces have mass"
+    ) as caught:
         il.run(il.load_case(file))
     assert caught.value.path == "solve.tolerance"
     assert caught.value.line is not None
