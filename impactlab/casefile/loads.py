@@ -196,6 +196,8 @@ def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[in
     found = [number for number, each in enumerate(headings) if each == column]
     found = found or [number for number, (short, _) in enumerate(parts) if short == column]
     if not found:
+        if len(headings) == 1 and ";" in headings[0]:
+            raise refuse(f"the columns of {name} are divided by semicolons; write commas, and points in numbers")
         hint = closest(column, dict.fromkeys([*headings, *(short for short, _ in parts)]))
         raise refuse(f"{name} has no column {shown(column)}.{hint} Columns: {listed(headings)}")
     if len(found) > 1:

@@ -36,6 +36,7 @@ NAMES: Mapping[Key, str] = {
     Key("integrator"): "solver scheme time_integration",
     Key("courant"): "cfl courant_number",
     Key("gravity"): "g",
+    Key("at"): "x position place location",
 }  # fmt: skip
 KEYS = {name: key for key, names in NAMES.items() for name in names.split()}
 

@@ -14,7 +14,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.metrics.norms import face_channels, mass_channels
 from impactlab.report.named_contacts import force_of, gap_of, members_of, view_of
-from impactlab.report.signals import Line, Panel, in_words, place_in_words
+from impactlab.report.signals import Line, Panel, in_words, place_in_words, with_short_peaks
 from impactlab.report.style import (
     INK,
     MARGINS,
@@ -162,7 +162,8 @@ def force_line(history: AbstractHistory, contact: str, view: tuple[float, float]
     """Return times [s] and force [N] of a contact within a view, thinned; empty where it has no values."""
     start, end = view
     times = start + page_times(end - start)
-    return thinned(times, force_of(history, contact, np.minimum(times, end)), COLUMNS // panels)
+    force = with_short_peaks(history, contact, times, force_of(history, contact, np.minimum(times, end)))
+    return thinned(times, force, COLUMNS // panels)
 
 
 def _write_height_of_cut(axis: Axes, highest: float, top: float, unit: Unit) -> None:

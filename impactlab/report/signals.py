@@ -24,6 +24,7 @@ UNITS = {"displacement": "m", "velocity": "m/s", "strain": "strain", "stress": "
 UNITS |= {"bending_moment": "N·m", "shear_force": "N", "twist": "rad", "twist_rate": "rad/s", "torque": "N·m"}
 UNITS_OF_CHANNELS = {name: unit.replace(" ", "·") for name, unit in CHANNEL_UNITS.items()} | UNITS
 MEASURED = "measured"  # name of the curve of an instrument
+SHORT_PERIOD = 16.0  # samples: in a shorter pulse of force they may miss the peak by some per cent
 ROUNDING = 1e-9  # %, below which a balance is drawn as the straight line it is
 
 
@@ -161,12 +162,25 @@ def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | Non
         if quantity == "gap":
             values = gap_of(history, name, times)
         elif quantity == "force" and "@" not in name:
-            values = force_of(history, name, times)
+            values = with_short_peaks(history, name, times, force_of(history, name, times))
         else:
             values = history.evaluate(times, channel)
     except ImpactlabError:  # not recorded
         return None
     return values if np.any(np.isfinite(values)) else None
+
+
+def with_short_peaks(history: AbstractHistory, contact: str, times: Array, force: Array) -> Array:
+    """Return the force [N] of a contact at equally spaced times (n,), with the peaks of periods that these may miss."""
+    cell = float(times[1] - times[0])
+    short = [span for span in history.spans_of([contact]) if span.until(np.inf) - span.start < SHORT_PERIOD * cell]
+    made = force.copy() if short else force
+    for span in short:
+        first, last = (round((at - float(times[0])) / cell) for at in (span.start, span.until(history.duration)))
+        if span.peak_force is not None and first >= 0 and last < times.size:
+            largest = first + int(np.argmax(force[first : last + 1]))
+            made[largest] = max(float(made[largest]), span.peak_force)
+    return made
 
 
 def _energy(histories: Sequence[Trace], times: Array, compared: bool) -> Panel:

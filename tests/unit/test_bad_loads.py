@@ -57,6 +57,11 @@ EDITS = [
     ("{file: units.csv, t: time, f: force}", "column 'force [mm]' of units.csv", "a number in N"),
     ("{file: two.csv, t: time, f: force}", "two.csv has 2 columns 'force': force [N], force [kN]", "different names"),
     ("{file: one.csv, t: time, f: force}", "one.csv has 1 sample;", "at least 2"),
+    (
+        "{file: semicolons.csv, t: time, f: force}",
+        "columns of semicolons.csv are divided by semicolons",
+        "write commas",
+    ),
 ]
 FILES = {
     "head.csv": "time [ms],force [kN]\n0,0\n0.5,2\n1,1\n",
@@ -68,6 +73,7 @@ FILES = {
     "units.csv": "time,force [mm]\n0,0\n1e-3,1\n",
     "two.csv": "time,force [kN],force [N]\n0,0,0\n1e-3,1,2\n",
     "one.csv": "time,force\n0,0\n",
+    "semicolons.csv": "time;force\n0;0\n0,001;1\n",
 }
 
 

@@ -271,12 +271,14 @@ def test_unknown_keys_are_refused_where_they_are_written(made, said):
         ("rod", "density", "It stands inside 'material': write material: {density: ..., ...}."),
         ("rod", "radius", "Did you mean 'diameter' (twice the radius)?"),
         ("rod", "v0", "Did you mean 'velocity'?"),
+        ("probe", "x", "Did you mean 'at'?"),
     ],
 )
 def test_keys_as_other_programs_call_them_name_those_of_a_case(where, given, said):
     rod = {"kind": "rod", "length": 1, "diameter": 0.02, "material": "steel"}
-    blocks = {"bodies": {"rod": rod}, "solve": {"duration": 1e-3, "tolerance": 1e-3}}
-    {"": blocks, "solve": blocks["solve"], "rod": rod}[where][given] = 1
+    probe = {"body": "rod", "at": 0.5, "quantity": "stress"}
+    blocks = {"bodies": {"rod": rod}, "solve": {"duration": 1e-3, "tolerance": 1e-3}, "probes": [probe]}
+    {"": blocks, "solve": blocks["solve"], "rod": rod, "probe": probe}[where][given] = 1
     with pytest.raises(il.CaseError) as refused:
         il.Case.from_dict(blocks)
     assert said in refused.value.text

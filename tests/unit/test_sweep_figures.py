@@ -106,6 +106,14 @@ def test_many_long_words_are_tilted_inside_the_figure():
     assert axes.xaxis.label.get_window_extent().y0 >= 0.0
 
 
+def test_counts_that_are_all_alike_have_whole_ticks(ball):
+    """The axis of one contact at every point had ticks such as 0.975."""
+    found = il.sweep(ball, {MASS: [0.01, 0.02, 0.03]}, quantities=["contacts"])
+    ticks = il.plot_sweep(found, "contacts").axes[0].get_yticks()
+    assert np.all(found["contacts"] == 1.0)
+    assert np.array_equal(ticks, np.round(ticks))
+
+
 def test_words_of_values():
     blocks = [HERTZ, {**HERTZ, "exponent": 2.0}, PENALTY, {"kind": "mass", "left": {"kind": "free"}}]
     assert words_of([json.dumps(block) for block in blocks]) == ("hertz", "hertz\nexponent 2", "penalty", "mass")

@@ -51,7 +51,7 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
     leads = [lead for scene in kept if (lead := best(scene, BOTH, tolerance, ordinary=True)) is not None]
     wins = collections.Counter(lead.method for lead in leads)
     if not wins:
-        named = f"At {power(tolerance)} no method with steps off special grids meets both norms"
+        named = f"At {power(tolerance)} no method of the grid meets both norms with steps other than dt = h/c"
         return f"{named}{f' in any of {_scenes(len(kept))}' if len(kept) > 1 else ''}."
     if all(lead.solve_s is None for lead in leads):  # nothing was timed
         return ""
