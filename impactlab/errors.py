@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import traceback
 from collections.abc import Iterable, Sequence
@@ -83,7 +84,9 @@ def unreadable(path: Path, error: Exception) -> str:
     """Return why a file cannot be read; of a missing one the nearest name in its folder."""
     if not isinstance(error, FileNotFoundError):
         return str(getattr(error, "strerror", None) or error)
-    others = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+    others: list[str] = []
+    with contextlib.suppress(OSError):  # a folder that is missing, or cannot be listed
+        others += [other.name for other in path.parent.iterdir()]
     return f"the file does not exist.{closest(path.name, others)}"
 
 
