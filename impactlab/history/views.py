@@ -31,6 +31,8 @@ class Views:
         duration: float
         case: Any
         cost: Any
+        dt: float | None
+        integrator_used: bool
         contacts: tuple[Any, ...]
         events: tuple[Any, ...]
         warnings: list[Any]
