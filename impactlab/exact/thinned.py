@@ -25,6 +25,7 @@ from impactlab.history.base import (
     Event,
     Field,
     LinkResult,
+    instants_around,
     places_on,
     within_run,
 )
@@ -88,6 +89,9 @@ class ThinnedHistory(AbstractHistory):
     def impulse_of(self, contact: str) -> float:
         channel = f"force:{contact}"
         return float(self.values[channel][-1]) if channel in self.pulling else super().impulse_of(contact)
+
+    def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
+        return instants_around(self.time, start, end)
 
     def impulse_until(self, contact: str, time: float) -> float:
         return float(np.interp(time, self.time, self.values[f"force:{contact}"]))

@@ -97,6 +97,16 @@ class Cost:
     factorisations: int | None = None  # of an adaptive run that is implicit: LU decompositions
 
 
+def instants_around(times: Array, start: float, end: float) -> tuple[float, float]:
+    """Return the last of rising times (n,) up to a start and the first from an end on, the first or last of all else.
+
+    Times and both ends are in s.
+    """
+    first = max(0, int(np.searchsorted(times, start, side="right")) - 1)
+    last = min(len(times) - 1, int(np.searchsorted(times, end)))
+    return float(times[first]), float(times[last])
+
+
 class Field(NamedTuple):
     """A quantity along a body at one instant."""
 
@@ -269,6 +279,13 @@ class AbstractHistory(Views, ABC):
         As a rule it is the largest at equal instants.
         """
         return float(np.max(self.evaluate(np.linspace(0.0, self.duration, LARGEST_SAMPLES), channel)))
+
+    def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
+        """Return the last instant up to a start and the first from an end on at which a channel is known [s].
+
+        As a rule it is known at any time.
+        """
+        return start, end
 
     @property
     def record_rate(self) -> float:

@@ -26,6 +26,7 @@ from impactlab.history.base import (
     HasCase,
     LinkResult,
     Warned,
+    instants_around,
     places_on,
     within_run,
 )
@@ -129,6 +130,9 @@ class SampledHistory(AbstractHistory):
 
     def impulse_of(self, contact: str) -> float:
         return self.link_impulses[contact] if contact in self.link_impulses else super().impulse_of(contact)
+
+    def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
+        return instants_around(self.time, start, end)
 
     def energy_ends(self) -> EnergyEnds:
         return super().energy_ends() if self._energy_ends is None else self._energy_ends

@@ -28,6 +28,7 @@ MAX_PAIRS = 6  # of bodies whose counts by several methods are texts of their ow
 MAX_SAMPLES = 64  # of a gap in each opening
 MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
 MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
+MAX_BESIDE = 0.02  # of a collision, by which instants of a recorded energy may lie beside it where others act meanwhile
 MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
 
 
@@ -242,7 +243,8 @@ def _energy_change(
 ) -> float | None:
     """Return the growth of the energy of a body between two times [J].
 
-    None where it is not known.
+    The energy of an elastic body is recorded at few instants: it is that of the last one before and the first one
+    after. None where something may change it between these and the two times.
     """
     body = scene.bodies[name]
     if not body.moves:
@@ -252,8 +254,29 @@ def _energy_change(
         return _difference([None if v is None else v**2 for v in speeds], 0.5 * body.moving_mass)
     if "energy" not in given.recorded:
         return None
-    first, last = history.evaluate([max(0.0, start), end], f"energy:{name}")
+    start, energy = max(0.0, start), f"energy:{name}"
+    before, after = history.recorded_around(energy, start, end)
+    if max(start - before, after - end) > MAX_BESIDE * (end - start) and not (
+        _keeps_energy(scene, name, given) and _is_quiet(given, before, start) and _is_quiet(given, end, after)
+    ):
+        return None
+    first, last = history.evaluate([before, after], energy)
     return float(last - first)
+
+
+def _keeps_energy(scene: Scene, name: str, given: OtherImpulses) -> bool:
+    """Return whether only contacts change the energy of a body."""
+    body, elastic = scene.bodies[name], scene.bodies[name].elastic
+    if elastic is None or elastic.is_damped or body.rotation is not None or given.links:
+        return False
+    pulled = scene.gravity != 0.0 and body.falls
+    return not pulled and not any(end.kind == "dashpot" or end.is_loaded for _, end in body.ends)
+
+
+def _is_quiet(given: OtherImpulses, start: float, end: float) -> bool:
+    """Return whether no contact of a body is closed between two times [s]."""
+    begun = int(np.searchsorted(given.starts, end))  # one that closes at the end is not
+    return begun == 0 or bool(given.ends[begun - 1] <= start)
 
 
 def _largest_gap(history: AbstractHistory, contact: str, openings: Sequence[tuple[float, float]]) -> float:

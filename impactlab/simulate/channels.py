@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError, closest
-from impactlab.history.base import END_ROUNDING, AbstractHistory, Cost, Field, places_on, within_run
+from impactlab.history.base import (
+    END_ROUNDING,
+    AbstractHistory,
+    Cost,
+    Field,
+    instants_around,
+    places_on,
+    within_run,
+)
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Contact, Scene
@@ -148,6 +156,10 @@ class AbstractRecordedHistory(AbstractHistory):
     def _channel(self, name: str) -> Channel:
         """Return a channel as it is evaluated."""
         return self.recorded[name]
+
+    def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
+        before, after = instants_around(self._channel(channel).times, start, end)
+        return min(before, start), max(end, min(after, self.duration))
 
     def impulse_until(self, contact: str, time: float) -> float:
         times, means, stepped, *_ = self._channel(f"force:{contact}")
