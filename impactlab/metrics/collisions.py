@@ -221,7 +221,15 @@ def mean_velocity(
         return _known(scene, history, f"velocity:{name}", time)
     if "momentum" not in given.recorded:
         return None
-    return float(history.evaluate([time], f"momentum:{name}")[0]) / mass
+    momentum = f"momentum:{name}"
+    around = history.recorded_around(momentum, time, time) if time < history.duration else (time, time)
+    now, *others = (history.evaluate([time, *around], momentum) / mass).tolist()
+    return None if _changes(scene, *others) else float(now)
+
+
+def _changes(scene: Scene, before: float, after: float) -> bool:
+    """Return whether a velocity [m/s] differs between two records by so much that it is not known between them."""
+    return abs(after - before) > MAX_CHANGE * max(scene.fastest, abs(before), abs(after))
 
 
 def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses) -> float | None:

@@ -443,3 +443,24 @@ def test_the_energy_given_to_a_rod_is_not_known_where_a_dashpot_takes_it_meanwhi
     first = collisions(history.scene, history)[0]
     assert first.energy_given is None
     assert first.energy_lost is not None
+
+
+def test_the_speed_of_a_rod_that_a_wall_turns_round_between_two_records_is_not_known() -> None:
+    """A ball meets the rod while the rod strikes a wall, within one of some 250 records of its momentum."""
+    spring = {"kind": "penalty", "stiffness": 1e8}
+    case = il.Case(
+        bodies={
+            "wall": il.Wall(),
+            "rod": il.Rod(length=0.5, area=4e-4, material="steel", velocity=-1.0),
+            "ball": il.Mass(0.02, velocity=-3.0),
+        },
+        contacts=[il.Contact("wall", "rod.left", spring), il.Contact("rod.right", "ball", spring, gap=2e-4)],
+        solve={
+            "duration": 0.1,
+            "model": {"kind": "finite_element", "elements": 20},
+            "integrator": {"kind": "newmark"},
+            "step": {"courant": 0.5},
+        },
+    )
+    found = next(each for each in collisions(case.scene(), il.run(case)) if each.bodies == "rod|ball")
+    assert (found.approach_speed, found.restitution) == (None, None)
