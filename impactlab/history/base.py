@@ -190,6 +190,7 @@ class AbstractHistory(Views, ABC):
 
     Channels: ``displacement|velocity|strain|stress|force:body@x`` (x as %.6g m), ``position:body`` and
     ``velocity:body`` of a mass, ``force:a|b``, ``gap:a|b``, ``momentum:body``, ``energy:body``.
+    The last two are, in stepped runs, lines between at most 257 equally spaced instants.
     """
 
     scene: Scene
