@@ -115,7 +115,7 @@ def test_intervals_without_end_stop_the_run_with_what_was_reached(monkeypatch):
         log.state["intervals"] = solver.MAX_INTERVALS - 9
         return layout, log
 
-    monkeypatch.setattr(solver, "built", nearly_spent)
+    monkeypatch.setattr(solver, "network", nearly_spent)
     monkeypatch.setattr(solver, "INTERVALS_PER_CHECK", 9)
     with pytest.raises(StepError, match="cut the run into") as caught:
         solve(*struck_rod)
@@ -135,7 +135,7 @@ def test_events_without_end_stop_the_run(monkeypatch):
         log.junctions["bursts"] = march.MAX_BURST
         return layout, log
 
-    monkeypatch.setattr(solver, "built", busy)
+    monkeypatch.setattr(solver, "network", busy)
     with pytest.raises(StepError, match="opens and closes more than") as caught:
         solve(*struck(1.0, 6.0, CLAMPED))
     assert caught.value.time == 0.0
