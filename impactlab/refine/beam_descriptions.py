@@ -166,7 +166,7 @@ def _modal(asked: Simulation) -> Description:
     order = 1.0 if any(beam.theory == "timoshenko" for beam in beams) else 2.0
 
     def dt(n: int) -> float:
-        return min(shortest / (STEPS * n), transit)
+        return min(shortest / (STEPS * n), transit * MIN_FINENESS / n)  # the step of a rod is at most its transit
 
     def simulation(n: int) -> Simulation:
         rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)))

@@ -79,6 +79,11 @@ class BeamModes:
             self.missing += left_out.beside_displacements(self.places, asked.scene, seen)
         self.asked_for = [share.magnified(magnified) for share in self.missing]
         self.transit = min((0.5 * rod.round_trip for rod in rods_of(asked.scene)), default=math.inf)
+        # The steps of a rod fit into its transit. Of so many steps in the shortest time a run has a multiple: runs of
+        # unequal fineness would else have the same steps, and show no error.
+        self.multiple = max(1, round(self.shortest / self.transit))
+        if self.multiple > 1:
+            self.shortest = self.multiple * self.transit
         self.lossy = any(is_lossy(beam) for beam in self.beams)
         self.closed = all(has_closed_form(beam) for beam in self.beams)
         self.tolerance = asked.method.tolerance.error if asked.method.tolerance else DEFAULT_TOLERANCE
@@ -187,7 +192,8 @@ class BeamModes:
             error=self.error,
             safety=2.0,
             min_fineness=COARSEST,
-            max_fineness=MAX_STEPS if self.fixed else self._finest(),
+            max_fineness=self.multiple * max(1, (MAX_STEPS if self.fixed else self._finest()) // self.multiple),
+            multiple=self.multiple,
             unseen=self.unseen,
             alike=self.fixed,
             alone=stated_alone(self.asked) / counted_share(self.asked) if self.fixed else math.inf,
