@@ -32,6 +32,7 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
+from impactlab.numerics.addresses import entered_with_table
 from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import Plan, prepare
@@ -279,13 +280,14 @@ def time_loop(plan: Plan) -> tuple[float, Assembly]:
     assert plan.dt is not None
     assert plan.integrator is not None
     assembly = Assembly(plan, plan.integrator, plan.dt)
-    start(assembly.memory, plan.dt)
+    entered_with_table(start, assembly.memory, plan.dt)
     # The kernel's page faults on fresh pages are no part of the time: touch them first, here and below.
     assembly.memory.record.fill(0.0)
     began, before = time.thread_time(), -1
     while before < assembly.clock.step < plan.steps:  # it returns early where a contact that chatters fills the events
         before = assembly.clock.step
-        advance_dated(assembly.memory, plan.dt, plan.steps, assembly.stride, assembly.sample_stride)
+        given = assembly.memory, plan.dt, plan.steps, assembly.stride, assembly.sample_stride
+        entered_with_table(advance_dated, *given)
         assembly.clock.n_events = 0
     spent = time.thread_time() - began
     return spent if assembly.clock.step == plan.steps else math.nan, assembly

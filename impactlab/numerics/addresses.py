@@ -54,6 +54,7 @@ _in_python: dict[Callable[..., Any], Callable[..., Any]] = {}
 _plain: list[Callable[..., None]] = []
 _trial = _interpreting = False
 _compiled: dict[tuple[Any, int], tuple[Any, Any]] = {}  # the signature is kept, so that its id stays its own
+_wrappers: dict[Any, Callable[..., Any]] = {}  # of functions that take a table, by function
 before_compiling: list[Callable[[Callable[..., Any]], None]] = []
 """Called with a function that is not on disk, before it is compiled."""
 
@@ -158,6 +159,21 @@ def entered(entry: Any, *arguments: Any) -> Any:
             announce_compiling(entry)
             return entry(*arguments)
     return entry(*arguments)
+
+
+def entered_with_table(entry: Any, table: Any, *others: Any) -> Any:
+    """Call a compiled function with a table (`impactlab.numerics.tables`); its first call as `entered`.
+
+    ``others`` are numbers, and arrays whose form is always the same, as is that of the table. Numba compares the forms
+    with those of earlier calls, which takes longer than a short run; here the function is called as it was compiled.
+    """
+    wrapper = _wrappers.get(entry)
+    if wrapper is not None and not _interpreting:
+        return wrapper(table, *others)
+    found = entered(entry, table, *others)
+    if COMPILED and not _interpreting and len(entry.overloads) == 1:
+        _wrappers[entry] = next(iter(entry.overloads.values())).entry_point
+    return found
 
 
 def load(entry: Any, signature: tuple[Any, ...]) -> None:

@@ -16,7 +16,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.numerics.addresses import entered
+from impactlab.numerics.addresses import entered_with_table
 from impactlab.numerics.compiling import ENTRY
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
@@ -109,5 +109,5 @@ def retimed(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> Ass
     other.stride, other.sample_stride = layout.stride, layout.sample_stride
     other.can_repeat = False
     other.clock.steps = steps
-    entered(rewrite, other.memory, dt)
+    entered_with_table(rewrite, other.memory, dt)
     return other
