@@ -13,7 +13,7 @@ import numpy as np
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.batch.reading import integral, node_at, wave_integral
 from impactlab.exact.network import Log
-from impactlab.numerics.addresses import entered
+from impactlab.numerics.addresses import entered_by_table
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_PART
 
 
@@ -58,4 +58,4 @@ def error_at_end(log: Log) -> float:
     plain = float(log.state["gravity"]) == 0.0 and not log.names and not log.junctions["loaded"].any()
     if not plain or (log.contacts["damping"] > 0.0).any() or (log.contacts["branch"] >= 0).any():
         return math.inf
-    return float(entered(end_error, log.memory))
+    return float(entered_by_table(end_error, log.memory))

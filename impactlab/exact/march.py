@@ -27,7 +27,7 @@ from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log
 from impactlab.exact.nodes import fill_rows, solve_nodes
-from impactlab.numerics.addresses import COMPILED, call, entered, load, type_of
+from impactlab.numerics.addresses import COMPILED, call, entered_by_table, load, type_of
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
 from impactlab.numerics.windows import window
 from impactlab.types import Array
@@ -236,4 +236,4 @@ def _largest(values: Array) -> float:
 
 def march(log: Log) -> int:
     """Advance all junctions to the end; return a status: DONE, an array that is full, or the reason of a stop."""
-    return int(entered(advance, log.memory))
+    return int(entered_by_table(advance, log.memory))

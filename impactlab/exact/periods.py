@@ -10,7 +10,7 @@ import numpy as np
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.batch.reading import mean, piece_at
 from impactlab.exact.kernel import chopped, value
-from impactlab.numerics.addresses import entered
+from impactlab.numerics.addresses import entered_by_table
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_PART
 from impactlab.types import Array
 
@@ -102,5 +102,5 @@ def finished(memory: MarchArrays, periods: Sequence[tuple[int, float, float]]) -
     """Return impulse [N s] and peak force [N] of each period (contact of the network, start [s], stop [s])."""
     spans = np.zeros((len(periods), SPAN_COLUMNS))
     spans[:, :IMPULSE] = periods
-    entered(finish_spans, memory, spans)
+    entered_by_table(finish_spans, memory, spans)
     return [(impulse, peak) for impulse, peak in spans[:, IMPULSE:].tolist()]

@@ -167,6 +167,19 @@ def entered(entry: Any, *arguments: Any) -> Any:
     return entry(*arguments)
 
 
+def entered_by_table(entry: Any, *arguments: Any) -> Any:
+    """Call a compiled function whose first argument is a table of arrays, and whose other ones are of one type each.
+
+    All its calls have the same types. Numba finds those of a table at each call, which takes ten times as long as the
+    call itself: so the one function that it made is called at once.
+    """
+    made = entry.overloads if COMPILED else ()
+    if len(made) != 1:
+        return entered(entry, *arguments)
+    (only,) = made.values()
+    return only.entry_point(*arguments)
+
+
 def load(entry: Any, signature: tuple[Any, ...]) -> None:
     """Load a compiled function for arguments of some types, before its first call."""
     if COMPILED and not entry.overloads:

@@ -11,7 +11,7 @@ from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
-from impactlab.numerics.addresses import entered, is_loaded
+from impactlab.numerics.addresses import entered, entered_by_table, is_loaded
 from impactlab.numerics.ahead import ahead
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.numerics.raised import keep_raised
@@ -158,7 +158,7 @@ def step_through(
         history = RecordedHistory(assembly, plan.integrator)
         history.warnings.extend(plan.warnings)
         history.integrator_used = plan.is_stepped
-        entered(loop.start, assembly.memory, assembly.dt)
+        entered_by_table(loop.start, assembly.memory, assembly.dt)
         if not is_loaded(advance_of(assembly)):  # here, so that the first run's solve time is that of the steps
             entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
     with spent_on("solving"):
@@ -193,7 +193,8 @@ def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None
         began = clock.perf_counter()
         last = min(first + chunk, assembly.steps)
         with keep_raised(assembly.fail_all) as raised:
-            status = advance(assembly.memory, assembly.dt, last, assembly.stride, assembly.sample_stride)
+            given = assembly.memory, assembly.dt, last, assembly.stride, assembly.sample_stride
+            status = entered_by_table(advance, *given)
         spent = clock.perf_counter() - began
         check_called(assembly.clock)
         history.drain()
