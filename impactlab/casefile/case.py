@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from impactlab import plugins
+from impactlab.cached import cached_property
 from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, read_document

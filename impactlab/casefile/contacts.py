@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from impactlab.cached import cached_property
 from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.mechanisms import direction, directions, links_of

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
+from impactlab.cached import cached_property
 from impactlab.types import Array
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property
 from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from impactlab.cached import cached_property
 from impactlab.errors import CaseError, closest
 from impactlab.exact.arrays import CHANGE, CLOSE
 from impactlab.exact.branch_tables import FIRST

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Literal, NamedTuple, final, overload
 
+from impactlab.cached import cached_property
 from impactlab.lazy import above
 from impactlab.scene.method import Method
 

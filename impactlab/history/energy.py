@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.cached import cached_property
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.types import Array
 

@@ -14,11 +14,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
+from impactlab.cached import cached_property
 from impactlab.errors import ImpactlabError
 from impactlab.hopkinson.alignment import warn_if_apart
 from impactlab.hopkinson.separation import same_length

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Literal, final
 
 import numpy as np
 
 from impactlab.bases.base import Coordinates, Span
 from impactlab.bases.reduced import ReducedMesh, products
+from impactlab.cached import cached_property
 from impactlab.errors import PairingError
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
 from impactlab.models.mesh.base import AbstractMesh, end_load

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import dis
 import logging
+import threading
 from collections.abc import Callable, Iterator
 from multiprocessing import parent_process
 from types import FunctionType
@@ -52,11 +53,19 @@ LOG = logging.getLogger("impactlab")
 _logged: list[bool] = []  # that code is compiled
 _in_python: dict[Callable[..., Any], Callable[..., Any]] = {}
 _plain: list[Callable[..., None]] = []
-_trial = _interpreting = False
 _compiled: dict[tuple[Any, int], tuple[Any, Any]] = {}  # the signature is kept, so that its id stays its own
 _wrappers: dict[Any, Callable[..., Any]] = {}  # of functions that take a table, by function
 before_compiling: list[Callable[[Callable[..., Any]], None]] = []
 """Called with a function that is not on disk, before it is compiled."""
+
+
+class _Mode(threading.local):
+    """Whether plans of this thread are checked and never run, and whether it runs kernels as plain Python."""
+
+    trial = interpreting = False
+
+
+_mode = _Mode()
 
 
 def call_in_python(address: int, *arguments: Any) -> None:
@@ -115,17 +124,16 @@ def in_python(function: Any) -> Any:
 @contextlib.contextmanager
 def trial() -> Iterator[None]:
     """Let `interpreted` hold inside: for plans that are checked and never run."""
-    global _trial
-    before, _trial = _trial, True
+    before, _mode.trial = _mode.trial, True
     try:
         yield
     finally:
-        _trial = before
+        _mode.trial = before
 
 
 def in_trial() -> bool:
     """Return whether plans are checked and never run, as inside `trial`."""
-    return _trial
+    return _mode.trial
 
 
 @contextlib.contextmanager
@@ -134,12 +142,11 @@ def interpreted(unknowns: int) -> Iterator[None]:
 
     Loading compiled code takes a fifth of a second. Addresses that are made inside hold only there.
     """
-    global _interpreting
-    _interpreting = _trial and unknowns <= MAX_UNKNOWNS
+    _mode.interpreting = _mode.trial and unknowns <= MAX_UNKNOWNS
     try:
         yield
     finally:
-        _interpreting = False
+        _mode.interpreting = False
 
 
 def log_compiling(entry: Any) -> None:
@@ -151,7 +158,7 @@ def log_compiling(entry: Any) -> None:
 
 def entered(entry: Any, *arguments: Any) -> Any:
     """Call a compiled function; its first call is booked as compiling."""
-    if _interpreting:
+    if _mode.interpreting:
         return in_python(entry)(*arguments)
     if not is_loaded(entry):
         with spent_on(COMPILING):
@@ -168,10 +175,10 @@ def entered_with_table(entry: Any, table: Any, *others: Any) -> Any:
     with those of earlier calls, which takes longer than a short run; here the function is called as it was compiled.
     """
     wrapper = _wrappers.get(entry)
-    if wrapper is not None and not _interpreting:
+    if wrapper is not None and not _mode.interpreting:
         return wrapper(table, *others)
     found = entered(entry, table, *others)
-    if COMPILED and not _interpreting and len(entry.overloads) == 1:
+    if COMPILED and not _mode.interpreting and len(entry.overloads) == 1:
         _wrappers[entry] = next(iter(entry.overloads.values())).entry_point
     return found
 
@@ -293,9 +300,9 @@ def kernel_address(function: Callable[..., None] | None, signature: Any, allocat
     """Return the address of a function as `compiled` makes it; 0 for none."""
     if function is None:
         return 0
-    if COMPILED and not _interpreting:
+    if COMPILED and not _mode.interpreting:
         return int(compiled(function, signature, allocates).address)
-    return plain_address(in_python(function) if _interpreting else function)
+    return plain_address(in_python(function) if _mode.interpreting else function)
 
 
 def plain_address(function: Callable[..., None]) -> int:

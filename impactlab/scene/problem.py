@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
+from impactlab.cached import cached_property
 from impactlab.scene.bodies import Body, ElasticBody, WaveBody
 from impactlab.scene.instrument import Instrument
 from impactlab.types import Quantity

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import cached_property
 from typing import final
 
+from impactlab.cached import cached_property
 from impactlab.scene.facts import impedance_of, striker_of
 from impactlab.scene.method import Method, dashpot_of, is_relative, stiffness_of
 from impactlab.scene.problem import Contact, Scene

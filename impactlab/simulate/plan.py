@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
+from impactlab.cached import cached_property
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
 from impactlab.history.base import Warned

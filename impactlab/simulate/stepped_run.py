@@ -43,15 +43,20 @@ FIRST_CHUNK = 4_000_000  # steps times entries of the state: a few milliseconds
 
 
 class Prepared:
-    """The plan of a run, and the arrays of its loop: those made first serve the first run, copies the next ones."""
+    """The plan of a run, and the arrays of its loop: those made first serve the first run, copies the next ones.
+
+    Threads may run the same case at once: each gets arrays of its own.
+    """
 
     bodies: ClassVar[KnownBodies | None] = None  # of the plan before
 
     def __init__(self, scene: Scene, method: Method) -> None:
         self.plan = prepare(scene, method, Prepared.bodies)
         Prepared.bodies = self.plan.known_bodies or Prepared.bodies
-        self._made, self._given = self._assembly(), False
-        self.can_repeat: bool = self.plan.march is None and (self._made is None or self._made.can_repeat)
+        made = self._assembly()
+        self.can_repeat: bool = self.plan.march is None and (made is None or made.can_repeat)
+        self._first = iter((made,))  # a step of it gives them to one thread alone
+        self._kept: Assembly | None = None  # to copy
 
     def _assembly(self) -> Assembly | None:
         plan = self.plan
@@ -59,16 +64,18 @@ class Prepared:
 
     def assembly(self) -> Assembly | None:
         """Return arrays that no run has written into; None where a run has no loop."""
-        if not self._given:  # nothing is copied for a scene that is run once
-            self._given, made, self._made = True, self._made, None
-            return made
-        made = self.kept()
-        return made.again() if made is not None and made.can_repeat else made
+        if (first := next(self._first, None)) is not None:  # nothing is copied for a scene that is run once
+            return first
+        if not self.can_repeat:
+            return self._assembly()
+        kept = self.kept()
+        return None if kept is None else kept.again()
 
     def kept(self) -> Assembly | None:
         """Return arrays to copy, which no run may write into; None where a run has no loop."""
-        self._made = self._made or self._assembly()
-        return self._made
+        if self._kept is None:  # two threads may both make them: either serves
+            self._kept = next(self._first, None) or self._assembly()
+        return self._kept
 
 
 ready = KeepsResults(Prepared, lambda made: made.can_repeat)
@@ -76,10 +83,10 @@ ready = KeepsResults(Prepared, lambda made: made.can_repeat)
 
 def prepared_like(like: Simulation, scene: Scene, method: Method) -> tuple[Plan, Assembly | None]:
     """Return plan and arrays of a run, with those of another one, rewritten for its step, where they serve."""
-    known = ready(*like)
-    plan, assembly = known.plan, known.kept()
-    if assembly is not None and scene is like.scene and method is like.method:
-        return plan, assembly.again() if assembly.can_repeat else known.assembly()
+    known, is_same = ready(*like), scene is like.scene and method is like.method
+    plan, assembly = known.plan, known.kept() if known.can_repeat else None
+    if assembly is not None and is_same:
+        return plan, assembly.again()
     if assembly is not None and retimed.is_alike(plan, assembly, scene, method):
         if retimed.may_be_rewritten(plan, assembly, method):
             made = retimed.retimed(plan, assembly, scene, method)
@@ -87,7 +94,7 @@ def prepared_like(like: Simulation, scene: Scene, method: Method) -> tuple[Plan,
         other = restepped.restepped(plan, scene, method)
         if other is not None and other.dt is not None:
             return other, restepped.arrays_of(other, other.dt, assembly)
-    own = ready(scene, method)
+    own = known if is_same else ready(scene, method)
     return own.plan, own.assembly()
 
 

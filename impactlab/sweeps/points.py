@@ -7,13 +7,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import impactlab
 from impactlab import api
+from impactlab.cached import cached_property
 from impactlab.casefile import Case
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.jobs.sources import code_hash, numeric_environment, plugin_modules, top, tree_hash

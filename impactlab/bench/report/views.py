@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 from impactlab.bench.schema import Row
+from impactlab.cached import cached_property
 
 AUTOMATIC = "automatic"  # name of the automatic choice among the methods
 OWN = "own."  # prefix of the methods of a case file: they differ from case to case, so they are not ranked

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from impactlab.cached import cached_property
 from impactlab.exact.signals import clenshaw, gauss
 from impactlab.exact.tangents.run import Solved
 from impactlab.types import Array, Ints

@@ -5,12 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import final
 
 import numpy as np
 from numpy import float64
 
+from impactlab.cached import cached_property
 from impactlab.types import Array
 
 PARTS = 200  # of a run, in each of which a function may change its slope

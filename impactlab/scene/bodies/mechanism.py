@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Literal, NamedTuple, final
 
+from impactlab.cached import cached_property
 from impactlab.mechanisms.base import AbstractMechanism, Reading
 from impactlab.scene.bodies.base import Body, plain
 from impactlab.scene.bodies.beam import Beam

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from impactlab.cached import cached_property
 from impactlab.models.equations import AbstractEquations, Balance
 from impactlab.numerics.banded import multiply, widened
 from impactlab.simulate.stepping.preparation import BuiltBody

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.cached import cached_property
 from impactlab.history.frame import drift_velocities
 from impactlab.models.equations import SeveralEquations
 from impactlab.scene.facts import field_acceleration

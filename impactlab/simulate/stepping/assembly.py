@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, final
 
 import numpy as np
 
+from impactlab.cached import cached_property
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.addresses import COMPILED, entered
 from impactlab.numerics.ahead import ahead

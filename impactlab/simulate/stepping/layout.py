@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from functools import cached_property
 from typing import Literal, NamedTuple, final
 
+from impactlab.cached import cached_property
 from impactlab.errors import CaseError
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain

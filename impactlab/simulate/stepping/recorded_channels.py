@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import cached_property
 from typing import final
 
 import numpy as np
 
+from impactlab.cached import cached_property
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
