@@ -49,15 +49,6 @@ def test_a_channel_that_is_no_text_is_refused(method: str) -> None:
         history.evaluate(1e-5, None)  # type: ignore[arg-type]
 
 
-def test_names_of_methods_are_a_list() -> None:
-    """'the case has no method 'b'' of "base"."""
-    case = il.load_case("axial_impact")
-    with pytest.raises(il.CaseError, match=r"takes a list of names of methods, not 'base'"):
-        il.compare(case, "base")
-    with pytest.raises(il.CaseError, match="the case has no method nothing"):
-        il.compare(case, [None])  # type: ignore[list-item]
-
-
 def test_a_field_of_no_rod_names_the_rods() -> None:
     """'no field 'stress' of 'hammer'. Did you mean 'stress'?'"""
     history = il.run(il.load_case("axial_impact").method("continuous"))
