@@ -120,7 +120,8 @@ class Comparison:
         lines = [f"<Comparison of '{self.case}', errors against {self.reference.name if self.reference else 'nothing'}"]
         for row in self.rows:
             errors = row.summary.get("errors") or {}
-            error = errors.get("mass_displacement", errors.get("face_displacement"))
+            error = errors.get("mass_displacement")
+            error = errors.get("face_displacement") if error is None else error
             lines.append(
                 f"  {row.name}: {row.summary['status']}" + (f", error {error:.3g}" if error is not None else "")
             )
@@ -241,7 +242,7 @@ def reference_of(scene: Scene, method: Method, budget: float | None = None) -> R
 
 def compare(
     case: Case,
-    methods: Sequence[str] | None = None,
+    methods: str | Sequence[str] | None = None,
     progress: Callable[[str, float], None] | None = None,
     frames: int = 0,
 ) -> Comparison:
@@ -251,7 +252,7 @@ def compare(
     ----------
     case : Case
         The case.
-    methods : sequence of str, optional
+    methods : str or sequence of str, optional
         Names of its methods, ``base`` being the case as written; all of them if not given.
     progress : callable, optional
         Called with the name of the method and the fraction of the whole comparison that is done.
@@ -264,6 +265,8 @@ def compare(
         If the case has no method of a given name. A method that is refused or fails stays as a row instead.
     """
     expect_case(case, "compare")
+    if isinstance(methods, str):
+        methods = (methods,)
     names = list(dict.fromkeys(methods if methods is not None else case.method_names))
     for name in names:
         check_name("method", name, case.method_names, case.file)

@@ -313,9 +313,9 @@ def _largest_displacement(contact: CaseContact) -> float:
 
 
 def links_have_no_gap(contact: CaseContact) -> None:
-    """Refuse a gap or an overlap of a link, whose faces are joined from the start."""
+    """Refuse a gap other than 0 or an overlap of a link, whose faces are joined from the start."""
     for key in ("gap", "overlap"):
-        if contact.joined and key in contact.block.model_fields_set and getattr(contact.block, key) is not None:
+        if contact.joined and getattr(contact.block, key):
             kind = contact.block.law["kind"] if contact.block.law else ""
             raise contact.refused(
                 f"law {kind!r} joins its faces from t = 0, so there is no {key} between them",

@@ -228,7 +228,7 @@ def check_name(kind: str, name: str, known: Iterable[str], file: str = "") -> No
     names = list(dict.fromkeys(("base", *known)))
     if name not in names:
         raise CaseError(
-            f"the case has no {kind} {shown(name)}.{closest(name, names)}",
+            f"the case has no {kind} {shown(name)}.{closest(str(name), names)}",
             remedy=f"{kind.capitalize()}s of this case: {', '.join(names)}.",
             file=file,
         )

@@ -8,6 +8,7 @@ from typing import Any
 
 from impactlab.casefile.blocks import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
+from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of
 from impactlab.casefile.gathering import gathered_again
 from impactlab.casefile.instruments import given
@@ -47,6 +48,8 @@ def resolve(
 
 def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
     solve: dict[str, Any] = {"duration": scene.duration, "records": scene.records}
+    if (rod := reference_rod(case)) is not None:
+        solve["round_trips_of"] = rod
     if method.tolerance is not None:
         solve |= {"tolerance": method.tolerance.error, "tolerance_on": list(method.tolerance.on)}
     else:

@@ -34,7 +34,7 @@ from impactlab.cli.options import (
     names_in,
 )
 from impactlab.cli.reporting import CommandFailed, code_of, print_hints, reporting, words
-from impactlab.errors import ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError
 from impactlab.wall_time import timed
 
 
@@ -119,6 +119,10 @@ def compare(
         loaded = load(case, sets, None, variant, metric)
         print_hints(loaded)
         names = names_in(methods) if methods is not None else None
+        if names == []:
+            raise CaseError(
+                "--methods names no method", remedy=f"Methods of this case: {', '.join(loaded.method_names)}."
+            )
         drawn_as = figure_files.figure_files(figures, width, out)
         if out is not None:
             output.check_target(out)

@@ -112,6 +112,14 @@ class ContinuousHistory(AbstractHistory):
         return {probe.channel: probe.x for probe in (*faces, *self.scene.recorded_probes)}
 
     @cached_property
+    def _of_masses(self) -> dict[str, str]:
+        """Channels of masses by those of their probes: ``position:hammer`` by ``displacement:hammer@0``."""
+        channels = (
+            (name, own, quantity) for name, body in self.scene.bodies.items() for own, quantity in body.own_channels
+        )
+        return {f"{quantity}:{name}@0": f"{own}:{name}" for name, own, quantity in channels}
+
+    @cached_property
     def dated(self) -> tuple[Event, ...]:
         """All closings and openings in order of time, noise included."""
         found = self.log.events[: self.log.state["events"]]
@@ -215,7 +223,7 @@ class ContinuousHistory(AbstractHistory):
         return np.asarray(self._evaluated(times.ravel(), channel).reshape(times.shape))
 
     def _evaluated(self, t: Array, channel: str) -> Array:
-        quantity, _, rest = channel.partition(":")
+        quantity, _, rest = self._of_masses.get(channel, str(channel)).partition(":")
         if rest in self._contact and quantity in ("force", "gap"):
             contact = self._contact[rest]
             if quantity == "force":
@@ -241,7 +249,7 @@ class ContinuousHistory(AbstractHistory):
             return {"velocity": v, "momentum": mass * v, "energy": 0.5 * mass * v * v}[quantity]
         anywhere = "|".join(QUANTITIES_OF_ROD)
         raise CaseError(
-            f"'{channel}' is not a channel of this history.{closest(channel, self.channels())}",
+            f"'{channel}' is not a channel of this history.{closest(str(channel), self.channels())}",
             remedy=f"Channels: {', '.join(self.channels())}, and {anywhere}:rod@x at any x of a rod.",
         )
 
@@ -346,11 +354,18 @@ class ContinuousHistory(AbstractHistory):
         return float(np.diff(self.force(contact).integral(np.array([0.0, max(0.0, time)]), False))[0])
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
-        links = self.layout.links.get(body, ())
-        if not links or quantity not in self.scene.bodies[body].quantities:
+        rods = self.layout.links
+        links = rods.get(body, ())
+        if not links:
             raise CaseError(
-                f"no field '{quantity}' of '{body}'.{closest(quantity, QUANTITIES_OF_ROD)}",
-                remedy=f"Fields: {', '.join(QUANTITIES_OF_ROD)} of a rod.",
+                f"no field of '{body}'.{closest(str(body), rods)} Rods and shafts: {', '.join(rods)}",
+                remedy="Name one of these; a mass has channels.",
+            )
+        known = self.scene.bodies[body].quantities
+        if quantity not in known:
+            raise CaseError(
+                f"no field {str(quantity)!r} of '{body}'.{closest(str(quantity), known)}",
+                remedy=f"Fields: {', '.join(known)}.",
             )
         read, factor = self.scene.bodies[body].reading(quantity)
         length = self.scene.bodies[body].length

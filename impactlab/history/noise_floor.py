@@ -10,6 +10,7 @@ span that closes again so soon goes on.
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
@@ -115,14 +116,15 @@ def _without_brief_openings(
     """Return events and spans with those spans of a contact joined between which it was open by rounding only."""
     whole: list[ContactSpan] = []
     last: dict[str, int] = {}  # place of the last span of each contact in `whole`
-    brief: set[tuple[str, float]] = set()  # contact and time of the events between joined spans
+    # Openings and closings between joined spans, counted: a touch without length has its last opening there, too.
+    brief: Counter[tuple[str, float, str]] = Counter()
     for span in sorted(spans, key=lambda each: each.start):
         at = last.setdefault(span.contact, len(whole))
         before = whole[at] if at < len(whole) else None
         if before is None:
             whole.append(span)
         elif span.kicks is None and before.end is not None and span.start - before.end <= MIN_OPENING * span.start:
-            brief |= {(span.contact, before.end), (span.contact, span.start)}
+            brief.update(((span.contact, before.end, "open"), (span.contact, span.start, "close")))
             peaks = [each.peak_force for each in (before, span) if each.peak_force is not None]
             impulse = before.impulse + span.impulse
             whole[at] = before._replace(end=span.end, impulse=impulse, peak_force=max(peaks, default=None))
@@ -131,7 +133,14 @@ def _without_brief_openings(
             whole.append(span)
     if not brief:
         return events, spans
-    return [event for event in events if (event.contact, event.time) not in brief], whole
+    left: list[Event] = []
+    for event in events:
+        key = event.contact, event.time, event.kind
+        if brief[key]:
+            brief[key] -= 1
+        else:
+            left.append(event)
+    return left, whole
 
 
 def _of_contacts(found: Iterable[T]) -> dict[str, list[T]]:

@@ -136,7 +136,7 @@ class AbstractRecordedHistory(AbstractHistory):
             names = sorted(self.recorded)
             many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
             raise ImpactlabError(
-                f"channel '{channel}' was not recorded.{closest(channel, names)} "
+                f"channel '{channel}' was not recorded.{closest(str(channel), names)} "
                 f"Recorded: {', '.join(names[:MAX_NAMED])}{many}",
                 remedy="A quantity at another place needs a probe in the case.",
             )
@@ -169,7 +169,10 @@ class AbstractRecordedHistory(AbstractHistory):
 
     def largest(self, channel: str) -> float:
         found = self._channel(channel)
-        return super().largest(channel) if found.middles is not None else float(found.values.max())
+        if found.middles is not None:
+            return super().largest(channel)
+        inside = found.values[: np.searchsorted(found.times, self.duration)]  # the last step may reach beyond the end
+        return float(inside.max(initial=self.at_end(channel)))
 
     @property
     def record_rate(self) -> float:

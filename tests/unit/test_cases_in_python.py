@@ -227,6 +227,9 @@ def test_one_name_stands_for_a_list_of_one():
     one = il.sweep(case, {"bodies.hammer.mass": 2.0}, quantities="impulse")
     assert one.impulse.shape == (1, 1)
     assert il.sensitivities(case, "bodies.hammer.mass", "impulse").find("impulse", "bodies.hammer.mass").value > 0.0
+    assert [row.name for row in il.compare(case, "continuous").rows] == ["continuous"]
+    with pytest.raises(il.CaseError, match="the case has no method nothing"):
+        il.compare(case, [None])
 
 
 def test_times_and_channel_in_the_wrong_order_are_told_so():

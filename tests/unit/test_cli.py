@@ -136,6 +136,15 @@ def test_compare_fails_when_every_method_does():
     assert json.loads(result.stdout)["rows"][0]["summary"]["status"] == "refused"
 
 
+def test_compare_without_a_method_is_refused():
+    """An empty table, with exit code 0."""
+    result = invoke("compare", AXIAL, "--methods", "", "--json")
+    assert result.exit_code == 2
+    error = json.loads(result.stdout)["error"]
+    assert error["text"] == "--methods names no method"
+    assert error["remedy"].startswith("Methods of this case: base, ")
+
+
 def test_check_prints_values_in_si():
     result = invoke("check", str(ROOT / "cases" / "free_rod.yaml"), "--json")
     assert result.exit_code == 0, result.stderr

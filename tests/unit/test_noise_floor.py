@@ -138,6 +138,26 @@ def test_an_opening_by_rounding_does_not_split_a_contact() -> None:
     assert [event.time for event in events] == [0.0, 0.3, 0.4]
 
 
+def test_a_touch_without_length_keeps_the_opening_of_the_contact_before_it() -> None:
+    """Located events: faces that touch again at the instant at which they open. Both openings were left out."""
+    found = touches("a|b", (0.0, 0.1, 1.0), (0.1, 0.1, 1e-3), (0.4, 0.5, 1.0))
+    events, spans = above_noise(balls(("a", "b")).scene, {}, *found)
+    assert [(span.start, span.end) for span in spans] == [(0.0, 0.1), (0.4, 0.5)]
+    assert [(event.time, event.kind) for event in events] == [
+        (0.0, "close"),
+        (0.1, "open"),
+        (0.4, "close"),
+        (0.5, "open"),
+    ]
+
+
+def test_located_events_are_the_ends_of_their_contacts() -> None:
+    history = il.run(il.load_case("all_methods").method("macneal"))
+    dated = {kind: [event.time for event in history.events if event.kind == kind] for kind in ("close", "open")}
+    assert dated["close"] == [span.start for span in history.contacts]
+    assert dated["open"] == [span.end for span in history.contacts if span.end is not None]
+
+
 def test_waves_that_arrive_together_do_not_part_the_faces_of_a_specimen() -> None:
     bar: dict[str, Any] = {"area": 201.06e-6, "material": {"young": 210e9, "density": 7850.0}}
     bodies: dict[str, il.Rod] = {

@@ -89,6 +89,13 @@ def test_a_comparison_shows_its_table(case: il.Case) -> None:
     assert len(made.plot().axes) >= 6
 
 
+def test_a_comparison_of_rods_shows_the_error_of_their_faces() -> None:
+    """Without a mass no error was shown."""
+    made = il.compare(il.load_case("two_rods"), ["base"])
+    error = made.rows[0].summary["errors"]["face_displacement"]
+    assert repr(made).splitlines()[1] == f"  base: completed, error {error:.3g}>"
+
+
 def test_figures_of_a_run() -> None:
     case = il.load_case(CASES / "hopkinson_chain.yaml")
     history = il.run(case, frames=240)
