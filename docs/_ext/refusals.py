@@ -62,10 +62,10 @@ def assigned(node: ast.AST) -> Iterator[tuple[str, ast.expr]]:
                 yield name.id, each
 
 
-def constants(path: Path) -> dict[str, str]:
+def constants(module: ast.Module) -> dict[str, str]:
     """Return the texts that stand as constants in a module, also those that it imports."""
     found: dict[str, str] = {}
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    for node in module.body:
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("impactlab."):
             loaded = importlib.import_module(str(node.module))
             texts = ((name.asname or name.name, getattr(loaded, name.name, None)) for name in node.names)
@@ -77,13 +77,14 @@ def constants(path: Path) -> dict[str, str]:
 def of_file(path: Path) -> Iterator[Refusal]:
     """Give the refusals of a module."""
     package = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-    module, fixed = ast.parse(path.read_text(encoding="utf-8")), constants(path)
+    module = ast.parse(path.read_text(encoding="utf-8"))
+    fixed = constants(module)
     for function in (node for node in ast.walk(module) if isinstance(node, ast.FunctionDef)):
-        named = dict(fixed)
-        for node in ast.walk(function):
+        named, inside = dict(fixed), list(ast.walk(function))
+        for node in inside:
             for name, value in assigned(node):
                 named[name] = written(value, named) or named.get(name, "")
-        for node in ast.walk(function):
+        for node in inside:
             call = node.exc if isinstance(node, ast.Raise) else None
             if not isinstance(call, ast.Call):
                 continue

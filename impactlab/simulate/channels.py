@@ -61,10 +61,11 @@ def probed(scene: Scene) -> Iterator[Probed]:
 
 
 SAME_PLACE = 1e-9  # of a body's length: a place this near to a face is the face
+MIN_LOCATED = 1000  # instants, from which on their steps are kept: for fewer a comparison takes longer than the search
 MAX_LISTED = 12  # times in a message
 MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
 # Fields that refer to the memory of a run.
-OF_THE_RUN = ("assembly", "_record", "_channels", "_last_bead_gaps")
+OF_THE_RUN = ("assembly", "_record", "_channels", "_last_bead_gaps", "_located")
 
 
 class AbstractRecordedHistory(AbstractHistory):
@@ -72,6 +73,7 @@ class AbstractRecordedHistory(AbstractHistory):
 
     recorded: Mapping[str, Channel]
     dropped: tuple[float, int] = (0.0, 0)  # J, by changes of coordinates with a contact, and their number
+    _located: tuple[Array, Array, NDArray[np.int64]] | None = None  # ends of steps, instants read last, their steps
 
     def __init__(
         self,
@@ -143,15 +145,28 @@ class AbstractRecordedHistory(AbstractHistory):
         times, values, stepped, middles, _ = self._channel(channel)
         if not stepped:
             return np.asarray(np.interp(t, times, values))
-        # A value holds on [time before, its own time): at a jump the value after it is given.
-        step = np.minimum(np.searchsorted(times, t, side="right"), values.size - 1)
+        step = self._step_at(times, t)
         if middles is None:
             return values[step]
         if channel not in self._slopes:  # the value at t = 0 belongs to no step
             self._slopes[channel] = np.append(0.0, slopes(middles[1:], values[1:]))
-        mean = values[step]
-        sloped = mean + self._slopes[channel][step] * (t - middles[step])
+        mean = values.take(step)
+        sloped = mean + self._slopes[channel].take(step) * (t - middles.take(step))
         return np.asarray(np.maximum(sloped, np.minimum(mean, 0.0)))  # beyond the last step a force that falls is zero
+
+    def _step_at(self, times: Array, t: Array) -> NDArray[np.int64]:
+        """Return the number of the value of a stepped channel that holds at times t [s], same shape.
+
+        A value holds on [time before, its own time): at a jump the value after it is given. Many contacts are mostly
+        read at the same instants one after the other: the last ones are kept.
+        """
+        kept = self._located
+        if kept is not None and t.size >= MIN_LOCATED and kept[0] is times and np.array_equal(kept[1], t):
+            return kept[2]
+        step = np.minimum(np.searchsorted(times, t, side="right"), times.size - 1)
+        if t.size >= MIN_LOCATED:
+            self._located = times, t, step
+        return step
 
     def _channel(self, name: str) -> Channel:
         """Return a channel as it is evaluated."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -34,6 +35,18 @@ LONG = {
     for variant in ("base", "massless_pad", "massless_rod", "one_massless_rod")
 }
 
+# In place of the durations in the files, which take minutes: 250 round trips of a fast rod, 150 contacts, the rise of a
+# force that a smaller ratio has to its end. The stored table has the whole runs.
+SHORTER: dict[tuple[str, str], Any] = {
+    ("nearly_rigid", "base"): 3e-6,
+    ("nearly_rigid", "massless_pad"): 1e-7,
+    ("nearly_rigid", "massless_rod"): 1e-6,
+    ("nearly_rigid", "one_massless_rod"): 1e-6,
+    ("contact_periods", "thousand"): 450.0,
+    ("contact_periods", "between_walls"): 600.0,
+    ("mass_ratios", "ratio_1e6"): {"round_trips": 450},
+}
+
 
 def test_every_hard_case_says_why_it_exists_what_must_happen_and_what_is_exact() -> None:
     for file in FILES:
@@ -48,8 +61,12 @@ def test_no_method_hangs_crashes_or_is_silently_wrong(file: Path, tmp_path: Path
     families = chosen(read_grid(of_suite("hard")), METHODS)
     found, jobs = cells([file], "hard", families, METHODS)
     written, references = load_case(file), References()
+    cases = {variant: written.variant(variant) for variant in written.variant_names}
+    cases |= {
+        v: case.with_("solve.duration", SHORTER[file.stem, v]) for v, case in cases.items() if (file.stem, v) in SHORTER
+    }
     records = {
-        key: row_of(written.variant(job.variant), job.method, job.settings, references)
+        key: row_of(cases[job.variant], job.method, job.settings, references)
         for key, job in jobs.items()
         if (file.stem, job.variant, job.method) not in LONG
     }

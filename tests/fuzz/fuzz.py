@@ -54,7 +54,7 @@ def shard(seed: int, first: int, count: int, runs: bool = False) -> list[Row]:
             try:
                 line = lines.get(timeout=5.0)
             except queue.Empty:
-                used = _processor_s(process.pid) - spent
+                used = processor_s(process.pid) - spent
                 if begun is None or (used < hung_s and time.monotonic() - since < WAITING * hung_s):
                     continue
                 ended = "hung"
@@ -64,7 +64,7 @@ def shard(seed: int, first: int, count: int, runs: bool = False) -> list[Row]:
                 break
             row = json.loads(line)
             if "begun" in row:
-                begun, spent, since = row["begun"], _processor_s(process.pid), time.monotonic()
+                begun, spent, since = row["begun"], processor_s(process.pid), time.monotonic()
             else:
                 rows.append({"number": row.pop("done"), **row})
                 first = rows[-1]["number"] + 1
@@ -84,7 +84,7 @@ def shard(seed: int, first: int, count: int, runs: bool = False) -> list[Row]:
     return rows
 
 
-def _processor_s(pid: int) -> float:
+def processor_s(pid: int) -> float:
     """Return the processor time of a process [s], whatever else the machine does; 0 of one that has ended."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()

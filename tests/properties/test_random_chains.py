@@ -80,7 +80,7 @@ def test_results_scale_with_units(document: Document, mass: float, length: float
     assert_same(moved(document), other, time, time=time, force=mass * length / time**2)
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(chains())
 def test_energy_stays_within_the_declared_bound(document: Document) -> None:
     """A run that gains more ends as failed; the step resolves what bends."""

@@ -49,21 +49,21 @@ impulses = st.builds(ImpulseMomentum, restitution=st.floats(0.0, 1.0))
 ROUNDING = 2e-12
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(scenes(laws=st.one_of(penalties, impulses), integrators=st.sampled_from([Newmark(), ExactModal()])))
 def test_lossless_pairings_gain_no_energy(scene: Simulation) -> None:
     book = trace(scene).history.energy
     assert book.largest_gain < ROUNDING * book.rounding
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(scenes(laws=st.just(Penalty(stiffness=Relative(1.0))), integrators=st.sampled_from([Newmark(), ExactModal()])))
 def test_undamped_penalty_neither_gains_nor_loses(scene: Simulation) -> None:
     book = trace(scene).history.energy
     assert max(book.largest_gain, book.largest_loss) < 2.0 * ROUNDING * book.rounding
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(scenes())
 def test_booked_losses_never_fall(scene: Simulation) -> None:
     book = trace(scene).history.energy
@@ -72,7 +72,7 @@ def test_booked_losses_never_fall(scene: Simulation) -> None:
         assert (values >= 0.0).all()
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     scenes(
         laws=st.builds(Penalty, stiffness=st.builds(Relative, log_uniform(1e-3, 1.0))),
@@ -101,7 +101,7 @@ def models_of_bars() -> st.SearchStrategy[AbstractRodModel]:
 
 # Measured on uniform rods of 2-node bars. With two segments on two elements, on spectral elements (gains up to 1.1
 # seen) or on four Ritz vectors (2.2 seen), a gain beyond the bound ends the run as failed.
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     scenes(
         laws=st.just(WaveIdentification()),
@@ -116,7 +116,7 @@ def test_wave_identification_gains_within_its_bound(scene: Simulation) -> None:
     assert trace(scene).history.energy.largest_gain <= energy_bound(*scene, scene.method.integrator)
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(
     scenes(
         laws=st.just(AdditionDeletion()),
@@ -207,7 +207,7 @@ conserving = st.sampled_from([Midpoint(), ContactStabilisedNewmark(), NonsmoothG
 composite = st.builds(Bathe, first_part=st.floats(0.2, 0.8))
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(scenes(laws=st.one_of(penalties, impulses), integrators=st.one_of(conserving, thetas, composite)))
 def test_these_gain_nothing_with_springs_dashpots_and_kicks(scene: Simulation) -> None:
     # A step that never gains energy under a constant load, taken about the load's own rest, gives F times the path.
@@ -222,7 +222,7 @@ def test_conserving_schemes_lose_nothing_either(scene: Simulation) -> None:
     assert book.largest_loss < 2.0 * ROUNDING * book.rounding
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(
     scenes(
         laws=st.just(AdditionDeletion()),
@@ -236,7 +236,7 @@ def test_hard_contact_whose_force_holds_the_jump_gains_nothing(scene: Simulation
     assert book.largest_gain < ROUNDING * book.rounding
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     scenes(
         laws=st.one_of(penalties, impulses),
@@ -252,7 +252,7 @@ def test_damping_schemes_gain_within_their_bound(scene: Simulation) -> None:
     assert trace(scene).history.energy.largest_gain <= energy_bound(*scene, scene.method.integrator)
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(
     scenes(
         laws=st.builds(Penalty, stiffness=st.builds(Relative, log_uniform(1e-3, 1.0))),

@@ -54,7 +54,7 @@ def check_momentum(scene: Simulation) -> None:
         assert free_momentum_error(traced) < 2e-11
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(scenes())
 def test_momentum_given_is_momentum_taken_is_the_reported_impulse(scene: Simulation) -> None:
     check_momentum(scene)

@@ -99,7 +99,7 @@ SOLVES = {
     "modes": MESH | {"model": {"kind": "modal", "elements": 40, "modes": 40}},
     "adaptive": {
         "model": {"kind": "finite_element", "elements": 8},
-        "integrator": {"kind": "adaptive"},
+        "integrator": {"kind": "adaptive", "method": "Radau"},  # implicit, as all is viscous
         "step": {"dt": 1e-4},
     },
 }

@@ -34,7 +34,7 @@ def test_help_answers_at_once():
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
-    assert min(once() for _ in range(5)) < 0.3
+    assert any(once() < 0.3 for _ in range(5))
 
 
 def test_help_imports_nothing_heavy():

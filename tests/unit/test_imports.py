@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import NamedTuple
@@ -34,8 +35,9 @@ def modules(root: Path) -> dict[str, Path]:
     return {name.removesuffix(".__init__"): path for name, path in files.items()}
 
 
-def imports_of(text: str) -> Iterator[Import]:
-    """Give all names that a source imports: anywhere, under TYPE_CHECKING too, and by `lazy`."""
+@cache
+def imports_of(text: str) -> tuple[Import, ...]:
+    """Return all names that a source imports: anywhere, under TYPE_CHECKING too, and by `lazy`."""
 
     def walk(node: ast.AST, inside: bool) -> Iterator[Import]:
         for child in ast.iter_child_nodes(node):
@@ -48,7 +50,7 @@ def imports_of(text: str) -> Iterator[Import]:
                     yield Import(name, inside)
             yield from walk(child, inside or isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda))
 
-    yield from walk(ast.parse(text), False)
+    return tuple(walk(ast.parse(text), False))
 
 
 def needed(name: str, known: dict[str, Path], by: str) -> set[str]:

@@ -17,6 +17,7 @@ from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.layout import Source
 from impactlab.types import Array
 
+MAX_COPIED = 100_000_000  # bytes of a record, up to which columns that are read are copied: reads of them are quick
 Ends = dict[str, tuple[Array, Array]]  # of delay lines: times; displacements of both ends, or waves
 
 
@@ -113,6 +114,8 @@ class RecordedChannels(Mapping[str, Channel]):
         values = self.record[:, source.columns[0]]
         for column in source.columns[1:]:
             values = values + self.record[:, column]
+        if self.record.nbytes <= MAX_COPIED:  # side by side, as the instants
+            values = np.ascontiguousarray(values)
         if source.kept == "none":
             values = np.full_like(times, np.nan)
         return Channel(times, values, source.stepped, self.instants.middles if source.sloped else None, source.rate)
