@@ -54,7 +54,7 @@ COPIED: Mapping[str, type[Any]] = {
 """Records that are also read and written by name, and hold more than zeros before a run."""
 WRITTEN = ("record", "sample", "snapshot_state")
 """Arrays that a run writes to, zero before it."""
-READ_ONLY = ("row_start", "row_index", "called", "candidates", "order", "pieces")
+READ_ONLY = ("bodies", "probe_at", "row_start", "row_index", "called", "candidates", "order", "pieces")
 """Arrays that no run writes to: all runs of a plan share them."""
 READ_IN_ONE_PHASE = ("momentum", "row_value", "left_out")
 """The same where no body changes its coordinates with its contact."""
@@ -241,7 +241,7 @@ class Assembly:
     @cached_property
     def _others(self) -> list[tuple[str, Callable[[], Any]]]:
         """Name of each array of another run that is neither shared nor in `COPIED`, and the function that makes it."""
-        made: list[tuple[str, Callable[[], Any]]] = [("state", self.layout.state)]
+        made: list[tuple[str, Callable[[], Any]]] = [("state", partial(copied_on_lines, self.memory.state))]
         apart = {"state", "clock", "events", *COPIED, *READ_ONLY}
         apart |= set() if len(self.memory.phases) else set(READ_IN_ONE_PHASE)
         for name, array in self.memory._asdict().items():

@@ -14,6 +14,7 @@ import numpy as np
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.rigid import RigidBody
 from impactlab.numerics.addresses import entered
+from impactlab.numerics.records import copied
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
@@ -79,6 +80,7 @@ def renumbered(known: Assembly, plan: Plan, integrator: AbstractIntegrator, dt: 
     models = {name: body.model for name, body in layout.built.items()}
     values = values_of(layout, models, layout.steppers)
     given = {
+        "bodies": copied(m.bodies),
         "state": layout.state(),
         "parameters": values.parameters,
         "momentum": values.momentum,
