@@ -62,12 +62,12 @@ class EnergyBook:
     @cached_property
     def total(self) -> Array:
         """Energy of all bodies and contacts, shape (n,) [J]."""
-        return np.asarray(sum(self.bodies.values(), np.zeros(self.time.shape)) + self.stored)
+        return np.asarray(sum(self.bodies.values(), 0.0) + self.stored)
 
     @cached_property
     def balance(self) -> Array:
         """Bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
-        total = self.total + sum(self.booked.values(), np.zeros(self.time.shape)) - self.work
+        total = self.total + sum(self.booked.values(), 0.0) - self.work
         return np.asarray(total - total[0])
 
     @cached_property

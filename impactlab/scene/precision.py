@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
 from contextvars import ContextVar
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -32,15 +31,20 @@ LOST_DIGITS = (
 _quiet: ContextVar[bool] = ContextVar("quiet", default=False)  # whether numpy is silent on overflow anyway
 
 
-@contextmanager
-def quietly() -> Iterator[None]:
+class quietly:  # noqa: N801 - used as `with quietly()`
     """Silence overflow warnings of numpy inside, once for every `in_precision` there."""
-    token = _quiet.set(True)
-    try:
-        with np.errstate(all="ignore"):
-            yield
-    finally:
-        _quiet.reset(token)
+
+    __slots__ = ("state", "token")
+
+    def __enter__(self) -> None:
+        self.token, self.state = _quiet.set(True), np.errstate(all="ignore")
+        self.state.__enter__()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.state.__exit__(kind, error, trace)
+        _quiet.reset(self.token)
 
 
 class in_precision:  # noqa: N801 - used as `with in_precision(...)`

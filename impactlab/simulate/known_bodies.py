@@ -47,6 +47,10 @@ class KnownBodies(NamedTuple):
                 found[name] = built._replace(body=body)
         return found
 
+    def shared_with(self, built: Mapping[str, BuiltBody]) -> bool:
+        """Return whether some bodies of a plan are taken over from here."""
+        return any(name in self.built and self.built[name].system is body.system for name, body in built.items())
+
     def same_steppers(self, same: Collection[str], integrator: AbstractIntegrator, dt: float) -> dict[str, Stepper]:
         """Return the steppers of bodies that are the ``same``, for a scheme and a step [s] without pushed rows."""
         if integrator != self.integrator or dt != self.dt:

@@ -27,6 +27,7 @@ from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.fault_of_part import fault_of_part
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.simulate.stepping.loop import advance_dated
+from impactlab.simulate.stepping.same_structure import renumbered
 from impactlab.simulate.stepping.unfilled import check_called
 from impactlab.types import Progress
 from impactlab.wall_time import spent_on
@@ -49,18 +50,30 @@ class Prepared:
     """
 
     bodies: ClassVar[KnownBodies | None] = None  # of the plan before
+    arrays: ClassVar[Assembly | None] = None  # of one before with the same bodies, which no run writes into
 
     def __init__(self, scene: Scene, method: Method) -> None:
-        self.plan = prepare(scene, method, Prepared.bodies)
-        Prepared.bodies = self.plan.known_bodies or Prepared.bodies
-        made = self._assembly()
+        known = Prepared.bodies
+        self.plan = prepare(scene, method, known)
+        Prepared.bodies = self.plan.known_bodies or known
+        made = self._assembly(known)
         self.can_repeat: bool = self.plan.march is None and (made is None or made.can_repeat)
         self._first = iter((made,))  # a step of it gives them to one thread alone
         self._kept: Assembly | None = None  # to copy
 
-    def _assembly(self) -> Assembly | None:
+    def _assembly(self, known: KnownBodies | None = None) -> Assembly | None:
+        """Return new arrays; those of another mass or velocity follow from the ones of the scene before."""
         plan = self.plan
-        return None if plan.dt is None or plan.integrator is None else Assembly(plan, plan.integrator, plan.dt)
+        if plan.dt is None or plan.integrator is None:
+            return None
+        kept = Prepared.arrays
+        like = None if kept is None else renumbered(kept, plan, plan.integrator, plan.dt)
+        if like is not None:
+            return like
+        made = Assembly(plan, plan.integrator, plan.dt)
+        if made.can_repeat and known is not None and known.shared_with(plan.built):
+            Prepared.arrays = made.again()
+        return made
 
     def assembly(self) -> Assembly | None:
         """Return arrays that no run has written into; None where a run has no loop."""

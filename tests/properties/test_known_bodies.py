@@ -94,7 +94,7 @@ CHANGES: tuple[tuple[str, Any], ...] = (
 def forget() -> None:
     """Begin as a new session does."""
     stepped_run.ready = KeepsResults(stepped_run.Prepared, lambda made: made.can_repeat)
-    stepped_run.Prepared.bodies = None
+    stepped_run.Prepared.bodies = stepped_run.Prepared.arrays = None
 
 
 def bits(case: il.Case) -> tuple[Any, ...]:

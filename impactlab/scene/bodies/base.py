@@ -133,7 +133,7 @@ class Body(ABC):
     @property
     def loads(self) -> tuple[tuple[float, AbstractLoad], ...]:
         """Place x [m] of each end with a force over time, and that force."""
-        return tuple((x, end.load) for x, end in self.ends if end.load is not None)
+        return tuple([(x, end.load) for x, end in self.ends if end.load is not None])
 
     @property
     def is_held(self) -> bool:

@@ -54,7 +54,7 @@ COPIED: Mapping[str, type[Any]] = {
 """Records that are also read and written by name, and hold more than zeros before a run."""
 WRITTEN = ("record", "sample", "snapshot_state")
 """Arrays that a run writes to, zero before it."""
-READ_ONLY = ("row_start", "row_index", "called", "candidates", "order", "pieces")
+READ_ONLY = ("bodies", "probe_at", "row_start", "row_index", "called", "candidates", "order", "pieces")
 """Arrays that no run writes to: all runs of a plan share them."""
 READ_IN_ONE_PHASE = ("momentum", "row_value", "left_out")
 """The same where no body changes its coordinates with its contact."""
@@ -74,9 +74,8 @@ class Assembly:
         self.integrator, self.dt, self.steps = integrator, dt, plan.steps
         self.stride, self.sample_stride = layout.stride, layout.sample_stride
         self.failed_at: tuple[float, int] | None = None  # time [s] and step at which compiled code first raised
-        laws = laws_of(scene, plan.acting)
         with ahead(lambda: kernels_of(layout)):
-            self.laws = [LawAddress(laws[number].respond, laws[number].compiled) for number in layout.solved]
+            self.laws = self.laws_at(layout)
         state = layout.state()
         coordinates = both_phases(layout, integrator, dt)
         contacts, bodies = self._contacts(), self._bodies(coordinates, state)
@@ -102,9 +101,18 @@ class Assembly:
         others = len(layout.solved) + self.clock.rare + len(m.phases)
         self.clock.only_beads = int(others == 0 and state.size == 2 * layout.n_beads > 0)
         fill_pieces(m, self.clock)
-        arrays: Any = m if COMPILED else ()
-        small = COMPILED and sum([each.nbytes for each in arrays]) <= MAX_COPIED
-        self.can_repeat = small and all(law.compiled for law in laws)  # whether `again` serves
+        # Whether `again` serves.
+        self.can_repeat = self.is_small() and all(law.compiled for law in plan.acting.laws.values())
+
+    def laws_at(self, layout: Layout) -> list[LawAddress]:
+        """Return the addresses of the laws of the contacts that are solved."""
+        laws = laws_of(layout.scene, layout.plan.acting)
+        return [LawAddress(laws[number].respond, laws[number].compiled) for number in layout.solved]
+
+    def is_small(self) -> bool:
+        """Return whether the arrays are few enough to be kept for the next run."""
+        arrays: Any = self.memory if COMPILED else ()
+        return COMPILED and sum([each.nbytes for each in arrays]) <= MAX_COPIED
 
     def fail_all(self) -> None:
         """Mark the replies of all laws as failed, so that the loop stops where it looks at one; keep the step."""
@@ -133,7 +141,7 @@ class Assembly:
             "bodies": body_records(layout, values.starts),
             "called": np.arange(layout.n_beads, len(layout.built), dtype=np.int64),
             "parameters": values.parameters, "momentum": values.momentum, "jump": values.jump,
-            "responses": values.responses, "left_out": values.left_out,
+            "responses": values.responses, "left_out": coordinates.left_out,
             "row_start": coordinates.row_start, "row_index": coordinates.row_index,
             "row_value": coordinates.row_value, "other_state": coordinates.other_state,
             "phases": phases, "maps": maps, "dampers": dampers, "dashpots": dashpots,
@@ -233,7 +241,7 @@ class Assembly:
     @cached_property
     def _others(self) -> list[tuple[str, Callable[[], Any]]]:
         """Name of each array of another run that is neither shared nor in `COPIED`, and the function that makes it."""
-        made: list[tuple[str, Callable[[], Any]]] = [("state", self.layout.state)]
+        made: list[tuple[str, Callable[[], Any]]] = [("state", partial(copied_on_lines, self.memory.state))]
         apart = {"state", "clock", "events", *COPIED, *READ_ONLY}
         apart |= set() if len(self.memory.phases) else set(READ_IN_ONE_PHASE)
         for name, array in self.memory._asdict().items():

@@ -39,6 +39,18 @@ def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: S
     ports, ports_for_loop = records(Port, n_contacts)
     contacts, contacts_for_loop = records(ContactRecord, n_contacts)
     replies, replies_for_loop = records(Reply, n_contacts)
+    write_contacts(layout, integrator, addresses, ports, contacts)
+    return Contacts(ports, contacts, replies, (ports_for_loop, contacts_for_loop, replies_for_loop))
+
+
+def write_contacts(
+    layout: Layout,
+    integrator: AbstractIntegrator,
+    addresses: Sequence[LawAddress],
+    ports: Sequence[Port],
+    contacts: Sequence[ContactRecord],
+) -> None:
+    """Write the addresses and constants of laws, and the gaps at t = 0, into the records of contacts."""
     for place, (number, contact) in enumerate(zip(layout.solved, layout.contacts, strict=True)):
         start, law = layout.plan.starts[number], layout.plan.acting.laws[contact.name]
         port, record, points = ports[place], contacts[place], contact.faces
@@ -61,7 +73,6 @@ def contact_records(layout: Layout, integrator: AbstractIntegrator, addresses: S
         record.initial_gap = contact.gap - _placed(layout, contact.right) + _placed(layout, contact.left)
         record.old_gap = contact.gap
         record.left_share = static[0] / sum(static) if sum(static) > 0.0 else 0.0
-    return Contacts(ports, contacts, replies, (ports_for_loop, contacts_for_loop, replies_for_loop))
 
 
 def _placed(layout: Layout, point: Point) -> float:

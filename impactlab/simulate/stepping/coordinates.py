@@ -26,22 +26,29 @@ Models = Mapping[str, AbstractDiscreteModel]  # by name of the body
 Steppers = Mapping[str, Stepper]
 
 
-class Coordinates(NamedTuple):
-    """Values that belong to one set of coordinates of the bodies, in the layout of `StepArrays`."""
+class Values(NamedTuple):
+    """Numbers of the bodies in one set of coordinates, in the layout of `StepArrays`."""
 
     parameters: Array
     momentum: Array
     jump: Array
     responses: Array
+    starts: list[list[int]]  # of parameters, jumps and responses, body by body
+
+
+class Coordinates(NamedTuple):
+    """Values that belong to one set of coordinates of the bodies, and the rows over them."""
+
+    values: Values
     rows: list[tuple[int, Array]]  # each a shift into the whole state and its values
     left_out: Array
-    starts: list[list[int]]  # of parameters, jumps and responses, body by body
 
 
 class BothPhases(NamedTuple):
     """Coordinates of a run, the rows without zeros, and the same of bodies with phases while these are closed."""
 
-    values: Coordinates
+    values: Values
+    left_out: Array
     row_start: Ints
     row_index: Ints
     row_value: Array
@@ -52,23 +59,29 @@ def both_phases(layout: Layout, integrator: AbstractIntegrator, dt: float) -> Bo
     """Return the coordinates of a run."""
     built, steppers = layout.built, layout.steppers
     models = {name: body.model for name, body in built.items()}
-    values = coordinates(layout, models, steppers)
+    values, rows, left_out = coordinates(layout, models, steppers)
     phased = {name: body.system.phases for name, body in built.items() if body.system.phases is not None}
     if not phased:
-        return BothPhases(values, *sparse(values.rows), np.zeros(0))
+        return BothPhases(values, left_out, *sparse(rows), np.zeros(0))
     check_phases(phased, built, steppers)
     closed = {name: BuiltBody(built[name].body, each.closed, each.closed.operators()) for name, each in phased.items()}
     others = dict(steppers) | prepare_steppers(layout.scene, closed, integrator, dt, layout.plan.pushes)
-    other = coordinates(layout, models | {name: body.model for name, body in closed.items()}, others)
+    closed_models = models | {name: body.model for name, body in closed.items()}
+    other, other_rows, other_left_out = coordinates(layout, closed_models, others)
     # The same entries in both phases, so that only values are exchanged.
-    pattern = [(a != 0.0) | (b != 0.0) for (_, a), (_, b) in zip(values.rows, other.rows, strict=True)]
+    pattern = [(a != 0.0) | (b != 0.0) for (_, a), (_, b) in zip(rows, other_rows, strict=True)]
     kept = other.parameters, other.momentum, other.jump, other.responses
-    other_state = np.concatenate((*kept, sparse(other.rows, pattern)[2], other.left_out.ravel()))
-    return BothPhases(values, *sparse(values.rows, pattern), other_state)
+    other_state = np.concatenate((*kept, sparse(other_rows, pattern)[2], other_left_out.ravel()))
+    return BothPhases(values, left_out, *sparse(rows, pattern), other_state)
 
 
 def coordinates(layout: Layout, models: Models, steppers: Steppers) -> Coordinates:
-    """Return the values of one set of coordinates."""
+    """Return the values of one set of coordinates, and the rows over it."""
+    return Coordinates(values_of(layout, models, steppers), *_rows(layout, models))
+
+
+def values_of(layout: Layout, models: Models, steppers: Steppers) -> Values:
+    """Return the numbers of the bodies in one set of coordinates."""
     momentum = np.zeros(layout.n_state)
     for name, model in models.items():
         row = model.momentum_row()
@@ -79,7 +92,7 @@ def coordinates(layout: Layout, models: Models, steppers: Steppers) -> Coordinat
     jump, of_jumps = flat([jumps_and_loads(stepper) for stepper in each])
     responses, of_responses = flat([response for stepper in each for response in responses_of(stepper)])
     starts = [of_parameters, of_jumps, of_responses[::3]]
-    return Coordinates(parameters, momentum, jump, responses, *_rows(layout, models), starts)
+    return Values(parameters, momentum, jump, responses, starts)
 
 
 def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Array]:

@@ -322,8 +322,7 @@ class RecordedHistory(AbstractRecordedHistory):
     def _read_energy(self) -> EnergyBook:
         assembly, scene = self.assembly, self.scene
         sample = assembly.memory.sample[: assembly.clock.n_samples]
-        numbers = {name: number for number, name in enumerate(assembly.layout.built)}
-        columns = {name: SAMPLED + 3 * numbers[name] for name in scene.in_order}
+        columns = {name: SAMPLED + 3 * assembly.layout.body_numbers[name] for name in scene.in_order}
         touched = touched_in(self)
         joined = groups(scene, touched)
         works = [sample[:, column + 1] for column in columns.values()]

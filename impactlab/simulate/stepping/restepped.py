@@ -14,21 +14,18 @@ from typing import Any
 import numpy as np
 
 from impactlab.models.continuous.delay_chain import DelayChain
-from impactlab.numerics.addresses import entered
 from impactlab.numerics.records import copied_records
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 from impactlab.scene.sizes import check_fields, check_records
 from impactlab.simulate.plan import Plan, chosen_step, misfit_warnings
-from impactlab.simulate.stepping.arrays import SAMPLED, BodyRecord
+from impactlab.simulate.stepping.arrays import BodyRecord
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.body_records import damper_records
-from impactlab.simulate.stepping.contact_records import read_on
 from impactlab.simulate.stepping.flat_arrays import flat, jumps_and_loads, responses_of
 from impactlab.simulate.stepping.opposed_faces import check_faces
-from impactlab.simulate.stepping.pairs import find_pairs
 from impactlab.simulate.stepping.preparation import prepare_steppers
-from impactlab.simulate.stepping.response_ranges import describe
+from impactlab.simulate.stepping.same_structure import with_numbers
 
 
 def restepped(plan: Plan, scene: Scene, method: Method) -> Plan | None:
@@ -94,30 +91,15 @@ def arrays_of(plan: Plan, dt: float, known: Assembly) -> Assembly:
         "jump": jump,
         "responses": responses,
         "momentum": momentum,
+        "bodies": bodies,
+        "row_index": row_index,
+        "backup": np.zeros(layout.n_state),
     }
     if len(m.dampers):
         dampers, dashpots = damper_records(layout, known.integrator, state)
         given |= {"dampers": dampers, "dashpots": dashpots}
-    other = known.again(
-        **given,
-        bodies=bodies,
-        row_index=row_index,
-        probe_at=np.full(m.probe_at.size, -1),
-        backup=np.zeros(layout.n_state),
-        record=np.zeros((plan.steps // layout.stride + 8 + 256, layout.n_columns)),
-        sample=np.zeros((plan.steps // layout.sample_stride + 8, SAMPLED + 3 * len(layout.built))),
-    )
-    faces: Any = other.memory.faces
-    rows = m.row_start, row_index, m.row_value
-    faces["low"], faces["high"] = 0, 0
-    none_phased, first_probe = np.zeros(len(steppers), np.int64), 2 * len(faces) + len(m.readings)
-    entered(describe, bodies, faces, none_phased, momentum, responses, *rows, other.memory.probe_at, first_probe)
-    if len(other.contacts) > 1:
-        pairs = find_pairs(other.faces, other.contacts, (), read_on(layout, m.row_start, row_index))
-        if not np.array_equal(pairs, m.candidates):
-            return Assembly(plan, known.integrator, dt)
-    other.layout, other.scene, other.method, other.acting = layout, plan.scene, plan.method, plan.acting
-    other.dt, other.steps, other.stride, other.sample_stride = dt, plan.steps, layout.stride, layout.sample_stride
+    other = with_numbers(known, layout, known.integrator, given)
+    if other is None:
+        return Assembly(plan, known.integrator, dt)
     other.can_repeat = False
-    other.clock.timed, other.clock.steps = dt, plan.steps
     return other
