@@ -17,22 +17,24 @@ from impactlab.history.base import AbstractHistory
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
-from impactlab.refine import cost, left_out
+from impactlab.refine import cost, left_out, meshed_modes
 from impactlab.refine.beam_descriptions import MAX_DENSE_ELEMENTS, STEPS, is_lossy, modal_model, shortest_time
 from impactlab.refine.contact_times import times_of
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import modelled_as, recorded
 from impactlab.refine.distances import counted
 from impactlab.refine.smooth_touch import are_soft, stated_alone
+from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of
 from impactlab.scene.method import Simulation, StepRule, laws_of
+from impactlab.scene.problem import Scene
 
 UNIT = "steps in the shortest time of the scene"
 COARSEST = 3 * STEPS  # steps in the shortest time: three in a rise of force
 COARSEST_MODES, FEWEST_MESHED = 24, 18  # at that many steps; modes in closed form, of a mesh
 COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
-ELEMENTS_PER_SHAPE = 2.5  # the same where static shapes stand for those left out, and fewer are kept
+MESH_SHARE = 0.1  # of the tolerance, that the mesh behind modes may take: the other margins cover it
 MIN_FEWER = 1.3  # times fewer modes, from which static shapes are taken in their place
 COARSER = 2.0  # times the step that a tolerance needs is that of the coarser of two runs
 SHAPES_IN_STEP = 1.9  # rad in such a step, of the static shapes
@@ -87,7 +89,8 @@ class BeamModes:
         if self.multiple > 1:
             self.shortest = self.multiple * self.transit
         self.lossy = any(is_lossy(beam) for beam in self.beams)
-        self.closed = all(has_closed_form(beam) for beam in self.beams)
+        self.meshed = [beam for beam in self.beams if not has_closed_form(beam)]
+        self.closed = not self.meshed
         self.tolerance = asked.method.tolerance.error if asked.method.tolerance else DEFAULT_TOLERANCE
         springs = all(law.is_spring for law in laws_of(*asked))
         self.factor = counted_share(asked) * (ERROR_OF_SPRINGS if springs else ERROR_OF_MODES)
@@ -98,8 +101,9 @@ class BeamModes:
         self.coarse = COARSER * self._dt(math.ceil(self.enough))
         # Modes that are fast beside the force follow it: where these are many, their static shapes stand for them.
         self._leave_out(False, seen, magnified)
-        rise = any(math.isnan(times.rise) for times in times_of(*asked).values())  # of walls the beam lets it rise
-        if self.known and not rise and are_soft(asked):
+        rises = (times.rise for times in times_of(*asked).values())
+        self.rise = min((rise for rise in rises if not math.isnan(rise)), default=self.shortest / STEPS)
+        if self.known and are_soft(asked) and not _meets_a_wall(asked.scene):
             plain = self._wanted(COARSEST) if self.fixed else math.inf
             self._leave_out(True, seen, magnified)
             if not self.fixed or MIN_FEWER * self._wanted(COARSEST) > plain:
@@ -176,10 +180,11 @@ class BeamModes:
         """Return the error by modes that all runs leave out, which no two of them show."""
         if not self.fixed and self.wanted(n) <= self.most:
             return 0.0
+        by_mesh = self._by_mesh(n) if "displacements" in counted(self.asked)[2] else 0.0
         found = left_out.total(self.missing, self.modes(n), self._dt(n))
         if history is not None and "displacements" in counted(self.asked)[2]:
             found = max(found, left_out.total(self.beside(history), self.modes(n), self._dt(n)))
-        return self.margin * found
+        return self.margin * found + by_mesh
 
     def error(self, n: int) -> float:
         """Return the predicted error."""
@@ -189,10 +194,19 @@ class BeamModes:
         """Return the predicted time of finding the modes [s]."""
         if self.closed:  # once for all runs that have the same modes: whichever is chosen needs them
             return 0.0 if self.fixed else cost.CLOSED_FORM_S * self.modes(n)
-        return cost.of_eigenvectors(2.0 * min(self._elements() * self.modes(n), MAX_DENSE_ELEMENTS))
+        return sum(cost.of_eigenvectors(2.0 * self._elements(beam, n)) for beam in self.meshed)
 
-    def _elements(self) -> float:
-        return ELEMENTS_PER_MODE if self.fastest is None else ELEMENTS_PER_SHAPE
+    def _elements(self, beam: Beam, n: int) -> int:
+        """Return the elements of the mesh behind the modes of a beam: for these, and for the length of the run."""
+        error = MESH_SHARE * self.tolerance
+        long = meshed_modes.elements_for(beam, error, self.rise, self.asked.scene.duration)
+        return min(max(math.ceil(ELEMENTS_PER_MODE * self.modes(n)), long), MAX_DENSE_ELEMENTS)
+
+    def _by_mesh(self, n: int) -> float:
+        """Return the error by the meshes behind modes, which all runs have in common, beyond its share."""
+        duration, share = self.asked.scene.duration, MESH_SHARE * self.tolerance
+        found = [meshed_modes.error_of(beam, self._elements(beam, n), self.rise, duration) for beam in self.meshed]
+        return sum(max(0.0, error - share) for error in found)
 
     def simulation(self, n: int) -> Simulation:
         """Return the scene with its modes and steps."""
@@ -200,7 +214,9 @@ class BeamModes:
         if self.made is not None:  # with the same modes
             return recorded(Simulation(self.made.scene, replace(self.made.method, step=step)), self.steps(n))
         rods = modelled_as(self.asked, Continuous(), Newmark() if self.lossy else ExactModal(), step)
-        models = {beam.name: modal_model(beam, self.modes(n), self._elements(), self.fastest) for beam in self.beams}
+        models = {
+            beam.name: modal_model(beam, self.modes(n), self._elements(beam, n), self.fastest) for beam in self.beams
+        }
         made = Simulation(rods.scene, replace(rods.method, models={**rods.method.models, **models}))
         self.made = made if self.fixed else None
         return recorded(made, self.steps(n))
@@ -241,3 +257,8 @@ class BeamModes:
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,
         )
+
+
+def _meets_a_wall(scene: Scene) -> bool:
+    """Return whether a body meets a wall: the rise of such a force is that of the body's own motion, not known here."""
+    return any(not scene.bodies[point.body].moves for contact in scene.contacts for point in contact.faces)
