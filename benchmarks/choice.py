@@ -5,7 +5,8 @@ description chosen, the error it was expected to have and the one it has, how lo
 descriptions that keeps the tolerance, and how long the choosing took. Errors are the largest of those that a tolerance
 bounds (`impactlab.refine.stated_error`), by the metrics of a summary. The best is sought, by the measured error,
 among a fixed list of methods and all descriptions of the choice itself, each at sizes that grow by the square root of
-two. Times are least ones of repeats on one core. Every repeat of a choice begins without modes of an earlier one.
+two. Times are least ones of repeats on one core. Every repeat of a choice begins without modes and bodies of an earlier
+one.
 
 A run may keep a tolerance by luck, as its error passes through zero on the way from one sign to the other. So a second
 best is given beside it: the fastest run all whose finer runs of the same method keep the tolerance, too.
@@ -62,6 +63,7 @@ from impactlab.refine.stated_error import METRICS
 from impactlab.refine.suitable import for_choice
 from impactlab.scene.facts import beams_of, shortest_transit
 from impactlab.scene.method import COUNTED, Counted, Simulation, StepRule, Tolerance
+from impactlab.simulate import stepped_run
 
 HERE = Path(__file__).resolve().parent
 CASES, HEAD = HERE.parent / "cases", "automatic-choice.head.md"
@@ -281,9 +283,10 @@ def fastest(rivals: list[Rival], timed: dict[Run, float]) -> Run | None:
 
 
 def chosen_anew(asked: Simulation) -> AbstractHistory:
-    """Return the run that is chosen without modes of earlier choices."""
+    """Return the run that is chosen without modes and bodies of earlier choices."""
     kept._kept.clear()
     shapes._kept.clear()
+    stepped_run.Prepared.bodies = None
     return api.solve(*asked)
 
 

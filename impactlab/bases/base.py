@@ -39,6 +39,12 @@ class Coordinates(Protocol):
         A body that moves freely is taken in the frame of its mean acceleration, without rigid motion.
         """
 
+    def remainder(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the part of `static` that the elastic coordinates do not hold."""
+        elastic = self.frequencies > 0.0
+        kept = self.row(x, quantity)[elastic] * self.row(face, "displacement")[elastic]
+        return self.static(x, quantity, face) - float(np.sum(kept / self.frequencies[elastic] ** 2))
+
     def project(self, profile: Profile) -> Array:
         """Return the coordinates of a displacement profile, shape (n_dof,)."""
 

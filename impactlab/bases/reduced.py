@@ -54,6 +54,7 @@ class ReducedMesh(Coordinates):
         squared[:rigid] = 0.0
         self.shapes = shapes
         self.frequencies: Array = np.sqrt(squared)
+        self._beyond: dict[float, Array] = {}  # static shapes by their face, less what these shapes hold
 
     def _uncoupled(self, shapes: Array) -> Array:
         """Return the eigenvectors of the mesh within the span of shapes."""
@@ -85,6 +86,14 @@ class ReducedMesh(Coordinates):
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
         return self.mesh.static_compliance(x, quantity, face)
+
+    def remainder(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the part of `static` that the coordinates do not hold, without the rounding of a soft body."""
+        mesh = self.mesh
+        if face not in self._beyond:
+            pressed = mesh.static(mesh.row(face, "displacement"))
+            self._beyond[face] = pressed - self.shapes @ (self.shapes.T @ multiply(mesh.mass, pressed))
+        return float(mesh.row(x, quantity) @ self._beyond[face]) + mesh.left_out(x, quantity, face)
 
     def project(self, profile: Profile) -> Array:
         return np.asarray(self.shapes.T @ multiply(self.mesh.mass, self.mesh.coordinates(profile)))

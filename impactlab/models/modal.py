@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import final
 
 from impactlab.bases.analytic import AnalyticBasis
-from impactlab.bases.base import AbstractBasis
+from impactlab.bases.base import AbstractBasis, Coordinates
 from impactlab.bases.beams.modes import BeamModes
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
+from impactlab.bases.reduced import ReducedMesh
+from impactlab.bases.residual import BENDING, WAVES, WithResiduals
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Deformed, Face
 from impactlab.models.mesh.bar_elements import MassMatrix, check_order, laid_out, node_distance, shortest_transit
@@ -18,6 +21,7 @@ from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.mesh.contact_nodes import with_nodes_at
 from impactlab.models.modal_body import ModalBody, reduced_body
+from impactlab.plugins import kind_of
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 from impactlab.types import option
 
@@ -39,14 +43,16 @@ class Modal(AbstractRodModel):
     """
 
     serves_rotation = True
-    citations = ("EscalonaMayoDominguez1999",)
+    citations = ("EscalonaMayoDominguez1999", "MacNeal1971")
     examples = (
         {"modes": 20},
+        {"modes": 20, "residual": True},
         {"elements": 60, "modes": 20},
         {"elements": 60},
         {"elements": 60, "modes": 20, "mass": "redistributed"},
         {"elements": 12, "modes": 20, "order": 4},
         {"elements": 60, "modes": 20, "basis": CraigBampton()},
+        {"elements": 60, "modes": 20, "residual": True},
     )
 
     elements: int | None = option(
@@ -62,9 +68,22 @@ class Modal(AbstractRodModel):
         Eigenvectors(), group="impactlab.bases", description="shapes of the mesh that the coordinates stand for"
     )
     order: int = option(1, at_least=1, at_most=12, description="degree of the displacement in an element of the mesh")
+    residual: bool = option(
+        False, description="add a coordinate for each contact: the static shape of the eigenvectors left out"
+    )
+    residual_frequency: float | None = option(
+        None, unit="rad/s", above=0.0, description="of these coordinates, at most: one that the step resolves"
+    )
 
     def __post_init__(self) -> None:
         check_order(self.order, self.mass)
+        if self.residual and not (self.basis.free_end and self.mass != "redistributed"):
+            raise CaseError(
+                "residual stands for eigenvectors left out of a body whose faces have mass; given are basis "
+                f"'{kind_of(self.basis)}' and mass '{self.mass}'",
+                remedy="Use basis eigenvectors, and mass consistent or lumped, or leave out residual.",
+                path="residual",
+            )
 
     @property
     def has_mesh(self) -> bool:
@@ -92,14 +111,14 @@ class Modal(AbstractRodModel):
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         self._check_ends(rod)
         if self.elements is None:
-            return ModalBody(rod, gravity, AnalyticBasis(rod, self._analytic()), True)
+            return ModalBody(rod, gravity, self._completed(AnalyticBasis(rod, self._analytic()), rod, faces), True)
         mesh = Mesh(self.meshed(rod, faces), self.elements, self.mass, 0.0, self.order, faces)
         return self._reduced(mesh, gravity, self.basis.free_end, faces)
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         self._check_ends(beam)
         if self.elements is None:
-            return ModalBody(beam, gravity, BeamModes(beam, self._analytic()), False)
+            return ModalBody(beam, gravity, self._completed(BeamModes(beam, self._analytic()), beam, faces), False)
         mesh = BeamMesh(self.meshed(beam, faces), self.elements, self.mass, 0.0, self.order, faces=faces)
         return self._reduced(mesh, gravity, False, faces)
 
@@ -150,4 +169,19 @@ class Modal(AbstractRodModel):
                 path="solve.model.modes",
             )
         span = self.basis.span(mesh, available if self.modes is None else self.modes, faces)
+        if self.residual:
+            modes = ReducedMesh(mesh, span.shapes, span.uncoupled)
+            return ModalBody(mesh.body, gravity, self._completed(modes, mesh.body, faces), paper_rule)
         return reduced_body(gravity, mesh, span, paper_rule, faces)
+
+    def _completed(self, modes: Coordinates, body: ElasticBody, faces: tuple[Face, ...]) -> Coordinates:
+        """Return the modes of a body, with `residual` and the static shapes of those left out at its contacts."""
+        if not self.residual or not faces:
+            return modes
+        bends = isinstance(body, Beam) and body.theory == "euler_bernoulli"
+        return WithResiduals(
+            modes,
+            tuple(dict.fromkeys(face.x for face in faces)),
+            BENDING if bends else WAVES,
+            self.residual_frequency or math.inf,
+        )

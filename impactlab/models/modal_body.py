@@ -8,6 +8,7 @@ import numpy as np
 
 from impactlab.bases.base import Coordinates, Span
 from impactlab.bases.reduced import ReducedMesh, products
+from impactlab.bases.residual import WithResiduals
 from impactlab.cached import cached_property
 from impactlab.errors import PairingError
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
@@ -100,7 +101,9 @@ class ModalBody(AbstractDiscreteModel):
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
         """Return the static compliance minus that of the elastic modes kept (mode acceleration)."""
         key = x, quantity, face
-        if key not in self._left_out:
+        if isinstance(self._basis, WithResiduals) and key not in self._left_out:
+            self._left_out[key] = self._basis.remainder(x, quantity, face)
+        elif key not in self._left_out:
             frequencies = self._basis.frequencies
             elastic = frequencies > 0.0
             kept = self.row(x, quantity)[elastic] * self.row(face, "displacement")[elastic]
@@ -132,6 +135,13 @@ class ModalBody(AbstractDiscreteModel):
                 f"{self._rod.rotation.rate:.6g} rad/s",
                 remedy="Use wave_identification (rods), addition_deletion or penalty.",
                 path=f"bodies.{self._rod.name}.rotation",
+            )
+        if isinstance(self._basis, WithResiduals):
+            raise PairingError(
+                "messengers of single modes need modes alone, and "
+                f"'{self._rod.name}' has a static shape for each contact",
+                remedy="Leave out residual of model modal.",
+                path="solve.model.residual",
             )
         waves = self._waves or waves_at(self._rod, face, self._basis.frequencies)
         return arriving_row(self._rod, waves, self.row, face, delay, speed)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from impactlab.bases.beams.modes import has_closed_form
 from impactlab.errors import ImpactlabError
@@ -150,13 +151,18 @@ def are_delay_lines(scene: Scene) -> bool:
     return not rods or (plain and on_ends and not scene.gravity)
 
 
-def modal_model(beam: Beam, modes: int, elements_per_mode: float = 4.0) -> Modal:
-    """Return the modes of a beam, in closed form where one is known, else of a mesh."""
+def modal_model(beam: Beam, modes: int, elements: int | None = None, fastest: float | None = None) -> Modal:
+    """Return the modes of a beam, in closed form where one is known, else of a mesh.
+
+    The mesh has so many ``elements``, at most `MAX_DENSE_ELEMENTS`; four a mode by default. With ``fastest`` [rad/s]
+    static shapes at its contacts stand for those left out (`Modal.residual`), no faster.
+    """
+    shapes = Modal(modes=modes) if fastest is None else Modal(modes=modes, residual=True, residual_frequency=fastest)
     if has_closed_form(beam):
-        return Modal(modes=modes)
+        return shapes
     held = sum({"clamped": 2, "pinned": 1}.get(end.kind, 0) for end in (beam.left, beam.right))
-    elements = min(math.ceil(elements_per_mode * modes), MAX_DENSE_ELEMENTS)
-    return Modal(elements=elements, modes=min(modes, 2 * elements - held - 2))
+    elements = min(elements or 4 * modes, MAX_DENSE_ELEMENTS)
+    return replace(shapes, elements=elements, modes=min(modes, 2 * elements - held - 2))
 
 
 def _modal(asked: Simulation) -> Description:

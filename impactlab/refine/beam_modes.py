@@ -2,7 +2,8 @@
 
 Two errors add up: the modes left out, of order 3 in their number where nothing shears, and the steps across a contact,
 of order 2. Either all runs of a scene have the same modes, whose error is stated by the flexibility of the others, or
-the modes grow with the steps.
+the modes grow with the steps. Where many modes would be left out by too few of them, their static shapes at the
+contacts stand for them.
 """
 
 from __future__ import annotations
@@ -16,21 +17,27 @@ from impactlab.history.base import AbstractHistory
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
-from impactlab.refine import cost, left_out
+from impactlab.refine import cost, left_out, meshed_modes
 from impactlab.refine.beam_descriptions import MAX_DENSE_ELEMENTS, STEPS, is_lossy, modal_model, shortest_time
 from impactlab.refine.contact_times import times_of
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import modelled_as, recorded
 from impactlab.refine.distances import counted
-from impactlab.refine.smooth_touch import stated_alone
+from impactlab.refine.smooth_touch import are_soft, stated_alone
+from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of
 from impactlab.scene.method import Simulation, StepRule, laws_of
+from impactlab.scene.problem import Scene
 
 UNIT = "steps in the shortest time of the scene"
 COARSEST = 3 * STEPS  # steps in the shortest time: three in a rise of force
 COARSEST_MODES, FEWEST_MESHED = 24, 18  # at that many steps; modes in closed form, of a mesh
 COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
+MESH_SHARE = 0.1  # of the tolerance, that the mesh behind modes may take: the other margins cover it
+MIN_FEWER = 1.3  # times fewer modes, from which static shapes are taken in their place
+COARSER = 2.0  # times the step that a tolerance needs is that of the coarser of two runs
+SHAPES_IN_STEP = 1.9  # rad in such a step, of the static shapes
 MAX_MODES = 1500  # in closed form, some 0.1 ms each to find
 MAX_RAISED = 3  # times: touches may show how much they magnify an error in fine runs alone
 MAX_STEPS = 1_000_000  # in the shortest time
@@ -42,6 +49,7 @@ DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
 ERROR_OF_MODES, ERROR_OF_SPRINGS = 0.15, 0.04
 ERROR_OF_IMPULSES = 0.2  # of these where impulses alone count: a force that is wrong one way and the other has its sum
 MISSING_MARGIN = 1.5  # on errors by modes left out: measured, 0.1 to 1.2 of the flexibility beside the contact's
+MISSING_MARGIN_OF_SHAPES = 2.5  # the same where static shapes stand for them: measured, up to 2 of what is missing
 
 
 def counted_share(asked: Simulation) -> float:
@@ -73,11 +81,7 @@ class BeamModes:
         self, asked: Simulation, seen: AbstractHistory | None = None, magnified: float = 1.0, raised: int = 0
     ) -> None:
         self.asked, self.raised, self.beams = asked, raised, beams_of(asked.scene)
-        self.shortest, self.places = shortest_time(asked), list(left_out.left_out(asked))
-        self.missing = left_out.beside_contacts(self.places)
-        if seen is not None:
-            self.missing += left_out.beside_displacements(self.places, asked.scene, seen)
-        self.asked_for = [share.magnified(magnified) for share in self.missing]
+        self.shortest = shortest_time(asked)
         self.transit = min((0.5 * rod.round_trip for rod in rods_of(asked.scene)), default=math.inf)
         # The steps of a rod fit into its transit. Of so many steps in the shortest time a run has a multiple: runs of
         # unequal fineness would else have the same steps, and show no error.
@@ -85,21 +89,57 @@ class BeamModes:
         if self.multiple > 1:
             self.shortest = self.multiple * self.transit
         self.lossy = any(is_lossy(beam) for beam in self.beams)
-        self.closed = all(has_closed_form(beam) for beam in self.beams)
+        self.meshed = [beam for beam in self.beams if not has_closed_form(beam)]
+        self.closed = not self.meshed
         self.tolerance = asked.method.tolerance.error if asked.method.tolerance else DEFAULT_TOLERANCE
         springs = all(law.is_spring for law in laws_of(*asked))
         self.factor = counted_share(asked) * (ERROR_OF_SPRINGS if springs else ERROR_OF_MODES)
         self.enough = STEPS * math.sqrt(3.0 * self.factor / self.tolerance)
         self.most = MAX_MODES if self.closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
-        known = not any(math.isnan(times.tangent) for times in times_of(*asked).values())
-        # All runs have the same modes, whose error is stated: they are found once, and a run that differs in its step
-        # alone is set up in a tenth of the time. Where this would take too many modes, they grow with the steps.
-        least = MISSING_MARGIN * left_out.total(self.asked_for, self.most)
-        self.fixed = known and least <= MAX_UNSEEN_SHARE * self.tolerance
-        self.coarsest = COARSEST_KNOWN if known else COARSEST_MODES
+        self.known = not any(math.isnan(times.tangent) for times in times_of(*asked).values())
+        self.coarsest = COARSEST_KNOWN if self.known else COARSEST_MODES
+        self.coarse = COARSER * self._dt(math.ceil(self.enough))
+        # Modes that are fast beside the force follow it: where these are many, their static shapes stand for them.
+        self._leave_out(False, seen, magnified)
+        rises = (times.rise for times in times_of(*asked).values())
+        self.rise = min((rise for rise in rises if not math.isnan(rise)), default=self.shortest / STEPS)
+        if self.known and are_soft(asked) and not _meets_a_wall(asked.scene):
+            plain = self._wanted(COARSEST) if self.fixed else math.inf
+            self._leave_out(True, seen, magnified)
+            if not self.fixed or MIN_FEWER * self._wanted(COARSEST) > plain:
+                self._leave_out(False, seen, magnified)
         self.always = self._wanted(COARSEST) if self.fixed else None
         self.read: tuple[AbstractHistory, list[left_out.Share]] | None = None  # the last run, as of `beside`
         self.made: Simulation | None = None
+
+    def _leave_out(self, residual: bool, seen: AbstractHistory | None, magnified: float) -> None:
+        """Set the errors by modes left out, and whether all runs have the same modes.
+
+        Then they are found once, and a run that differs in its step alone is set up in a tenth of the time. Where this
+        would take too many modes, they grow with the steps.
+        """
+        self.fastest = SHAPES_IN_STEP / self.coarse if residual else None
+        self.places = list(left_out.left_out(self.asked, self.fastest))
+        self.margin = MISSING_MARGIN_OF_SHAPES if residual else MISSING_MARGIN
+        self.missing = left_out.beside_contacts(self.places)
+        if seen is not None:
+            self.missing += left_out.beside_displacements(self.places, self.asked.scene, seen)
+        self.asked_for = [share.magnified(magnified) for share in self.missing]
+        least = self.margin * left_out.total(self.asked_for, self.most)
+        self.fixed = self.known and (least <= MAX_UNSEEN_SHARE * self.tolerance or self._stated() <= self.most)
+
+    def _stated(self) -> float:
+        """Return the modes at which the error of those left out is the share of the tolerance that it may have."""
+        shares = (
+            (STATED_SHARE if share.power > 1.0 else STATED_SHARE_OF_SHEAR) / self.margin for share in self.asked_for
+        )
+        return max(
+            (
+                one.modes_for(share * self.tolerance, self.coarse)
+                for one, share in zip(self.asked_for, shares, strict=True)
+            ),
+            default=0.0,
+        )
 
     def wanted(self, n: int) -> int:
         """Return the modes that so many steps in the shortest time ask for: of all runs alike, where they are fixed."""
@@ -107,10 +147,11 @@ class BeamModes:
 
     def _wanted(self, n: int) -> int:
         fine = (max(self.enough, COARSEST) if self.fixed else n) / COARSEST
-        few = self.coarsest * math.pow(fine, 2.0 / 3.0) if self.closed else FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
+        few = self.coarsest * math.pow(fine, 2.0 / 3.0)
+        if self.fastest is not None or not self.closed:
+            few = FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
         if self.fixed:
-            stated = (share.modes_for(_stated(share) * self.tolerance) for share in self.asked_for)
-            return math.ceil(max([few, *stated]))
+            return math.ceil(max(few, self._stated()))
         # As the steps that the tolerance is predicted to need grow finer or coarser, so do the modes.
         needed = [
             share.modes_for(MISSING_SHARE * self.tolerance) * math.pow(n / self.enough, 1.0 / min(share.power, 1.5))
@@ -139,10 +180,11 @@ class BeamModes:
         """Return the error by modes that all runs leave out, which no two of them show."""
         if not self.fixed and self.wanted(n) <= self.most:
             return 0.0
-        found = left_out.total(self.missing, self.modes(n))
+        by_mesh = self._by_mesh(n) if "displacements" in counted(self.asked)[2] else 0.0
+        found = left_out.total(self.missing, self.modes(n), self._dt(n))
         if history is not None and "displacements" in counted(self.asked)[2]:
-            found = max(found, left_out.total(self.beside(history), self.modes(n)))
-        return MISSING_MARGIN * found
+            found = max(found, left_out.total(self.beside(history), self.modes(n), self._dt(n)))
+        return self.margin * found + by_mesh
 
     def error(self, n: int) -> float:
         """Return the predicted error."""
@@ -152,7 +194,19 @@ class BeamModes:
         """Return the predicted time of finding the modes [s]."""
         if self.closed:  # once for all runs that have the same modes: whichever is chosen needs them
             return 0.0 if self.fixed else cost.CLOSED_FORM_S * self.modes(n)
-        return cost.of_eigenvectors(2.0 * ELEMENTS_PER_MODE * self.modes(n))
+        return sum(cost.of_eigenvectors(2.0 * self._elements(beam, n)) for beam in self.meshed)
+
+    def _elements(self, beam: Beam, n: int) -> int:
+        """Return the elements of the mesh behind the modes of a beam: for these, and for the length of the run."""
+        error = MESH_SHARE * self.tolerance
+        long = meshed_modes.elements_for(beam, error, self.rise, self.asked.scene.duration)
+        return min(max(math.ceil(ELEMENTS_PER_MODE * self.modes(n)), long), MAX_DENSE_ELEMENTS)
+
+    def _by_mesh(self, n: int) -> float:
+        """Return the error by the meshes behind modes, which all runs have in common, beyond its share."""
+        duration, share = self.asked.scene.duration, MESH_SHARE * self.tolerance
+        found = [meshed_modes.error_of(beam, self._elements(beam, n), self.rise, duration) for beam in self.meshed]
+        return sum(max(0.0, error - share) for error in found)
 
     def simulation(self, n: int) -> Simulation:
         """Return the scene with its modes and steps."""
@@ -160,7 +214,9 @@ class BeamModes:
         if self.made is not None:  # with the same modes
             return recorded(Simulation(self.made.scene, replace(self.made.method, step=step)), self.steps(n))
         rods = modelled_as(self.asked, Continuous(), Newmark() if self.lossy else ExactModal(), step)
-        models = {beam.name: modal_model(beam, self.modes(n), ELEMENTS_PER_MODE) for beam in self.beams}
+        models = {
+            beam.name: modal_model(beam, self.modes(n), self._elements(beam, n), self.fastest) for beam in self.beams
+        }
         made = Simulation(rods.scene, replace(rods.method, models={**rods.method.models, **models}))
         self.made = made if self.fixed else None
         return recorded(made, self.steps(n))
@@ -203,6 +259,6 @@ class BeamModes:
         )
 
 
-def _stated(share: left_out.Share) -> float:
-    """Return the share of a tolerance for modes left out that costs least: more modes, or more steps for the rest."""
-    return (STATED_SHARE if share.power > 1.0 else STATED_SHARE_OF_SHEAR) / MISSING_MARGIN
+def _meets_a_wall(scene: Scene) -> bool:
+    """Return whether a body meets a wall: the rise of such a force is that of the body's own motion, not known here."""
+    return any(not scene.bodies[point.body].moves for contact in scene.contacts for point in contact.faces)

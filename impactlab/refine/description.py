@@ -118,8 +118,10 @@ class Description:
 
     def _start_alone(self, error: float, most: float) -> int:
         """Return the finer of two runs whose coarser one states an error by itself within ``most`` [s]; 0 if none."""
-        left = error - self.unseen(self.min_fineness, None)
-        if math.isinf(self.alone) or left <= 0.0:
+        if math.isinf(self.alone):
+            return 0
+        left = error - self.unseen(self.fineness_for(error, self.alone), None)
+        if left <= 0.0:
             return 0
         fineness = self.fineness_for(left, self.alone)
         return self.whole(math.ceil(RATIO**2 * fineness)) if self.seconds(fineness) <= most else 0

@@ -17,24 +17,56 @@ from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact, Scene
 
+FASTEST = 3.0  # rad in a step, of static shapes that follow a force which is constant over each step
+FINER = 1.05  # of a number of modes that is sought
+UNRESOLVED = 2.0  # times as much as without the shapes is missing where they are faster, at most
+SWINGS = 25.0  # times the square of the share of a force that rises in their time, as it sets them swinging: measured
+NEXT = 1.7  # frequency of the modes left out together, over that of the last one kept
+
+
+class Lag(NamedTuple):
+    """Modes whose static shapes a run has: of fast ones no more than their vibrations behind the force are missing."""
+
+    bends: float  # rad/s, of the first mode: the n-th has n^2 of it
+    shears: float  # rad/s, at most n of it; inf where nothing shears
+    most: float  # rad/s, of the shapes
+    least: float  # rad/s, beyond which modes are fast
+    lasting: float = 1.0  # factor, as vibrations go on where the force has ended
+
+    def left(self, modes: float, dt: float) -> float:
+        """Return which share of the flexibility beyond so many modes is missing under steps of dt [s]."""
+        last = min(self.bends * modes * modes, self.shears * modes)
+        if min(NEXT * last, self.most) * dt > FASTEST:
+            return UNRESOLVED
+        behind = self.least / min(last, self.most)
+        return self.lasting * max(behind, SWINGS * behind * behind)
+
 
 class Share(NamedTuple):
-    """Error factor / n^power of a run with n modes."""
+    """Error factor / n^power of a run with n modes, or the share of it by ``lag``."""
 
     factor: float
     power: float
+    lag: Lag | None = None  # None where static shapes are left out, too
 
-    def at(self, modes: int) -> float:
-        """Return the error with so many modes."""
-        return float(self.factor / modes**self.power)
+    def at(self, modes: float, dt: float = 0.0) -> float:
+        """Return the error with so many modes, under steps of dt [s]."""
+        whole = float(self.factor / modes**self.power)
+        return whole if self.lag is None else whole * self.lag.left(modes, dt)
 
     def magnified(self, factor: float) -> Share:
         """Return an error so many times as large."""
-        return Share(factor * self.factor, self.power)
+        return self._replace(factor=factor * self.factor)
 
-    def modes_for(self, error: float) -> float:
-        """Return the number of modes that leave an error."""
-        return math.pow(self.factor / error, 1.0 / self.power)
+    def modes_for(self, error: float, dt: float = 0.0) -> float:
+        """Return about the least number of modes that leave an error."""
+        most = math.pow(self.factor / error, 1.0 / self.power)
+        if self.lag is None or most <= 1.0:
+            return most
+        least = 1.0
+        while least < most and self.at(least, dt) > error:
+            least *= FINER
+        return min(least, most)
 
 
 class LeftOut(NamedTuple):
@@ -46,15 +78,20 @@ class LeftOut(NamedTuple):
     factor: float
     power: float
     between: float  # factor where modes that turn sections lie between those that shear them
+    lag: Lag | None = None  # where a run has their static shapes
 
 
-def left_out(asked: Simulation) -> Iterator[LeftOut]:
+def left_out(asked: Simulation, fastest: float | None = None) -> Iterator[LeftOut]:
     """Give the flexibility beyond n modes at every contact of a beam: by bending, and by shear.
 
     At the middle of a pinned beam it is 2 L^3/(3 pi^4 EI n^3) by bending, and L/(pi^2 kGA n) by shear as long as the
     modes lie below the cut-off frequency. Above it modes that turn sections lie between those that shear them: of n,
     c0/(c0 + cs) shear, with c0 = sqrt(EI/(rho I)) and cs = sqrt(kGA/(rho A)). At an end that may move, where all modes
     have twice the amplitude of their waves inside, it is twice as much.
+
+    With ``fastest`` [rad/s] a run has the static shapes of the modes left out, at most so fast
+    (`impactlab.models.modal.Modal.residual`). Of modes that are fast beside the rise of the force, and stiffer than the
+    contact, no more than their vibrations are missing, a share 1/(w rise).
     """
     beams, times = {beam.name: beam for beam in beams_of(asked.scene)}, times_of(*asked)
     for contact in asked.scene.contacts:
@@ -62,17 +99,35 @@ def left_out(asked: Simulation) -> Iterator[LeftOut]:
             body = beams.get(point.body)
             if body is None:
                 continue
-            known = contact, times[contact.name].tangent, body.face_channel(point.x)
+            name, k = body.face_channel(point.x), times[contact.name].tangent
             soft = min(segment.bending_stiffness for segment in body.segments)
             here = 2.0 if _is_loose(body, point.x) else 1.0
-            yield LeftOut(*known, here * 2.0 * body.length**3 / (3.0 * math.pi**4 * soft), 3.0, 1.0)
+            lag = None if fastest is None else _lag(body, times[contact.name].rise, fastest)
+            bends = here * 2.0 * body.length**3 / (3.0 * math.pi**4 * soft)
+            yield LeftOut(contact, k, name, bends, 3.0, 1.0, _beyond(lag, math.pow(k * bends, 1.0 / 3.0)))
             if body.theory == "timoshenko":
-                shear = min(segment.shear_stiffness for segment in body.segments)
+                shears = here * body.length / (math.pi**2 * min(segment.shear_stiffness for segment in body.segments))
                 between = max(
                     math.sqrt(s.shear_stiffness * s.rotary_inertia / (s.density * s.area * s.bending_stiffness))
                     for s in body.segments
                 )
-                yield LeftOut(*known, here * body.length / (math.pi**2 * shear), 1.0, 1.0 + between)
+                yield LeftOut(contact, k, name, shears, 1.0, 1.0 + between, _beyond(lag, k * shears))
+
+
+def _lag(beam: Beam, rise: float, most: float) -> Lag:
+    """Return the lag of modes behind a force that rises in a time [s]; below the cut-off as if nothing sheared."""
+    number, shears = math.pi / beam.length, math.inf
+    bends = number**2 * min(math.sqrt(s.bending_stiffness / (s.density * s.area)) for s in beam.segments)
+    if beam.theory == "timoshenko":  # modes that shear and modes that turn sections: so many below a frequency
+        shears = number * min(1.0 / (1.0 / s.shear_speed + 1.0 / s.wave_speed) for s in beam.segments)
+    return Lag(bends, shears, most, max(1.0 / rise, bends))
+
+
+def _beyond(lag: Lag | None, modes: float) -> Lag | None:
+    """Return a lag whose fast modes lie beyond a number of modes, whose flexibility is that of the contact, too."""
+    if lag is None:
+        return None
+    return lag._replace(least=max(lag.least, min(lag.bends * modes * modes, lag.shears * modes)))
 
 
 def _is_loose(beam: Beam, x: float) -> bool:
@@ -86,7 +141,7 @@ def beside_contacts(places: Sequence[LeftOut]) -> list[Share]:
 
     Measured, the errors are 0.1 to 1.2 of it. Contacts whose stiffness is not known are left out.
     """
-    found = [Share(each.factor * each.stiffness, each.power) for each in places]
+    found = [Share(each.factor * each.stiffness, each.power, each.lag) for each in places]
     return [share for share in found if share.factor > 0.0]
 
 
@@ -116,10 +171,19 @@ def beside_displacements(places: Sequence[LeftOut], scene: Scene, history: Abstr
                 else raw.force(numbers[name], False).size(CELLS)
             )
         if sizes[channel] > 0.0 and sizes[name] > 0.0:
-            found.append(Share(each.between * each.factor * sizes[name] / sizes[channel], each.power))
+            factor, lag = each.between * each.factor * sizes[name] / sizes[channel], each.lag
+            if lag is not None:  # static flexibility acts as long as the force, and vibrations go on
+                lag = lag._replace(lasting=math.sqrt(scene.duration / _closed(scene, history, name)))
+            found.append(Share(factor, each.power, lag))
     return found
 
 
-def total(shares: Sequence[Share], modes: int) -> float:
-    """Return the sum of the errors with so many modes."""
-    return sum(share.at(modes) for share in shares)
+def _closed(scene: Scene, history: AbstractHistory, contact: str) -> float:
+    """Return how long a contact was closed in a run [s], at least a thousandth of it."""
+    closed = sum((scene.duration if span.end is None else span.end) - span.start for span in history.spans(contact))
+    return max(closed, 1e-3 * scene.duration)
+
+
+def total(shares: Sequence[Share], modes: int, dt: float = 0.0) -> float:
+    """Return the sum of the errors with so many modes, under steps of dt [s]."""
+    return sum(share.at(modes, dt) for share in shares)

@@ -118,9 +118,7 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
         level.worst, level.alone = worst if error >= least else "", False
-        unseen_here = unseen  # the same modes in all runs
-        if not description.alike:
-            unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
+        unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
         level.error, level.reason = max(error, least) + unseen_here, ""
         if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
             level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)

@@ -43,10 +43,14 @@ SHOWN, SHOWN_OF_SPRINGS = 7.0, 5.0  # error that one run shows over the predicte
 SMOOTH = (Penalty, Hertz, AbstractHystereticLaw)
 
 
+def are_soft(asked: Simulation) -> bool:
+    """Return whether all contacts have a law without a jump."""
+    return all(isinstance(law, SMOOTH) and not law.force_jumps for law in laws_of(*asked))
+
+
 def is_smooth(asked: Simulation) -> bool:
     """Return whether all contacts have a law without a jump, and neither rods nor loads send waves."""
-    smooth = all(isinstance(law, SMOOTH) and not law.force_jumps for law in laws_of(*asked))
-    return smooth and not rods_of(asked.scene) and not asked.scene.loaded_ends
+    return are_soft(asked) and not rods_of(asked.scene) and not asked.scene.loaded_ends
 
 
 def stated_alone(asked: Simulation) -> float:

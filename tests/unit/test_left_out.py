@@ -5,14 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from impactlab import api
 from impactlab.bases.beams.modes import BeamModes
 from impactlab.contact.penalty import Penalty
+from impactlab.contact.power_law import Hertz
+from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics.norms import midpoints
+from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine import left_out
+from impactlab.refine.distances import counted, difference
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
-from impactlab.scene.method import Simulation, StepRule
+from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.simulate import driver
 from impactlab.testing.scenes import simulation
 
@@ -68,3 +73,59 @@ def test_a_body_that_no_force_meets_leaves_nothing_out():
     asked = pressed(0.25, 4e6)
     away = asked.but(bodies={**asked.scene.bodies, "ball": Mass("ball", 0.1, -0.1)}, models={"beam": Modal(modes=20)})
     assert left_out.beside_displacements(list(left_out.left_out(away)), away.scene, driver.run(*away)) == []
+
+
+@pytest.mark.parametrize("modes", [18, 40])
+@pytest.mark.parametrize(("right", "x"), [("clamped", 0.25), ("free", 0.5)])
+def test_of_modes_whose_static_shapes_a_run_has_their_vibrations_are_missing(right, x, modes):
+    beam = Beam("beam", (SEGMENT,), End("clamped"), End(right), theory="timoshenko")
+    asked = pressed(x, 2e7).but(bodies={**pressed(x, 2e7).scene.bodies, "beam": beam}, step=StepRule(dt=2e-7))
+    fastest, channel = 1e6, f"force:{asked.scene.contacts[0].name}"
+    shapes = Modal(modes=modes, residual=True, residual_frequency=fastest)
+    many, few, plain = (
+        driver.run(*asked.but(models={"beam": model}))
+        for model in (Modal(modes=400, residual=True), shapes, Modal(modes=modes))
+    )
+    t = midpoints(many.duration, 400)
+    exact, found, without = (run.evaluate(t, channel) for run in (many, few, plain))
+    error, of_plain = (np.linalg.norm(each - exact) / np.linalg.norm(exact) for each in (found, without))
+    stated = left_out.total(left_out.beside_contacts(list(left_out.left_out(asked, fastest))), modes, 2e-7)
+    assert error <= 2.5 * stated
+    assert stated <= 0.3 * left_out.total(left_out.beside_contacts(list(left_out.left_out(asked))), modes)
+    assert error <= 0.3 * of_plain
+
+
+def test_steps_that_do_not_resolve_static_shapes_have_no_use_of_them():
+    [bending, shear] = left_out.beside_contacts(list(left_out.left_out(pressed(0.25, 4e6), 1e6)))
+    for share in (bending, shear):
+        assert share.at(30, 1e-6) < 0.3 * share.factor / 30**share.power
+        assert share.at(30, 1e-5) == pytest.approx(2.0 * share.factor / 30**share.power)
+        modes = share.modes_for(1e-5, 1e-6)
+        assert share.at(modes, 1e-6) <= 1e-5 < share.at(0.9 * modes, 1e-6)
+
+
+def test_a_choice_takes_few_modes_and_static_shapes_in_place_of_many():
+    """At a free end of a beam that shears 1377 modes were counted as needed, and a mesh took 16 times as long."""
+    segment = BeamSegment(
+        0.1, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0, shear_stiffness=6.7e6, rotary_inertia=7850.0 * 1e-8 / 12.0
+    )
+    beam = Beam("beam", (segment,), End("clamped"), End("free"), theory="timoshenko")
+    bodies = {"ball": Mass("ball", 0.05, 1.0), "beam": beam}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.1, "beam.at"), 0.0)
+    asked = simulation("beam", bodies, (contact,), 5e-4, None, StepRule(dt=1e-6), law=Hertz(1e9))
+    history, mesh = (
+        api.solve(*asked.but(tolerance=Tolerance(1e-4))),
+        driver.run(
+            *asked.but(
+                models={"beam": FiniteElement(600, "lumped")},
+                integrator=CentralDifference(),
+                step=StepRule(points_per_period=3.4),
+            )
+        ),
+    )
+    assert history.choice is not None
+    assert history.choice.chosen.startswith("modes under exact steps")
+    model = history.choice.method.models["beam"]
+    assert model.residual
+    assert model.modes < 100
+    assert difference(history, mesh, *counted(asked)) < 1e-4

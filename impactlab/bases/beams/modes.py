@@ -59,13 +59,18 @@ class BeamModes(Coordinates):
         self._scales = (1.0, 1.0 / unit, segment.bending_stiffness / unit**2, segment.bending_stiffness / unit**3)
         elastic = np.sqrt(self._squared * segment.bending_stiffness / (line_mass * unit**4))
         self.frequencies = np.concatenate((np.zeros(len(self._rigid)), elastic))
+        self._rows: dict[tuple[float, int], Array] = {}  # that were read
         first = {"free": 0, "pinned": 1, "clamped": 2}[self._kinds[0]]
         self._shares *= np.where(self._at(np.zeros(1), first)[0, len(self._rigid) :] < 0.0, -1.0, 1.0)
 
     def row(self, x: float, quantity: Quantity) -> Array:
         if quantity not in QUANTITIES_OF_BEAM:
             raise no_such(quantity)
-        return np.asarray(self._at(np.array([x]), 0 if quantity == "velocity" else WORDS.index(quantity))[0])
+        which = 0 if quantity == "velocity" else WORDS.index(quantity)
+        if (row := self._rows.get((x, which))) is None:
+            row = self._rows[x, which] = np.asarray(self._at(np.array([x]), which)[0])
+            row.flags.writeable = False
+        return row
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
         return statics_of(self._segment, self._kinds, self._rotary, face).at(x, quantity)
