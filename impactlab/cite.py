@@ -34,7 +34,7 @@ def cite(case: Case) -> Citations:
     wanted: list[str] = []
     known = dict(entries())
     for part in [one for whole in parts if whole is not None for one in (whole, *parts_inside(whole))]:
-        wanted += citations_of(type(part))
+        wanted += citations_of(part)
         known |= entries_for(type(part))
     own = source_key(case.source)
     keys = [*wanted, own] if own else wanted

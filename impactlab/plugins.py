@@ -171,7 +171,7 @@ def describe(part: type[Any] | Callable[..., Any]) -> str:
     return line if given == line else given[:1].upper() + given[1:]
 
 
-def citations_of(part: type[Any]) -> tuple[str, ...]:
+def citations_of(part: object) -> tuple[str, ...]:
     """Return the citation keys of a part; empty where it names none."""
     return tuple(getattr(part, "citations", ()))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import final
+from typing import ClassVar, final
 
 from impactlab.bases.analytic import AnalyticBasis
 from impactlab.bases.base import AbstractBasis, Coordinates
@@ -43,7 +43,7 @@ class Modal(AbstractRodModel):
     """
 
     serves_rotation = True
-    citations = ("EscalonaMayoDominguez1999", "MacNeal1971")
+    citations: ClassVar[tuple[str, ...]] = ("EscalonaMayoDominguez1999",)
     examples = (
         {"modes": 20},
         {"modes": 20, "residual": True},
@@ -84,6 +84,8 @@ class Modal(AbstractRodModel):
                 remedy="Use basis eigenvectors, and mass consistent or lumped, or leave out residual.",
                 path="residual",
             )
+        if self.residual:
+            object.__setattr__(self, "citations", (*type(self).citations, "MacNeal1971"))
 
     @property
     def has_mesh(self) -> bool:

@@ -53,6 +53,12 @@ def test_a_case_cites_its_parts_and_its_source():
     assert hard.bibtex.count("\n@") + 1 == len(hard.keys)
 
 
+def test_static_shapes_of_modes_left_out_are_cited_where_they_are_taken():
+    case = load_case(CASES / "sphere_on_beam.yaml")
+    assert "MacNeal1971" not in cite(case).keys
+    assert "MacNeal1971" in cite(case.with_("solve.model.residual", True)).keys
+
+
 def test_source_without_a_key_stays_as_a_remark():
     case = load_case(CASES / "two_rods.yaml").with_("source", "a talk\nin 1999")
     assert cite(case).bibtex.startswith("% Source of the case: a talk in 1999\n\n@")
