@@ -97,6 +97,12 @@ class Case:
         CaseError, PairingError, PluginError
             As for a file, with the path of the key.
         """
+        if not isinstance(blocks, Mapping):
+            what = shown(blocks) if isinstance(blocks, (str, Path)) else f"a {type(blocks).__name__}"
+            raise CaseError(
+                f"from_dict() takes the keys of a case as a dictionary, not {what}",
+                remedy="A file is read by il.load_case(PATH).",
+            )
         data = {"schema_version": 1, **plain(blocks)}
         check_tree(data, MAX_GIVEN)
         return case_of(name, "", Document(data, {}))
@@ -167,9 +173,13 @@ class Case:
         ``settings`` maps dotted paths to values, or gives pairs of the two; ``by`` is the option or function that gave
         them, for messages.
         """
-        document = with_set(
-            self.document, settings.items() if isinstance(settings, Mapping) else settings, by, self.file
-        )
+        pairs = list(settings.items() if isinstance(settings, Mapping) else settings)
+        if not all(isinstance(pair, (tuple, list)) and len(pair) == 2 and isinstance(pair[0], str) for pair in pairs):
+            raise CaseError(
+                "the settings are not paths with values, such as 'solve.duration' with 1e-3",
+                remedy="Write with_('solve.duration', 1e-3), or with_settings({'solve.duration': 1e-3}).",
+            )
+        document = with_set(self.document, pairs, by, self.file)
         variant = _make(self.name, self.file, document, self.registry)
         return variant._with(method_name=self.method_name, variant_name=self.variant_name, written=self.written)
 

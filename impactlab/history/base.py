@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.errors import ImpactlabError
+from impactlab.errors import ImpactlabError, closest
 from impactlab.history.energy import CarriedEnergy as CarriedEnergy
 from impactlab.history.energy import EnergyBook as EnergyBook
 from impactlab.history.energy import EnergyEnds as EnergyEnds
@@ -117,6 +117,7 @@ class Field(NamedTuple):
 LARGEST_SAMPLES = 5000  # of a channel whose largest value is sought
 IMPULSE_SAMPLES = 4000  # of a force whose impulse is summed
 FIELD_POINTS = 401  # places of a field along a continuous rod, if none are given
+MAX_NAMED = 60  # contacts in a message
 END_ROUNDING = 1e-9  # of duration or length: a time outside a run, a place outside a body by less is moved into it
 
 
@@ -345,8 +346,22 @@ class AbstractHistory(Views, ABC):
         return Waves.of(self.scene.bodies[body], x, quantity, times, to_right, to_left)
 
     def spans(self, contact: str) -> list[ContactSpan]:
-        """Return the periods of contact of one contact by its name."""
-        return [span for _, span in self._by_contact().get(contact, ())]
+        """Return the periods of contact of one contact by its name.
+
+        Raises
+        ------
+        ImpactlabError
+            If the scene has no contact of that name.
+        """
+        found = self._by_contact().get(contact)
+        if found is None and contact not in self.scene.contact_names:
+            names = [each.name for each in self.scene.contacts]
+            shown = f"{', '.join(names[:MAX_NAMED])}{', ...' if len(names) > MAX_NAMED else ''}"
+            raise ImpactlabError(
+                f"no contact {contact!r}.{closest(str(contact), names)} Contacts: {shown or 'none'}",
+                remedy="Name one of these, as in their channels force:NAME.",
+            )
+        return [span for _, span in found or ()]
 
     def spans_of(self, contacts: Iterable[str]) -> list[ContactSpan]:
         """Return the periods of contact of several contacts by their names.

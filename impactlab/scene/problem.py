@@ -131,6 +131,11 @@ class Scene:
         return tuple(face for contact in self.contacts for face in contact.faces)
 
     @cached_property
+    def contact_names(self) -> frozenset[str]:
+        """Names of the contacts: ``hammer|rod.left``."""
+        return frozenset(contact.name for contact in self.contacts)
+
+    @cached_property
     def touching(self) -> dict[str, list[tuple[int, int]]]:
         """Faces of each body that has contacts, by name: number of the contact, 0 for its left or 1 for its right."""
         found: dict[str, list[tuple[int, int]]] = {}

@@ -134,14 +134,7 @@ class AbstractRecordedHistory(AbstractHistory):
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         t = within_run(t, self.duration)
-        if channel not in self.recorded:
-            names = sorted(self.recorded)
-            many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
-            raise ImpactlabError(
-                f"channel '{channel}' was not recorded.{closest(str(channel), names)} "
-                f"Recorded: {', '.join(names[:MAX_NAMED])}{many}",
-                remedy="A quantity at another place needs a probe in the case.",
-            )
+        self._check_channel(channel)
         times, values, stepped, middles, _ = self._channel(channel)
         if not stepped:
             return np.asarray(np.interp(t, times, values))
@@ -168,6 +161,18 @@ class AbstractRecordedHistory(AbstractHistory):
             self._located = times, t, step
         return step
 
+    def _check_channel(self, channel: str) -> None:
+        """Raise `ImpactlabError` where a channel was not recorded."""
+        if channel in self.recorded:
+            return
+        names = sorted(self.recorded)
+        many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
+        raise ImpactlabError(
+            f"channel '{channel}' was not recorded.{closest(str(channel), names)} "
+            f"Recorded: {', '.join(names[:MAX_NAMED])}{many}",
+            remedy="A quantity at another place needs a probe in the case.",
+        )
+
     def _channel(self, name: str) -> Channel:
         """Return a channel as it is evaluated."""
         return self.recorded[name]
@@ -183,6 +188,7 @@ class AbstractRecordedHistory(AbstractHistory):
         return float(np.interp(time, times, np.append(0.0, np.cumsum(means[1:] * np.diff(times)))))
 
     def largest(self, channel: str) -> float:
+        self._check_channel(channel)
         found = self._channel(channel)
         if found.middles is not None:
             return super().largest(channel)
@@ -195,10 +201,12 @@ class AbstractRecordedHistory(AbstractHistory):
         return 1.0 / float(np.max(np.diff(times))) if times.size > 1 else 0.0
 
     def jumps(self, channel: str) -> Array:
+        self._check_channel(channel)
         found = self.recorded[channel]
         return found.times if found.stepped else np.zeros(0)
 
     def turning_times(self, channel: str) -> Array:
+        self._check_channel(channel)
         found = self._channel(channel)  # straight lines between records are largest at one of them
         return super().turning_times(channel) if found.stepped else np.clip(found.times, 0.0, self.duration)
 

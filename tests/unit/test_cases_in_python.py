@@ -232,6 +232,19 @@ def test_one_name_stands_for_a_list_of_one():
         il.compare(case, [None])
 
 
+def test_settings_and_dictionaries_of_another_kind_are_refused():
+    case = il.load_case("axial_impact")
+    for wrong in (
+        lambda: case.with_(5, 1),
+        lambda: case.with_settings("solve.duration=1"),
+        lambda: case.with_settings([("a",)]),
+    ):
+        with pytest.raises(il.CaseError, match="the settings are not paths with values"):
+            wrong()
+    with pytest.raises(il.CaseError, match="takes the keys of a case as a dictionary, not 'bodies: "):
+        il.Case.from_dict("bodies: {}")
+
+
 def test_times_and_channel_in_the_wrong_order_are_told_so():
     case = il.load_case("axial_impact")
     for method in ("continuous", "finite_element"):

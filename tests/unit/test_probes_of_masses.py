@@ -47,6 +47,19 @@ def test_a_channel_that_is_no_text_is_refused(method: str) -> None:
     history = il.run(il.load_case("axial_impact").method(method))
     with pytest.raises(il.ImpactlabError, match="hammer"):
         history.evaluate(1e-5, None)  # type: ignore[arg-type]
+    for reader in (history.largest, history.jumps, history.turning_times, history.at_end):
+        with pytest.raises(il.ImpactlabError, match="Did you mean 'position:hammer'"):
+            reader("position:hamer")
+
+
+@pytest.mark.parametrize("method", ["base", "continuous", "impulse_momentum"])
+def test_a_contact_that_is_not_there_has_no_impulse(method: str) -> None:
+    """Its impulse was 0, without a word."""
+    history = il.run(il.load_case("axial_impact").method(method))
+    for reader in (history.impulse_of, history.spans):
+        with pytest.raises(il.ImpactlabError, match=r"^no contact 'hammer\|rod'\. Did you mean 'hammer\|rod\.left'\?"):
+            reader("hammer|rod")
+    assert history.impulse_of("hammer|rod.left") > 3.4
 
 
 def test_a_field_of_no_rod_names_the_rods() -> None:
