@@ -35,7 +35,8 @@ class Modal(AbstractRodModel):
 
     ``modes`` counts coordinates beside the rigid motions that nothing holds, which are kept and not counted, whatever
     the basis: one of a rod, up to two of a beam. Damping must leave the modes uncoupled: Rayleigh's, or one viscosity
-    over young for all.
+    over young for all. With ``residual`` each contact has a coordinate more, which moves as the static shape of the
+    eigenvectors left out (`impactlab.bases.residual`): the flexibility at contacts is then that of the whole body.
 
     References
     ----------

@@ -20,6 +20,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.refine import cost, left_out, meshed_modes
 from impactlab.refine.beam_descriptions import MAX_DENSE_ELEMENTS, STEPS, is_lossy, modal_model, shortest_time
 from impactlab.refine.contact_times import times_of
+from impactlab.refine.cost import Cost
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import modelled_as, recorded
 from impactlab.refine.distances import counted
@@ -36,20 +37,21 @@ COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the oth
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
 MESH_SHARE = 0.1  # of the tolerance, that the mesh behind modes may take: the other margins cover it
 MIN_FEWER = 1.3  # times fewer modes, from which static shapes are taken in their place
-COARSER = 2.0  # times the step that a tolerance needs is that of the coarser of two runs
-SHAPES_IN_STEP = 1.9  # rad in such a step, of the static shapes
+COARSER = 1.27  # times the step that a tolerance needs: one that is twice as long still resolves static shapes
+SHAPES_IN_STEP = 1.9  # rad in such a step, of the static shapes: 3 in twice the step
 MAX_MODES = 1500  # in closed form, some 0.1 ms each to find
 MAX_RAISED = 3  # times: touches may show how much they magnify an error in fine runs alone
 MAX_STEPS = 1_000_000  # in the shortest time
 MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
 STATED_SHARE, STATED_SHARE_OF_SHEAR = 0.25, 0.45  # the same where it is stated: of errors of order 3 and of order 1
 MAX_UNSEEN_SHARE = 0.5  # the same where no more modes may be taken, and their error is stated by their flexibility
+POWER_MARGIN = 2.2  # times the predicted cost of a step under a power law: some 0.5 us in contact, none in a mesh
 DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
 # Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
 ERROR_OF_MODES, ERROR_OF_SPRINGS = 0.15, 0.04
 ERROR_OF_IMPULSES = 0.2  # of these where impulses alone count: a force that is wrong one way and the other has its sum
 MISSING_MARGIN = 1.5  # on errors by modes left out: measured, 0.1 to 1.2 of the flexibility beside the contact's
-MISSING_MARGIN_OF_SHAPES = 2.5  # the same where static shapes stand for them: measured, up to 2 of what is missing
+MISSING_MARGIN_OF_SHAPES = 2.5  # the same where static shapes stand for them: 99 % of random beams below 2.6, one at 5.6
 
 
 def counted_share(asked: Simulation) -> float:
@@ -225,6 +227,13 @@ class BeamModes:
         """Return the steps of a run and its modes, of all beams."""
         return self.steps(n), len(self.beams) * self.modes(n)
 
+    def _cost(self) -> Cost:
+        """Return the cost of a step; beside explicit meshes with a margin for the iterations of a power law."""
+        found = cost.BEAM_DAMPED_MODES if self.lossy else cost.BEAM_MODES
+        beside = all(beam.theory == "timoshenko" and beam.rotation is None for beam in self.beams)
+        springs = all(law.is_spring for law in laws_of(*self.asked))
+        return found if springs or self.lossy or not beside else found._replace(margin=POWER_MARGIN)
+
     def _finest(self) -> int:
         """Return the finest steps that the most modes serve: finer runs would differ in their steps alone."""
         low, high = COARSEST, MAX_STEPS
@@ -243,7 +252,7 @@ class BeamModes:
             "modes under Newmark's method" if self.lossy else "modes under exact steps",
             UNIT,
             self.simulation,
-            cost.BEAM_DAMPED_MODES if self.lossy else cost.BEAM_MODES,
+            self._cost(),
             functools.cache(self.work),
             error=self.error,
             safety=2.0,
