@@ -47,9 +47,10 @@ class KnownBodies(NamedTuple):
                 found[name] = built._replace(body=body)
         return found
 
-    def shared_with(self, built: Mapping[str, BuiltBody]) -> bool:
-        """Return whether some bodies of a plan are taken over from here."""
-        return any(name in self.built and self.built[name].system is body.system for name, body in built.items())
+    def has_all_of(self, built: Mapping[str, BuiltBody]) -> bool:
+        """Return whether all bodies of a plan that deform are taken over from here."""
+        elastic = ((name, body) for name, body in built.items() if body.body.elastic is not None)
+        return all(name in self.built and self.built[name].model is body.model for name, body in elastic)
 
     def same_steppers(self, same: Collection[str], integrator: AbstractIntegrator, dt: float) -> dict[str, Stepper]:
         """Return the steppers of bodies that are the ``same``, for a scheme and a step [s] without pushed rows."""

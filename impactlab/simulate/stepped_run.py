@@ -27,7 +27,7 @@ from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.fault_of_part import fault_of_part
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.simulate.stepping.loop import advance_dated
-from impactlab.simulate.stepping.same_structure import renumbered
+from impactlab.simulate.stepping.same_structure import has_structure, renumbered
 from impactlab.simulate.stepping.unfilled import check_called
 from impactlab.types import Progress
 from impactlab.wall_time import spent_on
@@ -71,7 +71,7 @@ class Prepared:
         if like is not None:
             return like
         made = Assembly(plan, plan.integrator, plan.dt)
-        if made.can_repeat and known is not None and known.shared_with(plan.built):
+        if made.can_repeat and known is not None and known.has_all_of(plan.built) and has_structure(made):
             Prepared.arrays = made.again()
         return made
 

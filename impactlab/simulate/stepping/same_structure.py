@@ -66,13 +66,19 @@ def _is_alike(plan: Plan, known: Plan, name: str) -> bool:
     )
 
 
+def has_structure(made: Assembly) -> bool:
+    """Return whether `renumbered` may serve other plans with some arrays."""
+    plan = made.layout.plan
+    return not len(made.memory.bead_rows) and not len(made.memory.dampers) and is_alike(plan, plan)
+
+
 def renumbered(known: Assembly, plan: Plan, integrator: AbstractIntegrator, dt: float) -> Assembly | None:
     """Return the arrays of a plan from those of one of the same structure, which no run has written into.
 
-    None where the structures differ.
+    For these `has_structure` holds. None where the structures differ.
     """
     m = known.memory
-    if len(m.bead_rows) or len(m.dampers) or not is_alike(plan, known.layout.plan):
+    if not is_alike(plan, known.layout.plan):
         return None
     layout = Layout(plan, dt)
     if layout.rows.rows:
