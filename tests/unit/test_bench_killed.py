@@ -70,7 +70,7 @@ def test_a_bench_killed_at_random_moments_loses_nothing_and_does_nothing_twice(t
             while sum(len(list((killed / kind).glob("*.json"))) for kind in known) < count + more:
                 if running.poll() is not None:
                     break
-                time.sleep(0.001)
+                time.sleep(0.005)
             time.sleep(moments.uniform(0.0, 0.02))
         running.send_signal(signal.SIGKILL)
         if running.wait() != 0:
