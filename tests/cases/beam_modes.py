@@ -76,9 +76,8 @@ RIGID: dict[str, tuple[Callable[[Array], Array], ...]] = {
 def modes(kind: str, mass: float, bending: float, length: float, places: Sequence[float], count: int) -> Modes:
     """Return the modes of a uniform beam of a mass [kg] and a stiffness EI [N m2], struck at places [m]."""
     z = roots(kind, count)
-    x, weights = np.polynomial.legendre.leggauss(
-        12
-    )  # in each of so many equal parts: half a wave, at most, lies in one
+    # Gauss points in each of as many equal parts as modes: half a wave, at most, lies in one.
+    x, weights = np.polynomial.legendre.leggauss(12)
     s = ((np.arange(count)[:, None] + 0.5 * (x + 1.0)) / count).ravel()
     weights = np.tile(0.5 * weights / count, count)
     at = np.asarray(places) / length
