@@ -40,6 +40,7 @@ LONG = {
 SHORTER: dict[tuple[str, str], Any] = {
     ("nearly_rigid", "base"): 3e-6,
     ("nearly_rigid", "massless_pad"): 1e-7,
+    ("nearly_rigid", "rigid_rod_on_wall"): 1.2e-5,
     ("nearly_rigid", "massless_rod"): 1e-6,
     ("nearly_rigid", "one_massless_rod"): 1e-6,
     ("contact_periods", "thousand"): 450.0,

@@ -204,11 +204,15 @@ def test_references_of_the_first_order_do_not_claim_the_second(family: str, numb
     assert 0.0 < row["true"] <= row["claimed"]
 
 
+COSTLY = {"beam": 5, "damped": 6}  # scenes of families whose truth takes seconds
+
+
 @pytest.mark.parametrize("family", list(families.FAMILIES))
 def test_no_run_is_beyond_its_tolerance_in_silence(family: str) -> None:
-    rows = [measure.measured(families.draw(family, 22, number)) for number in range(12)]
+    count = COSTLY.get(family, 12)
+    rows = [measure.measured(families.draw(family, 22, number)) for number in range(count)]
     known = [row for row in rows if str(row["known"]) == "1"]
-    assert len(known) >= 6
+    assert len(known) >= count // 2
     assert not [row["number"] for row in known if summary.is_beyond(row) and not summary.is_warned(row)]
 
 

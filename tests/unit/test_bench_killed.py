@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-CASES = [str(ROOT / "cases" / name) for name in ("axial_impact.yaml", "two_rods.yaml")]
+CASES = [str(ROOT / "cases" / "axial_impact.yaml")]
 METHODS = "exact,central_difference,central_difference_0.9,wave_identification,craig_bampton,spectral_4,bathe,own"
 KILLS = 5
 OF_TIME = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
@@ -70,7 +70,7 @@ def test_a_bench_killed_at_random_moments_loses_nothing_and_does_nothing_twice(t
             while sum(len(list((killed / kind).glob("*.json"))) for kind in known) < count + more:
                 if running.poll() is not None:
                     break
-                time.sleep(0.001)
+                time.sleep(0.005)
             time.sleep(moments.uniform(0.0, 0.02))
         running.send_signal(signal.SIGKILL)
         if running.wait() != 0:

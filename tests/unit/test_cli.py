@@ -112,8 +112,6 @@ def test_run_writes_its_folder_whole_and_the_page_repeats_it(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["results"], "no temporary folder remains"
     settings = f"--method modal_10 --set &#39;{law}&#39; --set solve.duration=1e-4"
     assert f"impactlab run axial_impact.yaml {settings} --out DIR" in (out / "index.html").read_text()
-    again = invoke("run", *arguments, "--out", str(out), "--json")
-    assert again.exit_code == 0, "a folder written by impactlab is replaced"
 
 
 def test_compare_keeps_refused_rows():
