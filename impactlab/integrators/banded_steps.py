@@ -103,8 +103,10 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     out[0], out[1] = energy, work
     if weights[2] != 0.0 or weights[3] != 0.0:
         a, w = state[2 * n : 3 * n], state[3 * n : 4 * n]
+        momentum = 0.0
         for i in range(n):
-            out[2] += row[i] * (weights[2] * a[i] + weights[3] * w[i])
+            momentum += row[i] * (weights[2] * a[i] + weights[3] * w[i])
+        out[2] += momentum
 
 
 def alpha_free(parameters: Array, state: Array) -> None:

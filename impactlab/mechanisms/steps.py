@@ -179,11 +179,13 @@ def take_step(P: Array, state: Array) -> None:
     for number in range(n_drives):
         m.a[driven(m.drives, number)] = driven_acceleration(m.drives, number, now)
     solve(m.factor, m.a)
+    work = 0.0
     for number in range(n_drives):
         d = driven(m.drives, number)
         moment = moment_of(m, d, weight, m.a) - m.force[d]
         state[end + number] = moment
-        booked[0] += moment * dt * (v[d] + 0.5 * dt * m.a[d])
+        work += moment * dt * (v[d] + 0.5 * dt * m.a[d])
+    booked[0] += work
     for i in range(n):
         m.x[i] = dt * v[i] + 0.5 * dt * dt * m.a[i]  # moved in the step
     for k in range(r):

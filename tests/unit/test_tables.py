@@ -17,8 +17,9 @@ CASES = Path(__file__).parents[2] / "cases"
 ARM, SPHERE = "two_link_arm", "sphere_on_beam"
 
 
-def assembled(name: str) -> Assembly:
-    plan = prepare(*il.load_case(CASES / f"{name}.yaml").simulation())
+def assembled(name: str, method: str | None = None) -> Assembly:
+    case = il.load_case(CASES / f"{name}.yaml")
+    plan = prepare(*(case.method(method) if method else case).simulation())
     return Assembly(plan, plan.integrator, plan.dt)
 
 
@@ -37,3 +38,21 @@ def test_a_function_of_a_table_gives_the_same_bits_as_through_numba():
         return np.array(assembly.memory.record)
 
     assert np.array_equal(record(entered_with_table), record(entered))
+
+
+@pytest.mark.skipif(not COMPILED, reason="numba is switched off")
+def test_no_bit_depends_on_where_arrays_stand_in_memory():
+    """Compiled loops test whether arrays overlap; one that stores near what it reads takes another way."""
+
+    def record(between: int) -> Array:
+        assembly = assembled("all_methods", "striker_attached")
+        maps, backup = assembly.memory.maps, assembly.memory.backup
+        room = np.zeros(maps.size + between + backup.size)
+        room[: maps.size] = maps
+        memory = assembly.memory._replace(maps=room[: maps.size], backup=room[maps.size + between :])
+        start(memory, assembly.dt)
+        advance_dated(memory, assembly.dt, assembly.steps, assembly.stride, assembly.sample_stride)
+        assert assembly.clock.n_maps > 0
+        return np.array(memory.record)
+
+    assert np.array_equal(record(8), record(1000))

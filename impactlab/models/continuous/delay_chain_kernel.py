@@ -95,9 +95,13 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
         out[0] += impedance * dt * energy
         out[1] += 2.0 * impedance * gain * (area + delay * delay * gain * time)
         out[2] += impedance * dt * momentum
+    energy, work, momentum = 0.0, 0.0, 0.0
     for node in range(nodes):
         at, u, v = FIRST + NODE * node, 3 * node + MOVED, 3 * nodes + 3 * node + MOVED
         mass = 0.5 * dt * parameters[at + 4]
-        out[0] += 0.5 * (parameters[at + 3] * state[u] * state[u] + mass * state[v] * state[v])
-        out[1] += parameters[at + 5] * state[u]
-        out[2] += mass * state[v]
+        energy += 0.5 * (parameters[at + 3] * state[u] * state[u] + mass * state[v] * state[v])
+        work += parameters[at + 5] * state[u]
+        momentum += mass * state[v]
+    out[0] += energy
+    out[1] += work
+    out[2] += momentum

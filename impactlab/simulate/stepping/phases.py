@@ -33,9 +33,10 @@ def change_coordinates(m: StepArrays, number: int) -> None:
     for part in range(2):
         start = phase.map_start + (2 * phase.closed + part) * n * n
         for i in range(n):
-            m.backup[first + i] = 0.0
+            total = 0.0  # a sum in memory would be reordered by how far its place is from what it reads: other bits
             for j in range(n):
-                m.backup[first + i] += m.maps[start + i * n + j] * m.state[first + part * n + j]
+                total += m.maps[start + i * n + j] * m.state[first + part * n + j]
+            m.backup[first + i] = total
         for i in range(n):
             m.state[first + part * n + i] = m.backup[first + i]
     size, n_rows, shift = body.state_end - body.state_start, m.row_value.size, 0
