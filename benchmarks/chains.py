@@ -32,8 +32,8 @@ from impactlab.simulate import prepare
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepped_run import walk
 from impactlab.simulate.stepping import loop
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.history import RecordedHistory
+from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.testing.scenes import in_a_row
 
 DT, STIFFNESS, PRESSED = 1e-3, 1e3, 1e-3  # s, N/m^1.5, m of overlap

@@ -26,7 +26,7 @@ from tables import table
 from impactlab import simulate
 from impactlab.models.continuous import Continuous
 from impactlab.scene.method import Simulation
-from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.setup.assembly import Assembly
 
 ELEMENTS = (100, 1_000, 10_000, 100_000)
 WORK = 20_000_000  # elements times steps of one measured run

@@ -37,9 +37,9 @@ from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import Plan, prepare
 from impactlab.simulate.stepping.arrays import SAMPLES
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.layout import steps_per_sample
 from impactlab.simulate.stepping.loop import advance_dated, start
+from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.simulate.stepping.setup.layout import steps_per_sample
 from impactlab.testing.scenes import simulation
 
 STRIKER = 2.133  # kg

@@ -28,8 +28,8 @@ from impactlab.models.modal import Modal
 from impactlab.scene.method import Simulation, StepRule, Tolerance, is_exact
 from impactlab.simulate.plan import prepare
 from impactlab.simulate.stepped_run import walk
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.history import RecordedHistory
+from impactlab.simulate.stepping.setup.assembly import Assembly
 
 NAME = "impactlab"
 LIBRARY = "impactlab"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import impactlab
-from impactlab.casefile.faults import FIX_VALUE
+from impactlab.casefile.values.faults import FIX_VALUE
 
 PACKAGE = Path(impactlab.__file__).parent
 ERRORS = ("CaseError", "PairingError", "PluginError", "StepError", "ImpactlabError", "refuse", "failure")

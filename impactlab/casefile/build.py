@@ -6,19 +6,19 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from impactlab.casefile.blocks import ElasticBlock
+from impactlab.casefile.blocks.shafts import ShaftBlock
+from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import CaseContact, Row, lever_arm_of, marks_of
 from impactlab.casefile.infinite_ends import check_rest
 from impactlab.casefile.instruments import probe_of
 from impactlab.casefile.joined import points_of
-from impactlab.casefile.loads import settled
 from impactlab.casefile.mechanism_parts import chains_of, parts_of, placed
 from impactlab.casefile.mechanisms import gravity_of, links_of, mechanism_body, vector
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, Frames, MassBlock, RoundTrips
-from impactlab.casefile.shafts import ShaftBlock
 from impactlab.casefile.turning import turning
+from impactlab.casefile.values.loads import settled
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PairingError, PluginError
 from impactlab.models.base import AbstractRodModel

@@ -12,22 +12,22 @@ from pydantic import ValidationError
 
 from impactlab import plugins
 from impactlab.cached import cached_property
+from impactlab.casefile.blocks.origins import Origins
+from impactlab.casefile.blocks.repeat import expand
 from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, read_document
 from impactlab.casefile.edit import numbered, plain, with_named, with_set, with_values
-from impactlab.casefile.faults import case_error
-from impactlab.casefile.limits import MAX_GIVEN, check_texts, check_tree
-from impactlab.casefile.loads import folder_of, with_tables
-from impactlab.casefile.origins import Origins
 from impactlab.casefile.path_units import unit_of
 from impactlab.casefile.places import locate, placed
-from impactlab.casefile.repeat import expand
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
 from impactlab.casefile.starter import case_named
-from impactlab.casefile.words import shown
-from impactlab.casefile.written import yaml_text
+from impactlab.casefile.text.limits import MAX_GIVEN, check_texts, check_tree
+from impactlab.casefile.text.words import shown
+from impactlab.casefile.text.written import yaml_text
+from impactlab.casefile.values.faults import case_error
+from impactlab.casefile.values.loads import folder_of, with_tables
 from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.lazy import above
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused

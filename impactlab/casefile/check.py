@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.casefile.blocks import ElasticBlock
+from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.contacts import RULES_OF_CONTACTS, Row, contact_of
 from impactlab.casefile.instruments import instruments_are_whole
 from impactlab.casefile.joined import check_bonds, is_joined
 from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
 from impactlab.casefile.points import find_body, place_on
 from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, RoundTrips, WallBlock
-from impactlab.casefile.words import listed, shown
+from impactlab.casefile.text.words import listed, shown
 from impactlab.errors import CaseError, combined
 from impactlab.plugins import Registry
 from impactlab.scene.bodies import Table

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from impactlab.cached import cached_property
-from impactlab.casefile.beams import BeamBlock
-from impactlab.casefile.blocks import ElasticBlock
+from impactlab.casefile.blocks.beams import BeamBlock
+from impactlab.casefile.blocks.shafts import ShaftBlock
+from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.mechanisms import direction, directions, links_of
 from impactlab.casefile.points import Face, name_in, read_face
 from impactlab.casefile.schema import CaseBlock, ContactBlock, WallBlock
-from impactlab.casefile.shafts import ShaftBlock
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Mark
 from impactlab.scene.problem import Point

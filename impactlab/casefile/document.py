@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from impactlab.casefile.limits import MAX_DEPTH, MAX_VALUES, REMEDY, SERIES, Keys, check_tree, too_deep, too_many
 from impactlab.casefile.starter import cases
-from impactlab.casefile.words import closest, shown
-from impactlab.casefile.yaml_values import yaml_value
+from impactlab.casefile.text.limits import MAX_DEPTH, MAX_VALUES, REMEDY, SERIES, Keys, check_tree, too_deep, too_many
+from impactlab.casefile.text.words import closest, shown
+from impactlab.casefile.text.yaml_values import yaml_value
 from impactlab.errors import CaseError
 
 MAX_BYTES = 1_000_000  # bytes

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from impactlab.casefile.blocks.repeat import block_of, count_of
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.document import Document, parse_value
-from impactlab.casefile.limits import MAX_DEPTH, MAX_KEY, Keys, check_texts
-from impactlab.casefile.repeat import block_of, count_of
-from impactlab.casefile.samples import Samples
 from impactlab.casefile.schema import CHOSEN, SolveBlock
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.text.limits import MAX_DEPTH, MAX_KEY, Keys, check_texts
+from impactlab.casefile.text.samples import Samples
+from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError, ImpactlabError
 
 

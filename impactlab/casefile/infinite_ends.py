@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.casefile.blocks import ElasticBlock
+from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Beam, ElasticBody

@@ -10,9 +10,10 @@ from impactlab.errors import CaseError
 from impactlab.lazy import lazy
 
 if TYPE_CHECKING:
-    from impactlab.casefile import faults, schema
+    from impactlab.casefile import schema
+    from impactlab.casefile.values import faults
 else:  # needed only for keys beside the usual ones
-    faults, schema = lazy("impactlab.casefile.faults"), lazy("impactlab.casefile.schema")
+    faults, schema = lazy("impactlab.casefile.values.faults"), lazy("impactlab.casefile.schema")
 
 
 class BodyKeys(dict[str, Any]):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from impactlab.casefile.links import MechanismBlock
+from impactlab.casefile.blocks.links import MechanismBlock
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.plugins import MECHANISMS, Registry
 from impactlab.scene.bodies import PartMechanism

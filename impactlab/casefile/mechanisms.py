@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from impactlab.casefile.beams import BeamBlock
-from impactlab.casefile.links import JointBlock, LinkBlock
+from impactlab.casefile.blocks.beams import BeamBlock
+from impactlab.casefile.blocks.links import JointBlock, LinkBlock
 from impactlab.casefile.mechanism_parts import chains_of
 from impactlab.casefile.points import name_in
 from impactlab.casefile.schema import CaseBlock, WallBlock
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Drive, Link, Mark, Mechanism
 

@@ -17,10 +17,10 @@ from typing import Annotated, Any, Literal, Union
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic_core import PydanticCustomError
 
-from impactlab.casefile.faults import FIX_VALUE, case_error, refuse
-from impactlab.casefile.units import to_si, with_power
-from impactlab.casefile.values import Allowed, Reader
-from impactlab.casefile.words import listed, shown
+from impactlab.casefile.text.words import listed, shown
+from impactlab.casefile.values.faults import FIX_VALUE, case_error, refuse
+from impactlab.casefile.values.fields import Allowed, Reader
+from impactlab.casefile.values.units import to_si, with_power
 from impactlab.errors import CaseError, PluginError
 from impactlab.plugins import GROUPS, Group, Registry, fault_of, kind_of
 from impactlab.types import Relative

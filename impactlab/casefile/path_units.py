@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from impactlab.casefile.parts import record_of, records_of
 from impactlab.casefile.schema import CaseBlock
-from impactlab.casefile.units import with_power
+from impactlab.casefile.values.units import with_power
 from impactlab.errors import PluginError
 from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, MODELS, Registry
 from impactlab.scene.bodies import End

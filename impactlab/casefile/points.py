@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from impactlab.casefile.blocks import ElasticBlock
-from impactlab.casefile.links import LinkBlock
+from impactlab.casefile.blocks.links import LinkBlock
+from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.schema import BodyBlock, CaseBlock, MassBlock
-from impactlab.casefile.units import to_si
-from impactlab.casefile.words import closest, listed_bodies, rows_of, shown
+from impactlab.casefile.text.words import closest, listed_bodies, rows_of, shown
+from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError
 from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.problem import Point

@@ -6,17 +6,17 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from impactlab.casefile.blocks import end_values, profile_values
+from impactlab.casefile.blocks.gathering import gathered_again
+from impactlab.casefile.blocks.origins import Origins
+from impactlab.casefile.blocks.shafts import ShaftBlock, described
+from impactlab.casefile.blocks.shared import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of
-from impactlab.casefile.gathering import gathered_again
 from impactlab.casefile.instruments import given
 from impactlab.casefile.mechanisms import direction
-from impactlab.casefile.origins import Origins
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
-from impactlab.casefile.shafts import ShaftBlock, described
 from impactlab.scene.bodies import (
     Beam,
     BeamSegment,

@@ -7,8 +7,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
-from impactlab.casefile.beams import BeamBlock
-from impactlab.casefile.blocks import (
+from impactlab.casefile.blocks.beams import BeamBlock
+from impactlab.casefile.blocks.links import ALONG, LinkBlock, MechanismBlock
+from impactlab.casefile.blocks.repeat import MAX_REPEAT
+from impactlab.casefile.blocks.rods import RodBlock
+from impactlab.casefile.blocks.rotation import RotationBlock
+from impactlab.casefile.blocks.shafts import ShaftBlock
+from impactlab.casefile.blocks.shared import (
     REPEAT,
     Block,
     Instant,
@@ -23,15 +28,10 @@ from impactlab.casefile.blocks import (
     Time,
     Velocity,
 )
-from impactlab.casefile.faults import refuse
-from impactlab.casefile.links import ALONG, LinkBlock, MechanismBlock
-from impactlab.casefile.repeat import MAX_REPEAT
-from impactlab.casefile.rods import RodBlock
-from impactlab.casefile.rotation import RotationBlock
-from impactlab.casefile.shafts import ShaftBlock
-from impactlab.casefile.values import Allowed, object_schema, words
-from impactlab.casefile.values import Reader as Reader
-from impactlab.casefile.words import shown
+from impactlab.casefile.text.words import shown
+from impactlab.casefile.values.faults import refuse
+from impactlab.casefile.values.fields import Allowed, object_schema, words
+from impactlab.casefile.values.fields import Reader as Reader
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.scene.method import COUNTED

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError
 
 STARTERS = Path(__file__).with_name("starters")  # one commented case for each kind of problem

@@ -6,8 +6,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from impactlab.casefile.blocks import ElasticBlock
-from impactlab.casefile.rotation import RotationBlock
+from impactlab.casefile.blocks.rotation import RotationBlock
+from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import CaseError
 from impactlab.lazy import lazy

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.casefile.edit import numbered, refuse_unknown_body
-from impactlab.casefile.units import to_si
+from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError
 from impactlab.sweeps.axes import takes_whole
 

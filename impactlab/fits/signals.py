@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.casefile.units import to_si
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.text.words import closest, listed, shown
+from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.types import Array

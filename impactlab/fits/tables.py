@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.casefile.words import closest, shown
+from impactlab.casefile.text.words import closest, shown
 from impactlab.errors import CaseError, unreadable
 from impactlab.fits.signals import Setting, Signal, factor_of, unit_of
 from impactlab.fits.unknowns import read_setting

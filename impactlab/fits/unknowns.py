@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.casefile.document import parse_value
-from impactlab.casefile.units import to_si
-from impactlab.casefile.words import shown
+from impactlab.casefile.text.words import shown
+from impactlab.casefile.values.units import to_si
 from impactlab.derivatives.parameters import read_parameters
 from impactlab.errors import CaseError
 from impactlab.fits.signals import SETTINGS, Signal, unit_of

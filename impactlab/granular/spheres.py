@@ -8,8 +8,8 @@ from typing import TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.casefile.units import to_si
-from impactlab.casefile.words import shown
+from impactlab.casefile.text.words import shown
+from impactlab.casefile.values.units import to_si
 from impactlab.errors import ImpactlabError
 from impactlab.types import Array
 

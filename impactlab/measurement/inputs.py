@@ -16,7 +16,7 @@ from impactlab.errors import ImpactlabError, RunWarning, UnusualValue
 from impactlab.lazy import lazy
 from impactlab.types import Array
 
-units = lazy("impactlab.casefile.units")  # loaded by the first string
+units = lazy("impactlab.casefile.values.units")  # loaded by the first string
 
 MAX_SHOWN = 80  # characters of a value in a message
 MAX_STRAIN = 0.02  # of a bar: the strongest steels yield below 1 %, bars of polymers below 2 %

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.casefile import Case
-from impactlab.casefile.loads import folder_of, with_tables
-from impactlab.casefile.repeat import expand
+from impactlab.casefile.blocks.repeat import expand
+from impactlab.casefile.values.loads import folder_of, with_tables
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory

@@ -27,7 +27,7 @@ from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Point, Probe, Scene
 from impactlab.scene.sizes import PER_CELL, fits
 from impactlab.simulate import plan
-from impactlab.simulate.body_sizes import MAX_BEAM_MODES
+from impactlab.simulate.planning.body_sizes import MAX_BEAM_MODES
 
 STEPS = 20  # in the shortest of the scene's times, per unit of fineness
 COARSE_FINENESS = 6  # of continuous beams, whose plan shows whether their parts support a scene
@@ -35,28 +35,28 @@ MAX_DENSE_ELEMENTS = 400  # behind modes without a closed form, whose eigenprobl
 SPEED_RATIO = 1.8  # c1/c2 of steel: wave speeds of a Timoshenko beam
 
 
-def stepped(asked: Simulation) -> Iterator[Description]:
+def stepped(request: Simulation) -> Iterator[Description]:
     """Give the modes and the mesh, the better one first."""
-    scene = asked.scene
+    scene = request.scene
     sheared = any(beam.theory == "timoshenko" for beam in beams_of(scene))
     modal = not any(is_lossy(beam) for beam in beams_of(scene)) and are_delay_lines(scene)
     if sheared:  # the slope jumps at a force: modes converge as 1/n, elements with a node there do not see it
-        yield _meshed(asked)
+        yield _meshed(request)
     if modal:
-        yield _modal(asked)
+        yield _modal(request)
     if not sheared:
-        yield _meshed(asked)
+        yield _meshed(request)
 
 
-def is_singular(asked: Simulation) -> bool:
+def is_singular(request: Simulation) -> bool:
     """Return whether a hard contact meets an Euler-Bernoulli beam.
 
     Its faces part and meet the more often the finer the description, and nothing converges.
     """
     return any(
-        asked.scene.bodies[point.body].unbounded_first_force
-        for contact in asked.scene.contacts
-        if asked.method.laws[contact.name].hard
+        request.scene.bodies[point.body].unbounded_first_force
+        for contact in request.scene.contacts
+        if request.method.laws[contact.name].hard
         for point in contact.faces
     )
 
@@ -66,27 +66,27 @@ def is_infinite(beam: Beam) -> bool:
     return "infinite" in (beam.left.kind, beam.right.kind)
 
 
-def continuous(asked: Simulation, jumps: bool = False, unchecked: bool = False) -> Description | None:
+def continuous(request: Simulation, jumps: bool = False, unchecked: bool = False) -> Description | None:
     """Return the continuous beams, for hard contacts, infinite beams, and where ``jumps`` of a force send fronts.
 
     None if not possible; ``unchecked``, a run may still be refused as it is set up.
     """
-    scene, beams = asked.scene, beams_of(asked.scene)
+    scene, beams = request.scene, beams_of(request.scene)
     sheared = [beam for beam in beams if beam.theory == "timoshenko"]
     for beam in beams:
         uniform = len(beam.segments) == 1 and beam.tension == 0.0 and not beam.is_damped
         if not uniform or not (beam.theory == "timoshenko" or is_infinite(beam)):
             return None
-    wanted = jumps or any(law.hard for law in laws_of(*asked)) or any(is_infinite(beam) for beam in beams)
+    wanted = jumps or any(law.hard for law in laws_of(*request)) or any(is_infinite(beam) for beam in beams)
     if not wanted or not are_delay_lines(scene):
         return None
     transits = {beam.name: beam.length / beam.segments[0].shear_speed for beam in sheared}
-    shortest = min([shortest_time(asked) / STEPS, *transits.values()])
+    shortest = min([shortest_time(request) / STEPS, *transits.values()])
     # The grid of an infinite beam goes on for as far as its waves run.
     spans = [transits[beam.name] + SPEED_RATIO * scene.duration * is_infinite(beam) for beam in sheared]
 
     def simulation(n: int) -> Simulation:
-        return modelled_as(asked, Continuous(), None, StepRule(dt=shortest / n))
+        return modelled_as(request, Continuous(), None, StepRule(dt=shortest / n))
 
     found = Description(
         "continuous beams",
@@ -122,7 +122,7 @@ def _can_be_planned(made: Simulation) -> bool:
     return True
 
 
-def shortest_time(asked: Simulation) -> float:
+def shortest_time(request: Simulation) -> float:
     """Return the shortest time of a scene [s].
 
     It is its duration, about the first period of its beams, or a rise of force.
@@ -131,9 +131,9 @@ def shortest_time(asked: Simulation) -> float:
     """
     periods = [
         max(beam.length**2 * math.sqrt(s.density * s.area / s.bending_stiffness) for s in beam.segments)
-        for beam in beams_of(asked.scene)
+        for beam in beams_of(request.scene)
     ]
-    return min(asked.scene.duration, STEPS * shortest_rise(*asked), *periods)
+    return min(request.scene.duration, STEPS * shortest_rise(*request), *periods)
 
 
 def is_lossy(beam: Beam) -> bool:
@@ -165,9 +165,9 @@ def modal_model(beam: Beam, modes: int, elements: int | None = None, fastest: fl
     return replace(shapes, elements=elements, modes=min(modes, 2 * elements - held - 2))
 
 
-def _modal(asked: Simulation) -> Description:
-    scene, beams = asked.scene, beams_of(asked.scene)
-    shortest = shortest_time(asked)
+def _modal(request: Simulation) -> Description:
+    scene, beams = request.scene, beams_of(request.scene)
+    shortest = shortest_time(request)
     transit = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
     order = 1.0 if any(beam.theory == "timoshenko" for beam in beams) else 2.0
 
@@ -175,7 +175,7 @@ def _modal(asked: Simulation) -> Description:
         return min(shortest / (STEPS * n), transit * MIN_FINENESS / n)  # the step of a rod is at most its transit
 
     def simulation(n: int) -> Simulation:
-        rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)))
+        rods = modelled_as(request, Continuous(), ExactModal(), StepRule(dt=dt(n)))
         return rods.but(models={**rods.method.models, **{beam.name: modal_model(beam, n) for beam in beams}})
 
     def finding(n: int) -> float:
@@ -198,9 +198,9 @@ def _modal(asked: Simulation) -> Description:
     )
 
 
-def _meshed(asked: Simulation) -> Description:
-    scene = asked.scene
-    shortest, meshed = shortest_time(asked), Simulation(split_at_contacts(scene), asked.method)
+def _meshed(request: Simulation) -> Description:
+    scene = request.scene
+    shortest, meshed = shortest_time(request), Simulation(split_at_contacts(scene), request.method)
 
     def simulation(n: int) -> Simulation:
         return modelled_as(meshed, FiniteElement(n), Midpoint(), StepRule(dt=shortest / (STEPS * n)))
@@ -211,7 +211,7 @@ def _meshed(asked: Simulation) -> Description:
         simulation,
         cost.BEAM_MESH,
         lambda n: (STEPS * n * scene.duration / shortest, len(scene.elastic) * n),
-        reference_order=1.0 if force_jumps(*asked) else 2.0,
+        reference_order=1.0 if force_jumps(*request) else 2.0,
         for_choice=False,
         unseen=lambda _n, _history: SENT_BACK * any(is_infinite(beam) for beam in beams_of(scene)),
     )

@@ -45,23 +45,23 @@ ERROR_OF_MESH, ERROR_OF_SHEARED_MESH, ERROR_OF_GRIDS = 0.5, 0.08, 0.12
 ERROR_OF_EXPLICIT, ERROR_OF_EXPLICIT_FRONTS = 1.2, 40.0
 
 
-def families(asked: Simulation) -> Iterator[Description]:
+def families(request: Simulation) -> Iterator[Description]:
     """Give the descriptions of a scene with beams, in no order."""
-    beams = beams_of(asked.scene)
-    grids = continuous(asked, force_jumps(*asked), unchecked=True)
+    beams = beams_of(request.scene)
+    grids = continuous(request, force_jumps(*request), unchecked=True)
     if grids is not None:
         yield _continuous(grids)
         grids = grids if can_be_set_up(grids) else None  # looked at only where others are compared
         if grids is not None and any(is_infinite(beam) for beam in beams):  # a mesh reflects a little at any fineness
             return
     sheared = any(beam.theory == "timoshenko" for beam in beams)
-    hard = any(law.hard for law in laws_of(*asked))
-    if all(_has_modes(beam) for beam in beams) and are_delay_lines(asked.scene) and not (sheared and hard):
-        yield BeamModes(asked).description()
+    hard = any(law.hard for law in laws_of(*request))
+    if all(_has_modes(beam) for beam in beams) and are_delay_lines(request.scene) and not (sheared and hard):
+        yield BeamModes(request).description()
     if grids is None:  # a hard contact on a beam that shears: fronts, which its characteristics carry
-        yield _implicit(asked, sheared)
+        yield _implicit(request, sheared)
     if all(beam.theory == "timoshenko" and not beam.is_damped and beam.rotation is None for beam in beams):
-        yield _explicit(asked)
+        yield _explicit(request)
 
 
 def _has_modes(beam: Beam) -> bool:
@@ -83,10 +83,10 @@ def _continuous(grids: Description) -> Description:
     )
 
 
-def _implicit(asked: Simulation, sheared: bool) -> Description:
-    scene = asked.scene
-    shortest, meshed = shortest_time(asked), Simulation(split_at_contacts(scene), asked.method)
-    jumps = force_jumps(*asked)
+def _implicit(request: Simulation, sheared: bool) -> Description:
+    scene = request.scene
+    shortest, meshed = shortest_time(request), Simulation(split_at_contacts(scene), request.method)
+    jumps = force_jumps(*request)
     order = 1.0 if jumps and sheared else 2.0
 
     def elements(n: int) -> int:
@@ -105,7 +105,7 @@ def _implicit(asked: Simulation, sheared: bool) -> Description:
         cost.BEAM_DAMPED_MESH if any(beam.is_damped for beam in beams_of(scene)) else cost.BEAM_MESH,
         lambda n: (n * scene.duration / shortest, len(scene.elastic) * elements(n)),
         error=lambda n: (
-            counted_share(asked) * (ERROR_OF_SHEARED_MESH if sheared else ERROR_OF_MESH) / rises(n) ** order
+            counted_share(request) * (ERROR_OF_SHEARED_MESH if sheared else ERROR_OF_MESH) / rises(n) ** order
         ),
         order=order,
         safety=3.0,
@@ -115,16 +115,16 @@ def _implicit(asked: Simulation, sheared: bool) -> Description:
     )
 
 
-def _explicit(asked: Simulation) -> Description:
-    meshed = Simulation(split_at_contacts(asked.scene), asked.method)
-    jumps = force_jumps(*asked)
+def _explicit(request: Simulation) -> Description:
+    meshed = Simulation(split_at_contacts(request.scene), request.method)
+    jumps = force_jumps(*request)
     order = 1.5 if jumps else 2.0  # measured on a free beam under a hard contact: 1.85
     fastest = [_highest(meshed, count) for count in (12, 96)]
     power = math.log(fastest[1] / fastest[0]) / math.log(8.0)
 
     def work(n: int) -> tuple[float, float]:
         frequency = fastest[0] * (n / 12.0) ** power
-        return asked.scene.duration * frequency * STABLE_POINTS / (2.0 * math.pi), len(asked.scene.elastic) * n
+        return request.scene.duration * frequency * STABLE_POINTS / (2.0 * math.pi), len(request.scene.elastic) * n
 
     def simulation(n: int) -> Simulation:
         step = StepRule(points_per_period=STABLE_POINTS)
@@ -140,7 +140,7 @@ def _explicit(asked: Simulation) -> Description:
         order=order,
         safety=3.0,
         min_fineness=12,
-        unseen=lambda _n, _history: SENT_BACK_LUMPED * any(is_infinite(beam) for beam in beams_of(asked.scene)),
+        unseen=lambda _n, _history: SENT_BACK_LUMPED * any(is_infinite(beam) for beam in beams_of(request.scene)),
     )
 
 

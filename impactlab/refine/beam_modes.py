@@ -54,9 +54,9 @@ MISSING_MARGIN = 1.5  # on errors by modes left out: measured, 0.1 to 1.2 of the
 MISSING_MARGIN_OF_SHAPES = 2.5  # the same where static shapes stand for them: 99 % of random beams below 2.6
 
 
-def counted_share(asked: Simulation) -> float:
+def counted_share(request: Simulation) -> float:
     """Return the share of a predicted error that the quantities which count have."""
-    return ERROR_OF_IMPULSES if counted(asked)[2] == ("impulses",) else 1.0
+    return ERROR_OF_IMPULSES if counted(request)[2] == ("impulses",) else 1.0
 
 
 def rises(n: float) -> float:
@@ -80,11 +80,11 @@ class BeamModes:
     """
 
     def __init__(
-        self, asked: Simulation, seen: AbstractHistory | None = None, magnified: float = 1.0, raised: int = 0
+        self, request: Simulation, seen: AbstractHistory | None = None, magnified: float = 1.0, raised: int = 0
     ) -> None:
-        self.asked, self.raised, self.beams = asked, raised, beams_of(asked.scene)
-        self.shortest = shortest_time(asked)
-        self.transit = min((0.5 * rod.round_trip for rod in rods_of(asked.scene)), default=math.inf)
+        self.request, self.raised, self.beams = request, raised, beams_of(request.scene)
+        self.shortest = shortest_time(request)
+        self.transit = min((0.5 * rod.round_trip for rod in rods_of(request.scene)), default=math.inf)
         # The steps of a rod fit into its transit. Of so many steps in the shortest time a run has a multiple: runs of
         # unequal fineness would else have the same steps, and show no error.
         self.multiple = max(1, round(self.shortest / self.transit))
@@ -93,19 +93,19 @@ class BeamModes:
         self.lossy = any(is_lossy(beam) for beam in self.beams)
         self.meshed = [beam for beam in self.beams if not has_closed_form(beam)]
         self.closed = not self.meshed
-        self.tolerance = asked.method.tolerance.error if asked.method.tolerance else DEFAULT_TOLERANCE
-        springs = all(law.is_spring for law in laws_of(*asked))
-        self.factor = counted_share(asked) * (ERROR_OF_SPRINGS if springs else ERROR_OF_MODES)
+        self.tolerance = request.method.tolerance.error if request.method.tolerance else DEFAULT_TOLERANCE
+        springs = all(law.is_spring for law in laws_of(*request))
+        self.factor = counted_share(request) * (ERROR_OF_SPRINGS if springs else ERROR_OF_MODES)
         self.enough = STEPS * math.sqrt(3.0 * self.factor / self.tolerance)
         self.most = MAX_MODES if self.closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
-        self.known = not any(math.isnan(times.tangent) for times in times_of(*asked).values())
+        self.known = not any(math.isnan(times.tangent) for times in times_of(*request).values())
         self.coarsest = COARSEST_KNOWN if self.known else COARSEST_MODES
         self.coarse = COARSER * self._dt(math.ceil(self.enough))
         # Modes that are fast beside the force follow it: where these are many, their static shapes stand for them.
         self._leave_out(False, seen, magnified)
-        rises = (times.rise for times in times_of(*asked).values())
+        rises = (times.rise for times in times_of(*request).values())
         self.rise = min((rise for rise in rises if not math.isnan(rise)), default=self.shortest / STEPS)
-        if self.known and are_soft(asked) and not _meets_a_wall(asked.scene):
+        if self.known and are_soft(request) and not _meets_a_wall(request.scene):
             plain = self._wanted(COARSEST) if self.fixed else math.inf
             self._leave_out(True, seen, magnified)
             if not self.fixed or MIN_FEWER * self._wanted(COARSEST) > plain:
@@ -121,11 +121,11 @@ class BeamModes:
         would take too many modes, they grow with the steps.
         """
         self.fastest = SHAPES_IN_STEP / self.coarse if residual else None
-        self.places = list(left_out.left_out(self.asked, self.fastest))
+        self.places = list(left_out.left_out(self.request, self.fastest))
         self.margin = MISSING_MARGIN_OF_SHAPES if residual else MISSING_MARGIN
         self.missing = left_out.beside_contacts(self.places)
         if seen is not None:
-            self.missing += left_out.beside_displacements(self.places, self.asked.scene, seen)
+            self.missing += left_out.beside_displacements(self.places, self.request.scene, seen)
         self.asked_for = [share.magnified(magnified) for share in self.missing]
         least = self.margin * left_out.total(self.asked_for, self.most)
         self.fixed = self.known and (least <= MAX_UNSEEN_SHARE * self.tolerance or self._stated() <= self.most)
@@ -167,7 +167,7 @@ class BeamModes:
 
     def steps(self, n: int) -> float:
         """Return the steps of a run."""
-        return self.asked.scene.duration / self._dt(n)
+        return self.request.scene.duration / self._dt(n)
 
     def _dt(self, n: int) -> float:
         return min(self.shortest / n, self.transit)
@@ -175,16 +175,16 @@ class BeamModes:
     def beside(self, history: AbstractHistory) -> list[left_out.Share]:
         """Return the errors of the displacements of a run by modes left out; those of the last run are kept."""
         if self.read is None or self.read[0] is not history:
-            self.read = history, left_out.beside_displacements(self.places, self.asked.scene, history)
+            self.read = history, left_out.beside_displacements(self.places, self.request.scene, history)
         return self.read[1]
 
     def unseen(self, n: int, history: AbstractHistory | None = None) -> float:
         """Return the error by modes that all runs leave out, which no two of them show."""
         if not self.fixed and self.wanted(n) <= self.most:
             return 0.0
-        by_mesh = self._by_mesh(n) if "displacements" in counted(self.asked)[2] else 0.0
+        by_mesh = self._by_mesh(n) if "displacements" in counted(self.request)[2] else 0.0
         found = left_out.total(self.missing, self.modes(n), self._dt(n))
-        if history is not None and "displacements" in counted(self.asked)[2]:
+        if history is not None and "displacements" in counted(self.request)[2]:
             found = max(found, left_out.total(self.beside(history), self.modes(n), self._dt(n)))
         return self.margin * found + by_mesh
 
@@ -201,12 +201,12 @@ class BeamModes:
     def _elements(self, beam: Beam, n: int) -> int:
         """Return the elements of the mesh behind the modes of a beam: for these, and for the length of the run."""
         error = MESH_SHARE * self.tolerance
-        long = meshed_modes.elements_for(beam, error, self.rise, self.asked.scene.duration)
+        long = meshed_modes.elements_for(beam, error, self.rise, self.request.scene.duration)
         return min(max(math.ceil(ELEMENTS_PER_MODE * self.modes(n)), long), MAX_DENSE_ELEMENTS)
 
     def _by_mesh(self, n: int) -> float:
         """Return the error by the meshes behind modes, which all runs have in common, beyond its share."""
-        duration, share = self.asked.scene.duration, MESH_SHARE * self.tolerance
+        duration, share = self.request.scene.duration, MESH_SHARE * self.tolerance
         found = [meshed_modes.error_of(beam, self._elements(beam, n), self.rise, duration) for beam in self.meshed]
         return sum(max(0.0, error - share) for error in found)
 
@@ -215,7 +215,7 @@ class BeamModes:
         step = StepRule(dt=self._dt(n))
         if self.made is not None:  # with the same modes
             return recorded(Simulation(self.made.scene, replace(self.made.method, step=step)), self.steps(n))
-        rods = modelled_as(self.asked, Continuous(), Newmark() if self.lossy else ExactModal(), step)
+        rods = modelled_as(self.request, Continuous(), Newmark() if self.lossy else ExactModal(), step)
         models = {
             beam.name: modal_model(beam, self.modes(n), self._elements(beam, n), self.fastest) for beam in self.beams
         }
@@ -231,7 +231,7 @@ class BeamModes:
         """Return the cost of a step; beside explicit meshes with a margin for the iterations of a power law."""
         found = cost.BEAM_DAMPED_MODES if self.lossy else cost.BEAM_MODES
         beside = all(beam.theory == "timoshenko" and beam.rotation is None for beam in self.beams)
-        springs = all(law.is_spring for law in laws_of(*self.asked))
+        springs = all(law.is_spring for law in laws_of(*self.request))
         return found if springs or self.lossy or not beside else found._replace(margin=POWER_MARGIN)
 
     def _finest(self) -> int:
@@ -244,7 +244,7 @@ class BeamModes:
 
     def _with_more(self, seen: AbstractHistory, magnified: float) -> Description:
         """Return the family with the modes that a run with too few asks for."""
-        return BeamModes(self.asked, seen, magnified, self.raised + 1).description()
+        return BeamModes(self.request, seen, magnified, self.raised + 1).description()
 
     def description(self) -> Description:
         """Return the family."""
@@ -261,7 +261,7 @@ class BeamModes:
             multiple=self.multiple,
             unseen=self.unseen,
             alike=self.fixed,
-            alone=stated_alone(self.asked) / counted_share(self.asked) if self.fixed else math.inf,
+            alone=stated_alone(self.request) / counted_share(self.request) if self.fixed else math.inf,
             otherwise=self._with_more if self.fixed and self.raised < MAX_RAISED else None,
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,

@@ -26,11 +26,11 @@ from impactlab.types import Progress
 
 def first_guess(scene: Scene, method: Method) -> Simulation:
     """Return the description that is predicted to be the cheapest within the tolerance."""
-    asked = Simulation(scene, method)
-    exact, _ = exact_for(asked)
+    request = Simulation(scene, method)
+    exact, _ = exact_for(request)
     if exact is not None and search.is_taken_at_once(exact):
         return exact.simulation(0)
-    studies, why = studies_of(asked)
+    studies, why = studies_of(request)
     if not studies:
         raise _nothing_serves(why, studies)
     study = min(studies, key=priority)
@@ -53,17 +53,17 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
         Where every candidate fails on the way.
     """
     began = clock.perf_counter()
-    asked = Simulation(scene, method)
-    served = exact_for(asked)
+    request = Simulation(scene, method)
+    served = exact_for(request)
     failed: list[ImpactlabError] = []
     studies: list[Study] = []
     others: Iterator[Study] = iter(())
-    best, why = search.at_once(served[0], asked, failed, progress), served[1]
+    best, why = search.at_once(served[0], request, failed, progress), served[1]
     if best is None:
         with GarbageCollectionPaused():
-            others, why = in_turn(asked, served)
+            others, why = in_turn(request, served)
             studies.extend(itertools.islice(others, 1))
-            best = search.find_best(studies, asked, failed, progress, others)
+            best = search.find_best(studies, request, failed, progress, others)
     is_met = best is not None and best[1].error <= allowed(method)
     if not is_met and (refused := out_of_reach.refusal(allowed(method), studies, best, search.BUDGET_S)):
         raise refused
@@ -73,7 +73,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     history, description = level.history, study.description
     tried = candidates(studies or [study], study, level)
     if not studies:  # no prediction was needed
-        others = _stepped(asked)
+        others = _stepped(request)
     rungs = Ladder(partial(_ladder, tried, others, description.seconds(level.fineness), why if studies else ""))
     choosing = clock.perf_counter() - began - level.run_s
     add_warnings(history)
@@ -104,9 +104,9 @@ def _mostly(level: Level) -> str:
     return f", of the {level.worst}; solve.tolerance_on names the quantities that count"
 
 
-def _stepped(asked: Simulation) -> Iterator[Study]:
+def _stepped(request: Simulation) -> Iterator[Study]:
     """Give a study of every description that steps."""
-    yield from in_turn(asked, (None, ""))[0]
+    yield from in_turn(request, (None, ""))[0]
 
 
 def _ladder(tried: list[Outcome], others: Iterable[Study], seconds: float, why: str) -> list[Candidate]:

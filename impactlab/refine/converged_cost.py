@@ -29,8 +29,8 @@ FIRST_OF_YIELDING = 2e-2  # the same where a contact yields; steps that do not e
 
 def predicted_s(scene: Scene, method: Method) -> float | None:
     """Return the predicted seconds of a converged reference; None where none would converge within the budget."""
-    asked = Simulation(scene, method).but(records=default_records(scene, RECORDS), frames=())
-    found = list(descriptions_of(asked))
+    request = Simulation(scene, method).but(records=default_records(scene, RECORDS), frames=())
+    found = list(descriptions_of(request))
     if not found or all(least_s(each) > FIRST_SHARE * FULL_BUDGET_S for each in found):
         return None
     contacts, first, most = max(1, len(scene.contacts)), FIRST_UNCERTAINTY, math.inf

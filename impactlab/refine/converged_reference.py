@@ -53,28 +53,28 @@ _kept: OrderedDict[Any, Reference | None] = OrderedDict()
 
 def converged(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Reference | None:
     """Return the better of two independent descriptions refined until their error is known, or None."""
-    asked = Simulation(dataclasses.replace(scene, records=default_records(scene, RECORDS), frames=()), method)
-    key = (physics_key(*asked), budget)
+    request = Simulation(dataclasses.replace(scene, records=default_records(scene, RECORDS), frames=()), method)
+    key = (physics_key(*request), budget)
     try:
         if key in _kept:
             _kept.move_to_end(key)
             return _kept[key]
     except TypeError:  # a part of a plugin that has no hash
-        return _converged(asked, budget)
-    _kept[key] = _converged(asked, budget)
+        return _converged(request, budget)
+    _kept[key] = _converged(request, budget)
     while len(_kept) > MAX_KEPT:
         _kept.popitem(last=False)
     return _kept[key]
 
 
-def _converged(asked: Simulation, budget: float) -> Reference | None:
+def _converged(request: Simulation, budget: float) -> Reference | None:
     """Return the better of two refined solutions, or None where none converges.
 
     The two descriptions share nothing except the physics. Where they differ by more than both claim, that difference is
     the uncertainty; a solution without a second one is `UNCHECKED_FACTOR` times less certain.
     """
     found: list[Reference] = []
-    descriptions = list(descriptions_of(asked))
+    descriptions = list(descriptions_of(request))
     enough = allowed = 0.0  # of checks, once there is a solution
     for description in descriptions:
         if not found and description is descriptions[-1] and least_s(description) > FIRST_SHARE * budget:
@@ -98,17 +98,17 @@ def _converged(asked: Simulation, budget: float) -> Reference | None:
     return best if best.uncertainty <= MAX_UNCERTAINTY else None
 
 
-def descriptions_of(asked: Simulation) -> Iterator[Description]:
+def descriptions_of(request: Simulation) -> Iterator[Description]:
     """Give the descriptions that references use, the best first; none where the physics has no unique solution."""
-    beams = beams_of(asked.scene)
-    if beams and not changes(asked.scene) and has_unique_solution(asked):
-        continuous = beam_descriptions.continuous(asked)
+    beams = beams_of(request.scene)
+    if beams and not changes(request.scene) and has_unique_solution(request):
+        continuous = beam_descriptions.continuous(request)
         if continuous is not None:
             yield continuous
             # The absorbing layer of a mesh is no second description of an infinite end.
             if any(beam_descriptions.is_infinite(beam) for beam in beams):
                 return
-    yield from (description for description in stepped(asked) if description.reference_order > 0.0)
+    yield from (description for description in stepped(request) if description.reference_order > 0.0)
 
 
 def least_s(description: Description) -> float:

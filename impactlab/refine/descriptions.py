@@ -44,7 +44,7 @@ from impactlab.scene.facts import (
 )
 from impactlab.scene.method import Method, Simulation, StepRule, force_jumps, is_relative, laws_of, sides
 from impactlab.scene.problem import RECORDS, Scene
-from impactlab.simulate.stepping.preparation import build_bodies
+from impactlab.simulate.planning.preparation import build_bodies
 
 EXACT_ERROR = 1e-9  # stated for the exact solver, whose error is 1e-12 except for instants near a grazing touch
 MAX_RECORDS = 200_000  # instants that are kept, 14 MB for a contact
@@ -58,7 +58,7 @@ MAX_STEPS_RATIO = 20.0  # over the expected number of adaptive steps: a stiffer 
 
 
 def modelled_as(
-    asked: Simulation,
+    request: Simulation,
     model: AbstractRodModel,
     integrator: AbstractScheme | None,
     step: StepRule,
@@ -70,16 +70,18 @@ def modelled_as(
     A stiffness relative to the elements of the given models becomes one in N/m.
     """
     laws = {}
-    for contact in asked.scene.contacts:
-        own = asked.method.laws[contact.name]
-        constants = own.spring(*sides(*asked, contact), math.nan) if is_relative(own) and not own.hard else None
+    for contact in request.scene.contacts:
+        own = request.method.laws[contact.name]
+        constants = own.spring(*sides(*request, contact), math.nan) if is_relative(own) and not own.hard else None
         laws[contact.name] = law if own.hard else own if constants is None else Penalty(*constants)
-    return Simulation(asked.scene, Method(laws, dict.fromkeys(asked.scene.elastic, model), integrator, step, events))
+    return Simulation(
+        request.scene, Method(laws, dict.fromkeys(request.scene.elastic, model), integrator, step, events)
+    )
 
 
-def exact(asked: Simulation) -> Description:
+def exact(request: Simulation) -> Description:
     """Return the exact solver; raise `CaseError` or `PairingError` where it does not apply."""
-    waves = modelled_as(asked, Continuous(), None, StepRule(points_per_period=10.0))
+    waves = modelled_as(request, Continuous(), None, StepRule(points_per_period=10.0))
     begun = begin(*waves)
     return Description(
         "continuous, from event to event",
@@ -94,33 +96,33 @@ def exact(asked: Simulation) -> Description:
     )
 
 
-def stepped(asked: Simulation) -> Iterator[Description]:
+def stepped(request: Simulation) -> Iterator[Description]:
     """Give the descriptions with steps for rods and rigid bodies."""
-    asked = Simulation(split_at_contacts(asked.scene), asked.method)
-    if not rods_of(asked.scene):
-        if serves(asked):
-            yield row_of_beads(asked)
-        yield _rigid(asked, for_choice=not serves(asked))
-        yield _adaptive(asked)
+    request = Simulation(split_at_contacts(request.scene), request.method)
+    if not rods_of(request.scene):
+        if serves(request):
+            yield row_of_beads(request)
+        yield _rigid(request, for_choice=not serves(request))
+        yield _adaptive(request)
         return
-    if is_a_delay_line(asked.scene) and not any(law.hard for law in laws_of(*asked)):
-        yield _delay_line(asked)
-    elif (unit := delay_unit(asked.scene)) is not None and not any(law.hard for law in laws_of(*asked)):
-        yield _delay_chain(asked, unit)
-    if not any(is_coupled(rod) for rod in rods_of(asked.scene)):
-        yield from _explicit(asked)
-    yield from _implicit(asked)
+    if is_a_delay_line(request.scene) and not any(law.hard for law in laws_of(*request)):
+        yield _delay_line(request)
+    elif (unit := delay_unit(request.scene)) is not None and not any(law.hard for law in laws_of(*request)):
+        yield _delay_chain(request, unit)
+    if not any(is_coupled(rod) for rod in rods_of(request.scene)):
+        yield from _explicit(request)
+    yield from _implicit(request)
 
 
-def mechanisms(asked: Simulation) -> Iterator[Description]:
+def mechanisms(request: Simulation) -> Iterator[Description]:
     """Give the description of a scene with a mechanism: adaptive steps, all bodies in the shapes of their models."""
-    if all(law.smooth for law in laws_of(*asked)):
-        yield _adaptive(asked, *_frequency_and_size(asked), cost.MECHANISM)
+    if all(law.smooth for law in laws_of(*request)):
+        yield _adaptive(request, *_frequency_and_size(request), cost.MECHANISM)
 
 
-def _frequency_and_size(asked: Simulation) -> tuple[float, int]:
+def _frequency_and_size(request: Simulation) -> tuple[float, int]:
     """Return the highest frequency of the bodies [rad/s], and the number of their coordinates."""
-    systems = [body.system for body in build_bodies(*asked).values()]
+    systems = [body.system for body in build_bodies(*request).values()]
     return max(system.highest_frequency for system in systems), sum(system.load.size for system in systems)
 
 
@@ -141,20 +143,20 @@ def recorded(made: Simulation, steps: float) -> Simulation:
     return made if made.scene.records != RECORDS or records == RECORDS else made.but(records=records)
 
 
-def _smooth_error(asked: Simulation, factor: float, time: float) -> Callable[[int], float]:
+def _smooth_error(request: Simulation, factor: float, time: float) -> Callable[[int], float]:
     """Return the error of forces without fronts: of the second order in a time [s] over the fineness."""
-    scale = shortest_rise(*asked) * asked.scene.duration
+    scale = shortest_rise(*request) * request.scene.duration
     return lambda n: factor * (time / n) ** 2 / scale
 
 
-def _rigid(asked: Simulation, for_choice: bool) -> Description:
-    duration, bodies = asked.scene.duration, asked.scene.bodies
-    shared = [faces for name, faces in asked.scene.touching.items() if len(faces) > 1 and bodies[name].moves]
+def _rigid(request: Simulation, for_choice: bool) -> Description:
+    duration, bodies = request.scene.duration, request.scene.bodies
+    shared = [faces for name, faces in request.scene.touching.items() if len(faces) > 1 and bodies[name].moves]
     coupled = len({number for faces in shared for number, _ in faces})
 
     def simulation(steps: int) -> Simulation:
-        method = Method(asked.method.laws, {}, ExactModal(), StepRule(dt=duration / steps))
-        return recorded(Simulation(asked.scene, method), steps)
+        method = Method(request.method.laws, {}, ExactModal(), StepRule(dt=duration / steps))
+        return recorded(Simulation(request.scene, method), steps)
 
     return Description(
         "rigid bodies",
@@ -164,16 +166,16 @@ def _rigid(asked: Simulation, for_choice: bool) -> Description:
         lambda n: (n, coupled),
         reference_order=2.0,
         per_level=20,
-        error=_smooth_error(asked, 1.0, duration),
+        error=_smooth_error(request, 1.0, duration),
         safety=3.0,
         min_fineness=40,
         for_choice=for_choice,  # along rows of beads leapfrog is as accurate, at a hundredth of the cost
     )
 
 
-def _adaptive(asked: Simulation, frequency: float = 0.0, size: int = 0, prices: Cost = cost.ADAPTIVE) -> Description:
-    rises, turns = asked.scene.duration / shortest_rise(*asked), asked.scene.duration * frequency
-    others = max(0, len(asked.scene.contacts) - 1)
+def _adaptive(request: Simulation, frequency: float = 0.0, size: int = 0, prices: Cost = cost.ADAPTIVE) -> Description:
+    rises, turns = request.scene.duration / shortest_rise(*request), request.scene.duration * frequency
+    others = max(0, len(request.scene.contacts) - 1)
 
     def steps(n: int) -> float:
         return max(10.0, rises, turns / STABLE_TURN) * math.sqrt(n / MIN_FINENESS) + STEPS_A_CONTACT * others
@@ -182,7 +184,7 @@ def _adaptive(asked: Simulation, frequency: float = 0.0, size: int = 0, prices: 
         tolerance = max(1e-4 * (MIN_FINENESS / n) ** TOLERANCE_POWER, 1e-12)
         integrator = Adaptive(relative_tolerance=tolerance, most_steps=round(MAX_STEPS_RATIO * steps(n)))
         step = StepRule(points_per_period=10.0)
-        return Simulation(asked.scene, Method(asked.method.laws, asked.method.models, integrator, step))
+        return Simulation(request.scene, Method(request.method.laws, request.method.models, integrator, step))
 
     return Description(
         "adaptive steps between located events",
@@ -195,19 +197,19 @@ def _adaptive(asked: Simulation, frequency: float = 0.0, size: int = 0, prices: 
     )
 
 
-def _by_delays(asked: Simulation, unit: float) -> Callable[[int], Simulation]:
+def _by_delays(request: Simulation, unit: float) -> Callable[[int], Simulation]:
     """Return the scene on delay lines, by the number of steps in a unit of time [s]."""
 
     def simulation(n: int) -> Simulation:
         dt = unit / n
-        return recorded(modelled_as(asked, Continuous(), None, StepRule(dt=dt)), asked.scene.duration / dt)
+        return recorded(modelled_as(request, Continuous(), None, StepRule(dt=dt)), request.scene.duration / dt)
 
     return simulation
 
 
-def _delay_line(asked: Simulation) -> Description:
-    scene, laws = asked.scene, laws_of(*asked)
-    shortest, bare = shortest_transit(scene), Simulation(without_places(scene), asked.method)
+def _delay_line(request: Simulation) -> Description:
+    scene, laws = request.scene, laws_of(*request)
+    shortest, bare = shortest_transit(scene), Simulation(without_places(scene), request.method)
     # Elastic power laws begin softly; damping by the indentation rate gives a force with a kink.
     elastic = all(isinstance(law, Hertz) or law.is_spring for law in laws)
 
@@ -220,7 +222,7 @@ def _delay_line(asked: Simulation) -> Description:
         reference_order=2.0,
         # The choice keeps all probes, and springs alone are solved exactly.
         for_choice=bare.scene == scene and not all(law.is_spring for law in laws),
-        error=_smooth_error(asked, 0.25 if elastic else 2.5, shortest),
+        error=_smooth_error(request, 0.25 if elastic else 2.5, shortest),
         own_steppers=True,
         # Half of it is even: transits of other rods are often whole multiples of half the shortest, and a wave that
         # arrives between two steps is less exact. Even and odd numbers of steps would not lie on one line.
@@ -228,15 +230,15 @@ def _delay_line(asked: Simulation) -> Description:
     )
 
 
-def _delay_chain(asked: Simulation, unit: float) -> Description:
+def _delay_chain(request: Simulation, unit: float) -> Description:
     """Give rods of segments, struck inside, as delays of whole steps: a unit [s] holds a whole number of them."""
-    scene = asked.scene
+    scene = request.scene
     size = sum(len(rod.segments) for rod in rods_of(scene)) + len(scene.contacts)
 
     return Description(
         "stepped delay line of segments",
         "steps in their common unit of time",
-        _by_delays(asked, unit),
+        _by_delays(request, unit),
         cost.DELAY_LINE,
         lambda n: (n * scene.duration / unit, size),
         reference_order=2.0,
@@ -244,21 +246,21 @@ def _delay_chain(asked: Simulation, unit: float) -> Description:
     )
 
 
-def _explicit(asked: Simulation) -> Iterator[Description]:
+def _explicit(request: Simulation) -> Iterator[Description]:
     """Give lumped meshes: at courant 1 for hard contact and fronts, and off it where that disperses fronts, too.
 
     On special rods waves go one element in a step at courant 1, whatever the number of elements. Then a mesh disperses
     nothing, and its error is that of its contacts alone: two meshes at that step have the same advantage, and do not
     check each other.
     """
-    scene, jumps, shortest = asked.scene, force_jumps(*asked), shortest_transit(asked.scene)
+    scene, jumps, shortest = request.scene, force_jumps(*request), shortest_transit(request.scene)
     times = [segment.length / segment.wave_speed for rod in rods_of(scene) for segment in rod.segments]
     special = jumps and max(times) - min(times) <= 1e-9 * max(times)
-    hard = any(law.hard for law in laws_of(*asked))
+    hard = any(law.hard for law in laws_of(*request))
 
     def described(courant: float, order: float, safety: float, error: Callable[[int], float]) -> Description:
         def simulation(n: int, courant: float = courant) -> Simulation:
-            return modelled_as(asked, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=courant))
+            return modelled_as(request, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=courant))
 
         return Description(
             f"lumped mesh, central difference at courant {courant:g}",
@@ -277,12 +279,12 @@ def _explicit(asked: Simulation) -> Iterator[Description]:
 
     if special:
         # An opening falls between two steps now here, now there: an error may be nearly that of half the fineness.
-        yield described(1.0, 2.0, 4.0, _smooth_error(asked, 6.0, shortest))
+        yield described(1.0, 2.0, 4.0, _smooth_error(request, 6.0, shortest))
     elif jumps:
         for courant in (1.0, OFF_COURANT) if hard else (OFF_COURANT,):
             yield described(courant, 1.0, 3.0, lambda n: 2.0 * shortest / n / scene.duration)
     else:
-        yield described(OFF_COURANT, 2.0, 2.0, _smooth_error(asked, 1.5, shortest))
+        yield described(OFF_COURANT, 2.0, 2.0, _smooth_error(request, 1.5, shortest))
 
 
 def _mesh_work(scene: Scene, elements: int, courant: float) -> tuple[float, float]:
@@ -295,19 +297,19 @@ def _mesh_work(scene: Scene, elements: int, courant: float) -> tuple[float, floa
     return scene.duration / (courant * shortest), len(rods_of(scene)) * elements
 
 
-def _implicit(asked: Simulation) -> Iterator[Description]:
+def _implicit(request: Simulation) -> Iterator[Description]:
     """Give meshes under implicit schemes, which serve damped rods, too.
 
     Hard contacts under the midpoint rule gain energy at each touch where the fronts of damped rods are sharp. There the
     choice takes a scheme that gains none; it is of the first order, and needs a face without mass.
     """
-    scene, jumps, shortest = asked.scene, force_jumps(*asked), shortest_transit(asked.scene)
+    scene, jumps, shortest = request.scene, force_jumps(*request), shortest_transit(request.scene)
     # Damping rounds the fronts over a time that grows with it; elements that resolve it converge at order 2.
     rounding = 10.0 * min(
         rod.damping.stiffness + min(s.viscosity / s.young for s in rod.segments) for rod in rods_of(scene)
     )
     sharp = rounding <= shortest / SMOOTH_FRONT_ELEMENTS
-    hard = [contact for contact in scene.contacts if asked.method.laws[contact.name].hard]
+    hard = [contact for contact in scene.contacts if request.method.laws[contact.name].hard]
     bare = all(massless(scene, contact.left) or massless(scene, contact.right) for contact in hard)
     stabilised = rounding > 0.0 and sharp and bool(hard) and bare
 
@@ -319,12 +321,12 @@ def _implicit(asked: Simulation) -> Iterator[Description]:
         return Description(
             f"{mass} mesh, {name} at courant 1/2",
             "elements a rod",
-            lambda n: modelled_as(asked, FiniteElement(n, mass), scheme, StepRule(courant=0.5)),
+            lambda n: modelled_as(request, FiniteElement(n, mass), scheme, StepRule(courant=0.5)),
             cost.IMPLICIT_MESH,
             lambda n: _mesh_work(scene, n, 0.5),
             reference_order=1.0 if jumps else 2.0,
             for_choice=mass == "consistent" and not stabilised,
-            error=error_of_fronts if jumps else _smooth_error(asked, 1.5, shortest),
+            error=error_of_fronts if jumps else _smooth_error(request, 1.5, shortest),
             order=1.0 if jumps and not rounding else 2.0,
             safety=4.0 if jumps and sharp else 2.0,
         )

@@ -67,9 +67,9 @@ def distances(
     return [found for name in on for found in each[name]]
 
 
-def counted(asked: Simulation) -> tuple[Scene, Laws, tuple[Counted, ...]]:
+def counted(request: Simulation) -> tuple[Scene, Laws, tuple[Counted, ...]]:
     """Return a scene, its laws, and the quantities that count against its tolerance."""
-    return asked.scene, asked.method.laws, asked.method.tolerance.on if asked.method.tolerance else COUNTED
+    return request.scene, request.method.laws, request.method.tolerance.on if request.method.tolerance else COUNTED
 
 
 def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene, laws: Laws, on: Sequence[Counted]) -> float:

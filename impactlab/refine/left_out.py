@@ -81,7 +81,7 @@ class LeftOut(NamedTuple):
     lag: Lag | None = None  # where a run has their static shapes
 
 
-def left_out(asked: Simulation, fastest: float | None = None) -> Iterator[LeftOut]:
+def left_out(request: Simulation, fastest: float | None = None) -> Iterator[LeftOut]:
     """Give the flexibility beyond n modes at every contact of a beam: by bending, and by shear.
 
     At the middle of a pinned beam it is 2 L^3/(3 pi^4 EI n^3) by bending, and L/(pi^2 kGA n) by shear as long as the
@@ -93,8 +93,8 @@ def left_out(asked: Simulation, fastest: float | None = None) -> Iterator[LeftOu
     (`impactlab.models.modal.Modal.residual`). Of modes that are fast beside the rise of the force, and stiffer than the
     contact, no more than their vibrations are missing, a share 1/(w rise).
     """
-    beams, times = {beam.name: beam for beam in beams_of(asked.scene)}, times_of(*asked)
-    for contact in asked.scene.contacts:
+    beams, times = {beam.name: beam for beam in beams_of(request.scene)}, times_of(*request)
+    for contact in request.scene.contacts:
         for point in contact.faces:
             body = beams.get(point.body)
             if body is None:

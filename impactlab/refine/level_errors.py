@@ -81,15 +81,15 @@ def choosing_s(study: Study) -> float:
     return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
 
 
-def holds_alone(study: Study, level: Level, asked: Simulation) -> bool:
+def holds_alone(study: Study, level: Level, request: Simulation) -> bool:
     """Return whether a level keeps the tolerance by its own records; then its error is set.
 
     The next one is as fine as is needed for that; none follows one that holds where little is saved.
     """
-    description, tolerance = study.description, allowed(asked.method)
-    if math.isinf(description.alone) or not _resolves_contacts(level.history, asked):
+    description, tolerance = study.description, allowed(request.method)
+    if math.isinf(description.alone) or not _resolves_contacts(level.history, request):
         return False
-    by_steps = error_alone(level.history, asked)
+    by_steps = error_alone(level.history, request)
     if by_steps > MAX_NEAR * tolerance or (unseen := description.unseen(level.fineness, level.history)) >= tolerance:
         return False
     needed = MARGIN * level.fineness * math.pow(by_steps / (tolerance - unseen), 1.0 / description.order)
@@ -104,12 +104,12 @@ def holds_alone(study: Study, level: Level, asked: Simulation) -> bool:
     return holds
 
 
-def estimate_errors(study: Study, asked: Simulation) -> None:
+def estimate_errors(study: Study, request: Simulation) -> None:
     """Set the error of every level, and the next fineness or why none follows."""
-    description, levels, tolerance = study.description, study.levels, allowed(asked.method)
+    description, levels, tolerance = study.description, study.levels, allowed(request.method)
     finest = levels[-1]
-    study.order_share = order_share(description, [level.history for level in levels], asked)
-    errors, by_order = _extrapolated(levels, asked, description, study.order_share)
+    study.order_share = order_share(description, [level.history for level in levels], request)
+    errors, by_order = _extrapolated(levels, request, description, study.order_share)
     least = _distance_to_check(study) if min(errors)[0] <= tolerance else 0.0
     magnified = magnified_by_touches(description, finest, errors[-1][0])
     if len(levels) >= MIN_FALLING and not _falls(study, finest.fineness, by_order):
@@ -122,7 +122,7 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
         level.error, level.reason = max(error, least) + unseen_here, ""
         if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
             level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)
-        elif not _resolves_contacts(level.history, asked):
+        elif not _resolves_contacts(level.history, request):
             level.error, level.worst = math.inf, ""
             level.reason = f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
         elif level.error > tolerance:
@@ -239,7 +239,7 @@ def _reach(study: Study, error: float, tolerance: float) -> Reach:
 
 
 def _extrapolated(
-    levels: list[Level], asked: Simulation, description: Description, share: float
+    levels: list[Level], request: Simulation, description: Description, share: float
 ) -> tuple[list[tuple[float, str]], float]:
     """Return the error of each level, by its distance to the finest one, and the error of that by the declared order.
 
@@ -250,8 +250,8 @@ def _extrapolated(
     fineness = [level.fineness for level in levels]
     order, safety = description.order, description.safety
     found, by_order = [], []
-    histories, least_jump = [level.history for level in levels], allowed(asked.method) or MIN_JUMP
-    for of, pairs in distances(histories, *counted(asked), PEAK_MARGIN, least_jump) if last else ():
+    histories, least_jump = [level.history for level in levels], allowed(request.method) or MIN_JUMP
+    for of, pairs in distances(histories, *counted(request), PEAK_MARGIN, least_jump) if last else ():
         if last == 1:
             of_two = error_of_two(pairs[0, 1], fineness[0], fineness[1], order, share)
             error = of_two * max(safety, TWO_LEVEL_SAFETY)
@@ -289,11 +289,11 @@ def _distance_to_check(study: Study) -> float:
     return apart if apart > description.check_error(finest.fineness) else 0.0
 
 
-def _resolves_contacts(history: AbstractHistory, asked: Simulation) -> bool:
+def _resolves_contacts(history: AbstractHistory, request: Simulation) -> bool:
     """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
     if history.dt is None:
         return True
-    for contact, law in zip(asked.scene.contacts, laws_of(*asked), strict=True):
+    for contact, law in zip(request.scene.contacts, laws_of(*request), strict=True):
         if law.hard or not law.answers_force:
             continue
         spans = history.spans(contact.name)

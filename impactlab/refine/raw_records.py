@@ -18,7 +18,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.fronts import Samples
 from impactlab.numerics.compiling import ENTRY, PART
 from impactlab.numerics.slopes import MIN_MEANS
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.history import RecordedHistory
 from impactlab.types import Array, Ints
 
 

@@ -18,12 +18,12 @@ from impactlab.scene.method import Simulation, laws_of
 MIN_SPEED_SHARE = 0.05  # of the speed at which the bodies meet: a larger slowest_approach decides at any fineness
 
 
-def check(asked: Simulation) -> None:
+def check(request: Simulation) -> None:
     """Raise `CaseError` for the first contact of a scene whose force has no limit as a description is refined."""
-    if changes(asked.scene):
+    if changes(request.scene):
         return
-    scene = asked.scene
-    for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(*asked), strict=True)):
+    scene = request.scene
+    for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(*request), strict=True)):
         if not isinstance(law, AbstractHystereticLaw) or law.hysteresis() == 0.0:
             continue
         speeds = [scene.bodies[point.body].velocity for point in contact.faces]

@@ -22,21 +22,21 @@ STEPS_A_RECORD = 8  # at most, of the finest run: beyond the instants that are k
 COARSEST = 2.0  # steps in the shortest rise sqrt(m/k): leapfrog is stable up to a step of twice that of a pair
 
 
-def serves(asked: Simulation) -> bool:
+def serves(request: Simulation) -> bool:
     """Return whether several contacts of a scene without rods and beams are elastic power laws."""
-    laws = laws_of(*asked)
-    return len(laws) > 1 and not asked.scene.elastic and all(isinstance(law, Hertz) for law in laws)
+    laws = laws_of(*request)
+    return len(laws) > 1 and not request.scene.elastic and all(isinstance(law, Hertz) for law in laws)
 
 
-def row_of_beads(asked: Simulation) -> Description:
+def row_of_beads(request: Simulation) -> Description:
     """Return the description by its number of steps."""
-    scene, duration, rise = asked.scene, asked.scene.duration, shortest_rise(*asked)
+    scene, duration, rise = request.scene, request.scene.duration, shortest_rise(*request)
     # Every step is kept where memory allows it. Runs that keep the same few instants would have an error in common,
     # which none of them shows: that of a force which still rises at the end.
     most = default_records(scene, MAX_RECORDS)
 
     def simulation(steps: int) -> Simulation:
-        method = Method(asked.method.laws, {}, CentralDifference(), StepRule(dt=duration / steps))
+        method = Method(request.method.laws, {}, CentralDifference(), StepRule(dt=duration / steps))
         made = Simulation(scene, method)
         return made if scene.records != RECORDS else made.but(records=most + 1)
 

@@ -31,17 +31,17 @@ def is_taken_at_once(exact: Description | None) -> bool:
 
 
 def at_once(
-    exact: Description | None, asked: Simulation, failed: list[ImpactlabError], progress: Progress | None = None
+    exact: Description | None, request: Simulation, failed: list[ImpactlabError], progress: Progress | None = None
 ) -> tuple[Study, Level] | None:
     """Return the exact run where it is taken without a comparison."""
     if exact is None or not is_taken_at_once(exact):
         return None
-    return find_best([Study(exact, 0)], asked, failed, progress)
+    return find_best([Study(exact, 0)], request, failed, progress)
 
 
 def find_best(
     studies: list[Study],
-    asked: Simulation,
+    request: Simulation,
     failed: list[ImpactlabError],
     progress: Progress | None = None,
     others: Iterable[Study] = (),
@@ -52,20 +52,20 @@ def find_best(
     the least of any run.
     """
     while True:
-        best = _best_run(studies, asked, failed, progress, others)
-        if best is None or _holds(best, allowed(asked.method), failed):
+        best = _best_run(studies, request, failed, progress, others)
+        if best is None or _holds(best, allowed(request.method), failed):
             return best
 
 
 def _best_run(
     studies: list[Study],
-    asked: Simulation,
+    request: Simulation,
     failed: list[ImpactlabError],
     progress: Progress | None,
     others: Iterable[Study],
 ) -> tuple[Study, Level] | None:
     """Return the best run as `find_best`, its balances not checked yet."""
-    tolerance, left = allowed(asked.method), BUDGET_S
+    tolerance, left = allowed(request.method), BUDGET_S
     best: tuple[Study, Level] | None = None
     for study in studies:
         best = best_of(study, best, tolerance)
@@ -90,7 +90,7 @@ def _best_run(
             study.closed = beyond_budget(study, left)
             continue
         left -= _cost_of_trial(study)
-        if not _succeeds(study, asked, failed, progress):
+        if not _succeeds(study, request, failed, progress):
             continue
         if study.closed == UNSEEN and study.description.otherwise is not None:
             other = study.description.otherwise(study.levels[-1].history, study.magnified)
@@ -114,10 +114,10 @@ def _holds(best: tuple[Study, Level], tolerance: float, failed: list[ImpactlabEr
     return keeps_energy(study, level, tolerance)
 
 
-def _succeeds(study: Study, asked: Simulation, failed: list[ImpactlabError], progress: Progress | None) -> bool:
+def _succeeds(study: Study, request: Simulation, failed: list[ImpactlabError], progress: Progress | None) -> bool:
     """Run the next level and return whether it came to its end; a study whose levels fail is closed."""
     try:
-        _tried(study, asked, progress)
+        _tried(study, request, progress)
     except StepError as error:
         failed.append(error)
         _failed(study, study.next, error)
@@ -136,7 +136,7 @@ def _failed(study: Study, fineness: int, error: StepError) -> None:
     study.closed = f"failed: {error.text}" if study.failures > MAX_FAILURES or not study.description.unit else ""
 
 
-def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
+def _tried(study: Study, request: Simulation, progress: Progress | None) -> None:
     """Run the next level, the first time one that is coarser, too; estimate errors and set the next fineness.
 
     The finer one comes first where its modes are of use to the coarser one. It is left out where the coarser one, or
@@ -150,7 +150,7 @@ def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
     if study.levels:
         alone = all(level.alone for level in study.levels)
         level = study.run(study.next, progress, checked=False)
-        if alone and holds_alone(study, level, asked):
+        if alone and holds_alone(study, level, request):
             return
     else:
         coarser = description.coarser(study.next)[0]
@@ -159,25 +159,25 @@ def _tried(study: Study, asked: Simulation, progress: Progress | None) -> None:
             study.run(finer, progress, checked=False)
         level = study.run(coarser, progress, checked=False)
         if description.alike:
-            if holds_alone(study, level, asked):
+            if holds_alone(study, level, request):
                 return
             if study.next < finer and study.seconds <= min(MAX_AGAIN * description.seconds(coarser), MAX_ALONE_S):
                 level = study.run(study.next, progress, checked=False)
-                if holds_alone(study, level, asked):
+                if holds_alone(study, level, request):
                     return
                 study.levels.remove(level)  # too near the other one for an estimate
             study.run(finer, progress, checked=False)
-    estimate_errors(study, asked)
+    estimate_errors(study, request)
 
 
-def show_order(study: Study, asked: Simulation) -> None:
+def show_order(study: Study, request: Simulation) -> None:
     """Run a third level below two, so that errors are estimated by the order that a description shows."""
     if len(study.levels) != 2 or not study.description.unit:
         return
     below = study.description.coarser(study.levels[0].fineness)[1]
     if below < study.levels[0].fineness:
         study.run(below)
-        estimate_errors(study, asked)
+        estimate_errors(study, request)
 
 
 def _cost_of_trial(study: Study) -> float:

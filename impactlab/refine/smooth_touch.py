@@ -43,39 +43,39 @@ SHOWN, SHOWN_OF_SPRINGS = 7.0, 5.0  # error that one run shows over the predicte
 SMOOTH = (Penalty, Hertz, AbstractHystereticLaw)
 
 
-def are_soft(asked: Simulation) -> bool:
+def are_soft(request: Simulation) -> bool:
     """Return whether all contacts have a law without a jump."""
-    return all(isinstance(law, SMOOTH) and not law.force_jumps for law in laws_of(*asked))
+    return all(isinstance(law, SMOOTH) and not law.force_jumps for law in laws_of(*request))
 
 
-def is_smooth(asked: Simulation) -> bool:
+def is_smooth(request: Simulation) -> bool:
     """Return whether all contacts have a law without a jump, and neither rods nor loads send waves."""
-    return are_soft(asked) and not rods_of(asked.scene) and not asked.scene.loaded_ends
+    return are_soft(request) and not rods_of(request.scene) and not request.scene.loaded_ends
 
 
-def stated_alone(asked: Simulation) -> float:
+def stated_alone(request: Simulation) -> float:
     """Return the error that one run states, over its predicted one; inf where two are needed.
 
     They are with several contacts, and with probes, whose convergence two runs show.
     """
-    if len(asked.scene.contacts) != 1 or asked.scene.probes or not is_smooth(asked):
+    if len(request.scene.contacts) != 1 or request.scene.probes or not is_smooth(request):
         return math.inf
-    return SAFETY_ALONE * max(SHOWN_OF_SPRINGS if law.is_spring else SHOWN for law in laws_of(*asked))
+    return SAFETY_ALONE * max(SHOWN_OF_SPRINGS if law.is_spring else SHOWN for law in laws_of(*request))
 
 
-def error_alone(history: AbstractHistory, asked: Simulation) -> float:
+def error_alone(history: AbstractHistory, request: Simulation) -> float:
     """Return the error of a run of a scene that `stated_alone` has allowed; inf where it takes two to know it."""
     records = records_of(history)
     if records is None or len(history.contacts) != 1:
         return math.inf
-    scene = asked.scene
-    (contact,), (law,) = scene.contacts, laws_of(*asked)
+    scene = request.scene
+    (contact,), (law,) = scene.contacts, laws_of(*request)
     force, moving = records.force(0, hard=False), moving_frames(scene, touched_in(history))
     if isinstance(law, Hertz | AbstractHystereticLaw):
         bends = force.bends(law.stiffness, law.exponent)
         of_reading = READ_SHARE * bends.rough
     else:
-        bends, of_reading = force.bends(times_of(*asked)[contact.name].tangent, 1.0), 0.0
+        bends, of_reading = force.bends(times_of(*request)[contact.name].tangent, 1.0), 0.0
     magnified, of_moves = 1.0, 0.0
     for point, moved in zip(contact.faces, force.moved(CELLS), strict=True):
         body = scene.bodies[point.body]
@@ -83,7 +83,7 @@ def error_alone(history: AbstractHistory, asked: Simulation) -> float:
             size = max(norm(moved - moving.drift(body.face_channel(point.x))), 1e-300)
             magnified = max(magnified, norm(moved - body.velocity * moving.t) / size)
             of_moves = max(of_moves, math.sqrt(CELLS) * bends.moved / size)
-    on, swings = counted(asked)[2], max(1.0, bends.swings)
+    on, swings = counted(request)[2], max(1.0, bends.swings)
     shown = {
         "displacements": max((1.0 + REBOUND_SHARE * (magnified - 1.0)) * swings * bends.mean, MOVES_SHARE * of_moves),
         "impulses": swings * bends.mean,
@@ -92,8 +92,8 @@ def error_alone(history: AbstractHistory, asked: Simulation) -> float:
     return SAFETY_ALONE * max(shown[name] for name in on)
 
 
-def order_share(description: Description, histories: Sequence[AbstractHistory], asked: Simulation) -> float:
+def order_share(description: Description, histories: Sequence[AbstractHistory], request: Simulation) -> float:
     """Return the share of the declared order that an estimate from two runs assumes."""
-    once = description.alike and all(len(history.contacts) == 1 for history in histories) and is_smooth(asked)
-    sheared = any(beam.theory == "timoshenko" for beam in beams_of(asked.scene))
+    once = description.alike and all(len(history.contacts) == 1 for history in histories) and is_smooth(request)
+    sheared = any(beam.theory == "timoshenko" for beam in beams_of(request.scene))
     return ORDER_SHARE if once and not sheared else MIN_ORDER_SHARE

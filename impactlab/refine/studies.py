@@ -16,19 +16,19 @@ FIRST_ALIKE_S = 40.0 * FIXED_S  # the same where a third run needs no set-up of 
 MAX_LEARNT = 10.0  # of an estimated over a predicted error, that other descriptions start with
 
 
-def studies_of(asked: Simulation) -> tuple[list[Study], str]:
+def studies_of(request: Simulation) -> tuple[list[Study], str]:
     """Return a study of every description, and why the exact solver does not apply."""
-    studies, why = in_turn(asked)
+    studies, why = in_turn(request)
     return list(studies), why
 
 
-def in_turn(asked: Simulation, served: tuple[Description | None, str] | None = None) -> tuple[Iterator[Study], str]:
+def in_turn(request: Simulation, served: tuple[Description | None, str] | None = None) -> tuple[Iterator[Study], str]:
     """Return a study of every description, each made when it is asked for, and why the exact solver does not apply.
 
     The preferred one is the first; ``served`` is the exact solver where it has been sought.
     """
-    descriptions, why = suitable.in_turn(asked, served)
-    error = allowed(asked.method)
+    descriptions, why = suitable.in_turn(request, served)
+    error = allowed(request.method)
     return (begun(each, error) for each in descriptions), why
 
 

@@ -14,77 +14,77 @@ from impactlab.scene.method import Simulation, laws_of
 from impactlab.scene.problem import Scene
 
 
-def stepped(asked: Simulation) -> list[Description]:
+def stepped(request: Simulation) -> list[Description]:
     """Return the descriptions that step and suit a scene; none where nothing converges."""
-    return list(_stepped(asked))
+    return list(_stepped(request))
 
 
-def _stepped(asked: Simulation) -> Iterator[Description]:
+def _stepped(request: Simulation) -> Iterator[Description]:
     """Give the descriptions that step and suit a scene, each made when it is asked for."""
-    if not has_unique_solution(asked):
+    if not has_unique_solution(request):
         return
-    if changes(asked.scene):
-        yield from descriptions.mechanisms(asked)
-    elif not beams_of(asked.scene):
-        yield from descriptions.stepped(asked)
-    elif not beam_descriptions.is_singular(asked):
-        yield from beam_descriptions.stepped(asked)
+    if changes(request.scene):
+        yield from descriptions.mechanisms(request)
+    elif not beams_of(request.scene):
+        yield from descriptions.stepped(request)
+    elif not beam_descriptions.is_singular(request):
+        yield from beam_descriptions.stepped(request)
 
 
-def exact_for(asked: Simulation) -> tuple[Description | None, str]:
+def exact_for(request: Simulation) -> tuple[Description | None, str]:
     """Return the exact solver, or None and why it does not apply; a scene with beams needs no reason."""
-    if beams_of(asked.scene):
+    if beams_of(request.scene):
         return None, ""
     try:
-        return descriptions.exact(asked), ""
+        return descriptions.exact(request), ""
     except (CaseError, PairingError) as error:
         return None, error.text
 
 
 def for_choice(
-    asked: Simulation, served: tuple[Description | None, str] | None = None
+    request: Simulation, served: tuple[Description | None, str] | None = None
 ) -> tuple[list[Description], str]:
     """Return the descriptions that are compared, and why a preferred one is not; ``served`` as of `in_turn`."""
-    found, why = in_turn(asked, served)
+    found, why = in_turn(request, served)
     return list(found), why
 
 
 def in_turn(
-    asked: Simulation, served: tuple[Description | None, str] | None = None
+    request: Simulation, served: tuple[Description | None, str] | None = None
 ) -> tuple[Iterator[Description], str]:
     """Return the descriptions that are compared, each made when it is asked for, and why a preferred one is not.
 
     The one that the physics prefers is the first. ``served`` is the exact solver as `exact_for` has found it. Raise
     `CaseError` where a force has no limit as descriptions are refined.
     """
-    resting_touches.check(asked)
-    if beams_of(asked.scene) and not changes(asked.scene):
-        if not has_unique_solution(asked):
+    resting_touches.check(request)
+    if beams_of(request.scene) and not changes(request.scene):
+        if not has_unique_solution(request):
             return iter(()), ""
-        if not beam_descriptions.is_singular(asked):
-            return beam_families.families(asked), ""
-        beam = beams_of(asked.scene)[0].name
+        if not beam_descriptions.is_singular(request):
+            return beam_families.families(request), ""
+        beam = beams_of(request.scene)[0].name
         return iter(()), (
             f"a hard contact on the Euler-Bernoulli beam '{beam}' has no converged solution: its faces part and meet "
             "ever more often as the description is refined"
         )
-    exact, why = exact_for(asked) if served is None else served
-    if exact is None and not rods_of(asked.scene) and not has_unique_solution(asked):
+    exact, why = exact_for(request) if served is None else served
+    if exact is None and not rods_of(request.scene) and not has_unique_solution(request):
         why = "a hard contact of two masses, or a law of impulses, has no force whose error could be estimated"
     found: Iterator[Description] = iter(())
-    if not any(law.two_sided for law in laws_of(*asked)):  # estimates read periods of contact, which links have not
-        found = (description for description in _stepped(asked) if description.for_choice)
+    if not any(law.two_sided for law in laws_of(*request)):  # estimates read periods of contact, which links have not
+        found = (description for description in _stepped(request) if description.for_choice)
     return found if exact is None else itertools.chain((exact,), found), why
 
 
-def has_unique_solution(asked: Simulation) -> bool:
+def has_unique_solution(request: Simulation) -> bool:
     """Return whether the physics of a scene determines how its contacts end.
 
     Two masses separate by a restitution, and an overlap ends by a stiffness: a hard contact has neither. Masses that
     meet through one face without mass between them strike each other as two masses do. A law of impulses that stands
     for no hard contact has no force to refine.
     """
-    scene, laws = asked.scene, laws_of(*asked)
+    scene, laws = request.scene, laws_of(*request)
     hard = [number for number, law in enumerate(laws) if law.hard]
     if any(not law.hard and not law.answers_force for law in laws):
         return False

@@ -16,8 +16,8 @@ from impactlab.scene.method import Simulation, is_exact
 from impactlab.simulate import driver, stepped_run
 from impactlab.simulate.checks import check_run
 from impactlab.simulate.stepping import loop
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.history import RecordedHistory
+from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import Progress
 from impactlab.wall_time import spent_on
 

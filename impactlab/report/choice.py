@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 HEADINGS = ("candidate", "predicted", "estimated", "measured", "predicted ms", "solved ms", "verdict", "reason")
 
 
-def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]:
+def choose(label: str, request: Simulation, physics: Simulation) -> dict[str, Any]:
     """Return the choice as a run makes it, and every description refined until it keeps the tolerance.
 
     Where a description does so in two runs, which show no order, a third and coarser one shows it. Of runs that the
@@ -31,18 +31,18 @@ def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]
     quantities that count; None without a reference.
     """
     exact = reference.find(*physics)
-    history = automatic.run(*asked)
+    history = automatic.run(*request)
     assert history.choice is not None  # noqa: S101 - a scene with a tolerance has one
 
     def measured(run: AbstractHistory) -> float | None:
-        return None if exact is None else difference(run, exact.history, *counted(asked))
+        return None if exact is None else difference(run, exact.history, *counted(request))
 
     chosen = {each.candidate: each for each in history.choice.ladder if each.estimated_error is not None}
-    studies, why = studies_of(asked)
+    studies, why = studies_of(request)
     ladder = []
     for study in studies:
-        best = find_best([study], asked, [])
-        show_order(study, asked)
+        best = find_best([study], request, [])
+        show_order(study, request)
         for level in study.levels:
             record = ladder_of.candidate(study, level, "trial", level.reason)
             error = level.error

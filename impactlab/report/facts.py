@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from impactlab.casefile.units import with_power
+from impactlab.casefile.values.units import with_power
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.collisions import agreement_texts
 from impactlab.options import Relative

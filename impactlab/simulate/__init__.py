@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Plan", "prepare", "run"]
 
-# Packages below import `impactlab.simulate.pairing` without the step loop.
+# Packages below import `impactlab.simulate.planning.pairing` without the step loop.
 __getattr__ = lazy_names(
     __name__, {"impactlab.simulate.driver": ["run"], "impactlab.simulate.plan": ["Plan", "prepare"]}
 )

@@ -23,8 +23,8 @@ from impactlab.history.base import (
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Contact, Scene
-from impactlab.simulate.contact_facts import ContactFacts
-from impactlab.simulate.stepping.preparation import BuiltBody
+from impactlab.simulate.planning.contact_facts import ContactFacts
+from impactlab.simulate.planning.preparation import BuiltBody
 from impactlab.types import Array, Quantity
 
 

@@ -22,15 +22,16 @@ from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import BodyMomentum, balance
 from impactlab.scene.precision import LOST_DIGITS, all_finite
 from impactlab.scene.problem import Contact
-from impactlab.simulate import approximate_modes, beam_warnings, mechanism_warnings, probe_warnings
 from impactlab.simulate.channels import AbstractRecordedHistory
-from impactlab.simulate.closing_times import unplaced
 from impactlab.simulate.mesh_rounding import NOTHING, rounded
-from impactlab.simulate.resolvability import unresolved
+from impactlab.simulate.planning.preparation import FAULT_OF_LAW, law_raised
 from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
-from impactlab.simulate.stepping import loop, readout
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.preparation import FAULT_OF_LAW, law_raised
+from impactlab.simulate.stepping import loop
+from impactlab.simulate.stepping.results import readout
+from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.simulate.warnings import approximate_modes, beams, mechanisms, probes
+from impactlab.simulate.warnings.closing_times import unplaced
+from impactlab.simulate.warnings.resolvability import unresolved
 from impactlab.types import Array, Level
 
 RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
@@ -60,13 +61,13 @@ def add_warnings(history: AbstractHistory) -> None:
     if not isinstance(history, AbstractRecordedHistory):
         return
     scene, laws = history.scene, history.method.laws
-    found = [*unresolved(history), *unplaced(history), *beam_warnings.warnings(history), *overlapping(history)]
+    found = [*unresolved(history), *unplaced(history), *beams.warnings(history), *overlapping(history)]
     for span in history.contacts:
         if span.kicks is not None and span.kicks > KICKS_WARN:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             found.append(Warned("chatter", text))
     found += noted_by_laws(history)
-    found += [*mechanism_warnings.warnings(history), *probe_warnings.after(history)]
+    found += [*mechanisms.warnings(history), *probes.after(history)]
     found += approximate_modes.warnings(history)
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
     found += never_closed(history, meeting)
@@ -234,7 +235,7 @@ def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
 
 def stiffer_link(history: AbstractRecordedHistory) -> str | None:
     """Return the remedy for the first link of a mechanism that bends too far, or None."""
-    return next((f"{bent}. {STIFFER_LINK}" for bent in mechanism_warnings.too_bent(history)), None)
+    return next((f"{bent}. {STIFFER_LINK}" for bent in mechanisms.too_bent(history)), None)
 
 
 def pushed_out(history: AbstractRecordedHistory) -> str | None:

@@ -25,11 +25,15 @@ from impactlab.scene.precision import beyond, in_precision, quietly
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import PERIODS_IN_A_STEP
 from impactlab.scene.sizes import check_fields, check_records, with_room
-from impactlab.simulate import exact_run, load_warnings, probe_warnings, sawtooth
-from impactlab.simulate.body_sizes import check_bodies
-from impactlab.simulate.contact_facts import ContactFacts
-from impactlab.simulate.known_bodies import MAX_COMPARED, KnownBodies
-from impactlab.simulate.pairing import (
+from impactlab.simulate import exact_run
+from impactlab.simulate.planning.body_sizes import check_bodies
+from impactlab.simulate.planning.closed_limit import check_closed
+from impactlab.simulate.planning.contact_facts import ContactFacts
+from impactlab.simulate.planning.forces_at_start import forces_at_start
+from impactlab.simulate.planning.known_bodies import MAX_COMPARED, KnownBodies
+from impactlab.simulate.planning.messenger_errors import check_messengers, check_step_of_face
+from impactlab.simulate.planning.opposed_faces import check_faces
+from impactlab.simulate.planning.pairing import (
     check_ordinary,
     check_pairs,
     check_smooth,
@@ -37,11 +41,7 @@ from impactlab.simulate.pairing import (
     constraint_warnings,
     energy_bound,
 )
-from impactlab.simulate.stepping.closed_limit import check_closed
-from impactlab.simulate.stepping.forces_at_start import forces_at_start
-from impactlab.simulate.stepping.messenger_errors import check_messengers, check_step_of_face
-from impactlab.simulate.stepping.opposed_faces import check_faces
-from impactlab.simulate.stepping.preparation import (
+from impactlab.simulate.planning.preparation import (
     BuiltBody,
     Push,
     build_bodies,
@@ -54,6 +54,7 @@ from impactlab.simulate.stepping.preparation import (
     self_stepping,
     start_law,
 )
+from impactlab.simulate.warnings import loads, probes, sawtooth
 from impactlab.types import Level, Start
 
 if TYPE_CHECKING:
@@ -315,7 +316,7 @@ def _prepared(scene: Scene, method: Method, known: KnownBodies | None) -> Plan:
     if pushes or start_forces:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses, start_forces)
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
-    warnings += [*probe_warnings.warnings(scene, built), *load_warnings.warnings(scene, dt)]
+    warnings += [*probes.warnings(scene, built), *loads.warnings(scene, dt)]
     warnings += sawtooth.warnings(scene, acting, integrator, built, dt)
     parts = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
     return Plan(*parts, start_forces=start_forces, body_numbers=numbers)

@@ -20,24 +20,25 @@ from impactlab.scene.problem import Scene
 from impactlab.scene.recent import KeepsResults
 from impactlab.simulate import needed_kernels
 from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
-from impactlab.simulate.known_bodies import KnownBodies
 from impactlab.simulate.plan import Plan, prepare
+from impactlab.simulate.planning.known_bodies import KnownBodies
 from impactlab.simulate.stepping import loop
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.fault_of_part import fault_of_part
-from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.simulate.stepping.loop import advance_dated
-from impactlab.simulate.stepping.same_structure import has_structure, renumbered
+from impactlab.simulate.stepping.results.fault_of_part import fault_of_part
+from impactlab.simulate.stepping.results.history import RecordedHistory
+from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.simulate.stepping.setup.same_structure import has_structure, renumbered
 from impactlab.simulate.stepping.unfilled import check_called
 from impactlab.types import Progress
 from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
     from impactlab.simulate.adaptive.march import March
-    from impactlab.simulate.stepping import located, restepped, retimed
+    from impactlab.simulate.stepping import located
+    from impactlab.simulate.stepping.setup import restepped, retimed
 else:  # compiled code, needed only where events are located or a run is like another
-    located, retimed = lazy("impactlab.simulate.stepping.located"), lazy("impactlab.simulate.stepping.retimed")
-    restepped = lazy("impactlab.simulate.stepping.restepped")
+    located, retimed = lazy("impactlab.simulate.stepping.located"), lazy("impactlab.simulate.stepping.setup.retimed")
+    restepped = lazy("impactlab.simulate.stepping.setup.restepped")
 
 CHUNK_SECONDS = 0.1  # s, between two reports of progress
 FIRST_CHUNK = 4_000_000  # steps times entries of the state: a few milliseconds

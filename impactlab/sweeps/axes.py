@@ -16,8 +16,8 @@ import numpy as np
 from impactlab.casefile import Case
 from impactlab.casefile.document import parse_value
 from impactlab.casefile.edit import check_name, numbered, plain, refuse_unknown_body
-from impactlab.casefile.units import to_si
-from impactlab.casefile.words import shown
+from impactlab.casefile.text.words import shown
+from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError, ImpactlabError, unreadable
 from impactlab.sweeps.given_twice import refuse_removed, refuse_twice
 from impactlab.types import Array
@@ -286,14 +286,14 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
     path, equals, values = (part.strip() for part in text.partition("="))
     if not equals or not path or not values:
         raise CaseError(f"--over {shown(text)} is not PATH=VALUES", remedy="Write PATH=A,B,C or PATH=FIRST:LAST:COUNT.")
-    asked = RANGE.fullmatch(values)
-    if asked is None and HALF_RANGE.fullmatch(values):
+    found = RANGE.fullmatch(values)
+    if found is None and HALF_RANGE.fullmatch(values):
         text = f"--over {shown(text)} gives a range without its number of values"
         raise CaseError(text, remedy=f"Write {path}=FIRST:LAST:COUNT, as in {path}={values}:11.", path=path)
-    if asked is None:
+    if found is None:
         return path, [_parsed(value, path) for value in _split(values)]
-    first, last = (_in_si(case, path, _parsed(asked[name], path)) for name in ("first", "last"))
-    count = int(asked["count"])
+    first, last = (_in_si(case, path, _parsed(found[name], path)) for name in ("first", "last"))
+    count = int(found["count"])
     for end in (first, last):
         if not isinstance(end, (int, float)) or isinstance(end, bool):
             text = f"{shown(end)} is not a number and cannot begin or end a range"
@@ -301,11 +301,11 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
     if not 2 <= count <= MAX_RANGE:
         text = f"a range of {count} values; allowed: 2 to {MAX_RANGE}"
         raise CaseError(text, remedy="Give another number of values.", path=path)
-    if asked["log"] and not first * last > 0.0:
+    if found["log"] and not first * last > 0.0:
         raise CaseError(
             f"equal ratios from {first:g} to {last:g} pass through zero", path=path, remedy="Leave out log."
         )
-    return path, (np.geomspace if asked["log"] else np.linspace)(first, last, count).tolist()
+    return path, (np.geomspace if found["log"] else np.linspace)(first, last, count).tolist()
 
 
 def _parsed(text: str, path: str) -> Any:

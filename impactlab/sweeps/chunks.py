@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from impactlab.casefile.words import shown
+from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError
 from impactlab.jobs.whole_files import DRAFT, write_whole
 from impactlab.sweeps.shards import LOCK, SHARD_LOCKS, Shard, held

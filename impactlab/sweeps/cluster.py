@@ -20,7 +20,7 @@ from queue import Empty, SimpleQueue
 from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from impactlab.casefile.words import shown
+from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError, ExtraError, SweepError
 from impactlab.jobs.process_pool import MAX_WARM_UP_S
 from impactlab.jobs.sources import code_hash, numeric_environment, tree_hash

@@ -8,7 +8,7 @@ from typing import Any
 from impactlab.casefile import Case
 from impactlab.casefile.edit import edited, numbered
 from impactlab.casefile.places import given_by
-from impactlab.casefile.words import shown
+from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError
 
 

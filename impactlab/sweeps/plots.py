@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.report.style import (
     INK,

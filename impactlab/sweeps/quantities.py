@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from impactlab.casefile.words import listed, shown
+from impactlab.casefile.text.words import listed, shown
 from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.history.units import UNITS

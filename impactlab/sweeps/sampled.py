@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.history.base import END_ROUNDING
 from impactlab.history.units import UNITS

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from impactlab.casefile.words import shown
+from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError
 from impactlab.jobs.locks import locked
 

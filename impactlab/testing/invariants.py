@@ -7,7 +7,7 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.numerics.banded import solve
 from impactlab.scene.problem import Scene
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.history import RecordedHistory
 from impactlab.testing.trace import Trace, forces_after
 
 

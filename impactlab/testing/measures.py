@@ -29,7 +29,7 @@ from impactlab.numerics.banded import full
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MECHANISMS, MODELS, Group, kind_of
 from impactlab.scene.bodies import End, Rod
 from impactlab.scene.method import Simulation, StepRule
-from impactlab.simulate.pairing import energy_bound
+from impactlab.simulate.planning.pairing import energy_bound
 from impactlab.testing.contracts import PIECE, AdaptiveContract, IntegratorContract, MechanismContract
 from impactlab.testing.scenes import mass_on_rod, simulation
 from impactlab.testing.trace import run_in_cuts, trace

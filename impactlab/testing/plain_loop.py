@@ -15,11 +15,11 @@ from impactlab.errors import CaseError, StepError
 from impactlab.numerics.compiling import plain
 from impactlab.simulate.checks import SMALLER_STEP
 from impactlab.simulate.plan import Plan
-from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.end_loads import ON_GRID
 from impactlab.simulate.stepping.event_times import TOUCH_TOL, close_time, open_time
-from impactlab.simulate.stepping.flat_arrays import dashpots
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
+from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.simulate.stepping.setup.flat_arrays import dashpots
 from impactlab.types import Array, Reply
 
 MAX_SWEEPS, AGREED_TOL = 5000, 1e-15  # of the largest impulse of the step: a sweep that changes less is the last

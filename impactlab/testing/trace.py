@@ -17,9 +17,9 @@ from impactlab.simulate.plan import Plan, prepare
 from impactlab.simulate.stepped_run import advance_of
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import SAMPLED
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.fault_of_part import fault_of_part
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.fault_of_part import fault_of_part
+from impactlab.simulate.stepping.results.history import RecordedHistory
+from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import Array
 
 

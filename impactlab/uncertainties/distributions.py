@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.casefile import Case
-from impactlab.casefile.units import to_si
-from impactlab.casefile.words import closest, shown
+from impactlab.casefile.text.words import closest, shown
+from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.sweeps import axes, given_twice
 from impactlab.types import Array

@@ -13,7 +13,7 @@ import numpy as np
 from impactlab import derivatives
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
-from impactlab.casefile.words import closest, shown
+from impactlab.casefile.text.words import closest, shown
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.jobs.whole_files import write_whole
 from impactlab.measurement.inputs import in_si, listed

@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from impactlab.casefile.materials import MATERIALS
+from impactlab.casefile.values.materials import MATERIALS
 
 SCRIPT = (Path(__file__).parents[2] / "docs" / "tutorials" / "hopkinson_bar.py").read_text(encoding="utf-8")
 STEEL = MATERIALS["steel"]

@@ -23,7 +23,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.scene.bodies import Mass
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare
-from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.testing.scenes import in_a_row, simulation, touching
 from impactlab.testing.trace import trace
 from impactlab.types import Array

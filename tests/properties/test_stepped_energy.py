@@ -31,7 +31,7 @@ from impactlab.models.modal import Modal
 from impactlab.scene import End, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare
-from impactlab.simulate.pairing import energy_bound
+from impactlab.simulate.planning.pairing import energy_bound
 from impactlab.testing.scenes import CLAMPED, FREE, STEEL, UNIT, in_a_row, mass_on_rod, simulation
 from impactlab.testing.strategies import log_uniform, scenes
 from impactlab.testing.trace import trace

@@ -15,7 +15,7 @@ from impactlab.models.mesh.bar_elements import elements_per_segment
 from impactlab.models.modal import Modal
 from impactlab.scene import Rod
 from impactlab.scene.method import Simulation
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.history import RecordedHistory
 from impactlab.testing.invariants import mirror_difference, records_difference, same_bits, scaling_difference
 from impactlab.testing.strategies import in_other_units, laws, mirrored, scenes
 from impactlab.testing.trace import run_in_cuts

@@ -30,7 +30,7 @@ from impactlab.report.summary import summarise
 from impactlab.scene import Body, End, Mass, Probe, Rayleigh, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.simulate.pairing import check_ordinary
+from impactlab.simulate.planning.pairing import check_ordinary
 from impactlab.testing.scenes import FREE, STEEL, in_a_row
 from impactlab.testing.scenes import struck as struck_body
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, option

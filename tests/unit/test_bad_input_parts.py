@@ -19,7 +19,7 @@ import pytest
 
 import impactlab as il
 from impactlab.casefile.parts import group_of, plain_value
-from impactlab.casefile.units import takes_texts
+from impactlab.casefile.values.units import takes_texts
 from impactlab.errors import ImpactlabError, PluginError
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, registry
 from impactlab.types import Relative

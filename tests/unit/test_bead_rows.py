@@ -20,9 +20,9 @@ from impactlab.simulate import prepare, run
 from impactlab.simulate.stepped_run import walk
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import REST
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.bead_rows import bead_rows
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.history import RecordedHistory
+from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.simulate.stepping.setup.bead_rows import bead_rows
 from impactlab.testing.scenes import FREE, UNIT, in_a_row, simulation, touching
 
 STEP = StepRule(dt=1e-3)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from impactlab.casefile import document, yaml_values
+from impactlab.casefile import document
 from impactlab.casefile.document import parse_json, parse_toml, parse_value, parse_yaml
+from impactlab.casefile.text import yaml_values
 from impactlab.errors import CaseError
 
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from impactlab.casefile import formula as formula_module
-from impactlab.casefile.formula import Formula, parse
+from impactlab.casefile.values import formula as formula_module
+from impactlab.casefile.values.formula import Formula, parse
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import impactlab as il
-from impactlab.casefile import units, usual_units
-from impactlab.casefile.units import to_si
-from impactlab.casefile.usual_units import usual_factor
+from impactlab.casefile.values import units, usual_units
+from impactlab.casefile.values.units import to_si
+from impactlab.casefile.values.usual_units import usual_factor
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_reasons():
 
 def test_pint_is_imported_only_for_a_unit_that_is_not_usual():
     code = (
-        "import sys; from impactlab import load_case; from impactlab.casefile.units import to_si; "
+        "import sys; from impactlab import load_case; from impactlab.casefile.values.units import to_si; "
         "load_case('cases/free_rod.yaml'); assert 'pint' not in sys.modules; "
         "to_si('1 inch', 'm'); assert 'pint' in sys.modules"
     )

@@ -17,7 +17,7 @@ import pytest
 
 import impactlab as il
 from impactlab.casefile.document import parse_yaml
-from impactlab.casefile.materials import MATERIALS
+from impactlab.casefile.values.materials import MATERIALS
 from impactlab.report.summary import summarise
 
 CASES = sorted((Path(__file__).parents[2] / "cases").rglob("*.yaml"))

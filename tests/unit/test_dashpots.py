@@ -7,7 +7,7 @@ import pytest
 
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import multiply
-from impactlab.simulate.stepping.flat_arrays import dashpots, groups
+from impactlab.simulate.stepping.setup.flat_arrays import dashpots, groups
 
 
 def body(damping: np.ndarray, ends: np.ndarray) -> Operators:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from impactlab.casefile.units import is_si
+from impactlab.casefile.values.units import is_si
 from impactlab.cite import OWN, bibtex
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.power_law import Hertz

@@ -21,7 +21,7 @@ from impactlab.report.summary import summarise
 from impactlab.scene import Segment
 from impactlab.scene.method import Simulation, StepRule, is_exact
 from impactlab.simulate.driver import run
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.history import RecordedHistory
 from impactlab.testing.scenes import mass_on_rod
 from impactlab.types import option
 

@@ -17,7 +17,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.refine.raw_records import Records, records_of, sizes_of
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
-from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.simulate.stepping.results.history import RecordedHistory
 from impactlab.testing.scenes import mass_on_rod
 
 NOTHING, SOME = np.zeros((0, 2)), np.array([[0.0, 2e-5], [6e-5, 9e-5]])

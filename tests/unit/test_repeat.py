@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import impactlab as il
-from impactlab.casefile.formula import IndexFormula
-from impactlab.casefile.repeat import MAX_REPEAT, expand
-from impactlab.casefile.words import listed_bodies
+from impactlab.casefile.blocks.repeat import MAX_REPEAT, expand
+from impactlab.casefile.text.words import listed_bodies
+from impactlab.casefile.values.formula import IndexFormula
 from impactlab.errors import CaseError, ImpactlabError
 
 LAW = {"kind": "hertz", "stiffness": 1e9}

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from impactlab.numerics.records import records
 from impactlab.simulate.stepping.arrays import BodyRecord, FaceRecord
-from impactlab.simulate.stepping.response_ranges import MIN_EVEN, RESPONSE_TOL, describe, write_ranges
+from impactlab.simulate.stepping.setup.response_ranges import MIN_EVEN, RESPONSE_TOL, describe, write_ranges
 
 ENTRY = st.one_of(st.just(0.0), st.floats(-1.0, 1.0).map(lambda x: x * 1e-25), st.floats(-2.0, 2.0))
 

@@ -18,7 +18,7 @@ from impactlab.models.modal import Modal
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import driver, stepped_run
-from impactlab.simulate.stepping import restepped, retimed
+from impactlab.simulate.stepping.setup import restepped, retimed
 from impactlab.testing.scenes import simulation
 
 DT = 2e-6  # s

@@ -177,7 +177,7 @@ def test_values_at_the_end_change_nothing_in_the_run_and_survive_a_copy():
 
 
 def test_runs_that_need_no_velocity_at_the_end_take_no_further_step(monkeypatch):
-    from impactlab.simulate.stepping import beyond_end
+    from impactlab.simulate.stepping.results import beyond_end
 
     taken = []
     monkeypatch.setattr(beyond_end, "advance_dated", lambda *given: taken.append(given))

@@ -21,8 +21,8 @@ from impactlab.numerics.addresses import COMPILED
 from impactlab.scene import Contact, Mass, Point, Probe, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate.plan import prepare
-from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.same_structure import renumbered
+from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.simulate.stepping.setup.same_structure import renumbered
 from impactlab.testing.scenes import mass_on_rod
 
 MESHES = (

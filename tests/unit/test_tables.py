@@ -9,8 +9,8 @@ import pytest
 import impactlab as il
 from impactlab.numerics.addresses import COMPILED, entered, entered_with_table, type_of
 from impactlab.simulate.plan import prepare
-from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.loop import advance_dated, start
+from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import Array
 
 CASES = Path(__file__).parents[2] / "cases"

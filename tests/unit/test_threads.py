@@ -18,7 +18,7 @@ from impactlab.numerics import addresses
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.simulate.stepped_run import Prepared
-from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.testing.scenes import mass_on_rod
 
 RUNS, THREADS = 40, 4

@@ -15,7 +15,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.scene.bodies import End, Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run, stepped_run
-from impactlab.simulate.stepping import assembly, pieces
+from impactlab.simulate.stepping import pieces
 from impactlab.simulate.stepping.arrays import (
     BOOK_RARE,
     MARCH_ROWS,
@@ -25,6 +25,7 @@ from impactlab.simulate.stepping.arrays import (
     ClockRecord,
     StepArrays,
 )
+from impactlab.simulate.stepping.setup import assembly
 from impactlab.simulate.stepping.unfilled import address_without
 from impactlab.testing.scenes import in_a_row, mass_on_rod
 

@@ -71,13 +71,13 @@ class Marcher:
         """Number of results of a point."""
         return sum(len(names) * count for names, count in parts_of(self.pattern))
 
-    def results(self, points: Ints, asked: int) -> tuple[Array, Ints]:
+    def results(self, points: Ints, wanted: int) -> tuple[Array, Ints]:
         """Return the results of points, (points, columns), and whether each stands, or why it does not."""
         out = np.full((len(points), self.columns), np.nan)
         states = np.zeros(len(points), np.int64)
         done = 0
         while True:
-            arguments: Any = (self.log.memory, self.pattern, self.numbers, self.room, points, done, asked, out, states)
+            arguments: Any = (self.log.memory, self.pattern, self.numbers, self.room, points, done, wanted, out, states)
             done = int(entered(march_points, *arguments))
             if done == len(points):
                 return out, states

@@ -114,10 +114,10 @@ def read_contacts(m: MarchArrays, q: Pattern, r: ResultArrays, count: int, out: 
 
 
 @EXACT_PART
-def read(m: MarchArrays, q: Pattern, r: ResultArrays, asked: int, out: Array) -> int:
+def read(m: MarchArrays, q: Pattern, r: ResultArrays, wanted: int, out: Array) -> int:
     """Write the results of a finished march; return whether they stand, or why the point is left to a run."""
     p, t = r.vector, m.state[0].duration
-    count = find_spans(m, r.spans, r.openings, asked & PEAKS != 0)
+    count = find_spans(m, r.spans, r.openings, wanted & PEAKS != 0)
     if may_be_noise(m, q, p, r.spans, count, r.arrivals):
         return LEFT
     gain = balance(m, q, p, r.spans, count, r.group)
@@ -125,23 +125,23 @@ def read(m: MarchArrays, q: Pattern, r: ResultArrays, asked: int, out: Array) ->
         return UNPROVED
     read_contacts(m, q, r, count, out)
     at = len(OF_CONTACT) * len(m.contacts)
-    if asked & RESTITUTIONS != 0:
+    if wanted & RESTITUTIONS != 0:
         for pair in range(len(q.pairs)):
             out[at + pair] = restitution(m, q, p, pair, r.spans, count)
     at += len(q.pairs)
     for b in range(len(q.bodies)):
         place = at + len(OF_BODY) * q.bodies[b].place
         if place >= at:
-            if asked & VELOCITIES != 0:
+            if wanted & VELOCITIES != 0:
                 out[place] = mean_velocity(m, q, p, b, t, r.spans, count)
-            if asked & MOMENTA != 0:
+            if wanted & MOMENTA != 0:
                 out[place + 1] = momentum(m, q, b, t)
-            if asked & ENERGIES != 0:
+            if wanted & ENERGIES != 0:
                 out[place + 2] = energy(m, q, b, t)
     at += len(OF_BODY) * q.whole[0].moving
     out[at] = max(0.0, gain)
     out[at + 1] = 0.0
-    if asked & GRAZES != 0:
+    if wanted & GRAZES != 0:
         trip = round_trip(q, p, q.whole[0].counted)
         for c in range(len(m.contacts)):
             if grazes(m, c, r.spans, count, trip, r.touches, r.gap):
@@ -152,12 +152,12 @@ def read(m: MarchArrays, q: Pattern, r: ResultArrays, asked: int, out: Array) ->
 
 @RELEASING_ENTRY
 def march_points(
-    m: MarchArrays, q: Pattern, numbers: Numbers, r: ResultArrays, points: Ints, first: int, asked: int, out: Array,
+    m: MarchArrays, q: Pattern, numbers: Numbers, r: ResultArrays, points: Ints, first: int, wanted: int, out: Array,
     states: Ints,
 ) -> int:  # fmt: skip
     """March points[first:] one after the other; return how many are done, all unless an array of the march is full.
 
-    Row k of ``out`` gets the results of points[k], ``states[k]`` whether they stand. ``asked`` are the bits of results;
+    Row k of ``out`` gets the results of points[k], ``states[k]`` whether they stand. ``wanted`` are bits of results;
     with `WRITTEN` the network is written and nothing marches, with `BARE` no results are read.
     """
     for k in range(first, len(points)):
@@ -165,13 +165,13 @@ def march_points(
         if not write(m, q, r.vector, r.places, r.speeds, MAX_INTERVALS):
             states[k] = LEFT
             continue
-        if asked == WRITTEN:
+        if wanted == WRITTEN:
             continue
         status = advance(m)
-        if asked == BARE:
+        if wanted == BARE:
             continue
         if status == DONE:
-            states[k] = read(m, q, r, asked, out[k])
+            states[k] = read(m, q, r, wanted, out[k])
         elif status in (MORE_RECORDS, MORE_POOL, MORE_EVENTS):
             return k
         else:

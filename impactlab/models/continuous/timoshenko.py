@@ -79,14 +79,14 @@ class TimoshenkoWaves(AbstractSelfStepping):
         # m, of contacts from the anchor, each of which should be a whole number of cells: for a hundred steps in turn.
         self._length, self._distances = beam.length, sorted({abs(x - self._anchor()) for x in self._faces})
         self._stations = np.linspace(0.0, beam.length, STATIONS) if fields else np.array(self._faces)
-        asked = [(x, "displacement") for x in self._faces]
-        asked += [(probe.x, "displacement" if probe.quantity == "velocity" else probe.quantity) for probe in probes]
-        asked += [(x, "displacement") for x, end in self._beam.ends if end.kind == "dashpot"]
-        asked += [(float(x), "displacement") for x in self._stations]
-        for x, quantity in asked:
+        wanted = [(x, "displacement") for x in self._faces]
+        wanted += [(probe.x, "displacement" if probe.quantity == "velocity" else probe.quantity) for probe in probes]
+        wanted += [(x, "displacement") for x, end in self._beam.ends if end.kind == "dashpot"]
+        wanted += [(float(x), "displacement") for x in self._stations]
+        for x, quantity in wanted:
             if quantity not in KINDS:
                 raise self._unknown(x, quantity)
-        self.coordinates: tuple[tuple[float, str], ...] = tuple(dict.fromkeys(asked)) or ((0.0, "displacement"),)
+        self.coordinates: tuple[tuple[float, str], ...] = tuple(dict.fromkeys(wanted)) or ((0.0, "displacement"),)
         self.n_dof = len(self.coordinates)
         self._closed = all(end.kind != "infinite" for _, end in self._beam.ends)
 

@@ -6,7 +6,7 @@ import ctypes
 from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.simulate.stepping.preparation import law_raised
+from impactlab.simulate.planning.preparation import law_raised
 from impactlab.types import MEMORY, Port, Reply, Start
 
 OVERFLOW = 1e150  # N or J: no step that meets it is accepted, and its square is still a number

@@ -15,7 +15,7 @@ from impactlab.scene.method import Method
 from impactlab.scene.problem import Point, Scene
 from impactlab.simulate.adaptive.law import InstantContact
 from impactlab.simulate.adaptive.matrices import ConstantMatrices
-from impactlab.simulate.stepping.preparation import BuiltBody, facts_of, start_law
+from impactlab.simulate.planning.preparation import BuiltBody, facts_of, start_law
 from impactlab.types import Array, Quantity
 
 EPSILON = float(np.finfo(float).eps)

@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any
 
 from impactlab import plugins
-from impactlab.casefile.units import is_si
+from impactlab.casefile.values.units import is_si
 from impactlab.cite import OWN, entries_for
 from impactlab.models.base import Face
 from impactlab.scene.bodies import BeamSegment, Segment

@@ -1,0 +1,154 @@
+"""The block of a beam with its cross section, and the beam that it describes: area, second moment, shear stiffness."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from impactlab.casefile.blocks.rotation import RotationBlock, rotation_of
+from impactlab.casefile.blocks.shared import PIECES, POISSON, Area, Block, Inertia, Length, Material, MovingBlock
+from impactlab.casefile.text.words import listed
+from impactlab.casefile.values.fields import BEAM_END, Allowed, quantity, words
+from impactlab.casefile.values.materials import NAMED
+from impactlab.errors import CaseError
+from impactlab.scene.bodies import Beam, BeamSegment, End
+from impactlab.types import QUANTITIES_OF_BEAM
+
+RECTANGLE, CIRCLE = 5.0 / 6.0, 9.0 / 10.0  # shear factors: the energy of the static shear stress (Timoshenko1921)
+WAYS = (("width", "height"), ("diameter",), ("area", "inertia"))
+ALLOWED = "{width: m, height: m}, {diameter: m}, or {area: m2, inertia: m4}"
+
+
+class BeamMaterial(Material):
+    """A linear elastic material that may shear."""
+
+    poisson: Annotated[float | None, POISSON] = Field(
+        default=None, description="Poisson's ratio; it gives the shear modulus G = E/(2 (1 + nu))"
+    )
+    shear_modulus: Annotated[float | None, Allowed("Pa", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
+        default=None, description="shear modulus G [Pa], in place of poisson"
+    )
+
+
+SHARE = Allowed("1", (("gt", 0.0), ("le", 1.0)), number=True, nothing=True).reader()
+
+
+class SectionBlock(Block):
+    """The cross section of a beam: width and height, a diameter, or area and inertia."""
+
+    width: Length | None = Field(default=None, description="of a rectangle, across the plane of bending [m]")
+    height: Length | None = Field(default=None, description="in the plane of bending [m]")
+    diameter: Length | None = Field(default=None, description="of a full circle [m]")
+    area: Area | None = Field(default=None, description="area of any other section [m2]")
+    inertia: Inertia | None = Field(default=None, description="second moment of area of any other section [m4]")
+    shear_factor: Annotated[float | None, SHARE] = Field(
+        default=None, description="shear correction factor k; of a rectangle 5/6, of a circle 9/10 if not given"
+    )
+
+
+class BeamSegmentBlock(Block):
+    """A uniform piece of a beam."""
+
+    length: Length = Field(description="length [m]")
+    section: SectionBlock = Field(description="cross section")
+    material: Annotated[BeamMaterial, NAMED] = Field(description="material: a name, or constants")
+
+
+class BeamEndsBlock(Block):
+    """The supports of the two ends of a beam, and forces that act across them from t = 0 on."""
+
+    left: Annotated[End, BEAM_END] = Field(default=End("free"), description="left end, at x = 0; a force acts along +u")
+    right: Annotated[End, BEAM_END] = Field(
+        default=End("free"), description="right end, at x = L; a force acts along +u"
+    )
+
+
+class BeamBlock(MovingBlock):
+    """A straight elastic beam that bends: length, section and material, or segments."""
+
+    kind: Literal["beam"] = Field(description="beam")
+    theory: Annotated[str, words("euler_bernoulli", "timoshenko")] = Field(
+        default="euler_bernoulli", description="euler_bernoulli, or timoshenko with shear and rotary inertia"
+    )
+    section: SectionBlock | None = Field(default=None, description="cross section")
+    material: Annotated[BeamMaterial, NAMED] | None = Field(default=None, description="material: a name, or constants")
+    segments: Annotated[tuple[BeamSegmentBlock, ...] | None, PIECES] = None
+    ends: BeamEndsBlock = Field(default=BeamEndsBlock(), description="supports of the ends; free if not given")
+    rotation: RotationBlock | None = Field(default=None, description="steady rotation; none if not given")
+    tension: Annotated[float, quantity("N")] = Field(default=0.0, description="axial preload [N], positive in tension")
+
+    piece: ClassVar[type[Block]] = BeamSegmentBlock
+    shape_keys: ClassVar[tuple[str, ...]] = ("length", "section", "material")
+    quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_BEAM
+    both_sides: ClassVar[bool] = True
+
+    def check_piece(self, piece: BeamSegmentBlock, path: str) -> None:
+        if piece.section is not None:
+            check_section(piece.section, f"{path}.section")
+            if piece.material is not None and self.theory == "timoshenko":
+                check_shear(piece.section, piece.material, path)
+
+    def body(self, name: str, lever_arm: float) -> Beam:
+        return Beam(
+            name,
+            tuple(_segment(piece, self.theory) for piece in self.pieces),
+            self.ends.left,
+            self.ends.right,
+            self.velocity,
+            self.profile,
+            damping=self.rayleigh,
+            theory=self.theory,  # type: ignore[arg-type] # one of two words
+            tension=self.tension,
+            rotation=rotation_of(self.rotation, "beam", f"bodies.{name}"),
+        )
+
+
+def check_section(section: SectionBlock, path: str) -> None:
+    """Raise `CaseError` unless the section is given in one way, and whole."""
+    shapes = [key for way in WAYS for key in way if getattr(section, key) is not None]
+    if section.height is not None and {"area", "inertia"} <= set(shapes) and section.width is None:
+        return  # of any section, for its slenderness alone
+    if tuple(shapes) not in WAYS:
+        given = f"{listed(shapes)} given" if shapes else "nothing given"
+        raise CaseError(
+            f"{given}, which does not make a section. Allowed: {ALLOWED}", remedy="Give one of the three.", path=path
+        )
+
+
+def check_shear(section: SectionBlock, material: BeamMaterial, path: str) -> None:
+    """Raise `CaseError` unless the shear stiffness of a Timoshenko beam is known."""
+    if (material.poisson is None) == (material.shear_modulus is None):
+        what = "no shear modulus" if material.poisson is None else "poisson and shear_modulus given together"
+        raise CaseError(
+            f"{what}, and theory timoshenko needs one",
+            remedy="Give either poisson or shear_modulus.",
+            path=f"{path}.material",
+        )
+    if section.shear_factor is None and section.area is not None:
+        raise CaseError(
+            "no shear_factor, and theory timoshenko needs one. It is known of rectangles and circles only",
+            remedy="Give shear_factor, the part of the area that carries shear: 5/6 of a rectangle.",
+            path=f"{path}.section",
+        )
+
+
+def _segment(piece: BeamSegmentBlock, theory: str) -> BeamSegment:
+    section, material = piece.section, piece.material
+    height, factor = section.height, section.shear_factor
+    if section.width is not None and height is not None:
+        area, inertia, known = section.width * height, section.width * height**3 / 12.0, RECTANGLE
+    elif section.diameter is not None:
+        height = section.diameter
+        area, inertia, known = 0.25 * math.pi * height**2, math.pi * height**4 / 64.0, CIRCLE
+    else:
+        area, inertia, known = section.area or math.nan, section.inertia or math.nan, math.nan
+    sizes = (piece.length, area, material.young, material.density, material.viscosity)
+    bending = BeamSegment(*sizes, inertia=inertia, height=height or math.nan)
+    if theory == "euler_bernoulli":
+        return bending
+    shear = material.shear_modulus or material.young / (2.0 * (1.0 + (material.poisson or 0.0)))
+    stiffness, rotary = (factor or known) * shear * area, material.density * inertia
+    return replace(bending, shear_stiffness=stiffness, rotary_inertia=rotary)

@@ -1,0 +1,68 @@
+"""The block of a steady rotation, and the rotation that it gives a rod or a beam."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from impactlab.casefile.blocks.shared import Block, Place
+from impactlab.casefile.values.fields import Allowed, Reader
+from impactlab.errors import CaseError
+from impactlab.scene.bodies import Rotation
+
+_RATE = Allowed("rad/s", number=True, nothing=True)
+
+
+class RotationBlock(Block):
+    """A steady rotation about a fixed axis; all quantities of the body count from its steady state."""
+
+    rate: Annotated[float | None, Reader(_RATE.read, _RATE.json_schema())] = Field(
+        default=None, description="angular velocity [rad/s]; a mass without it takes that of the body that it meets"
+    )
+    axis_at: Place | None = Field(
+        default=None,
+        description="place of the axis in the body's own x [m]; a mass without it takes its distance from the face "
+        "that it meets",
+    )
+    plane: Annotated[str | None, Allowed(words=("chord", "flap"), nothing=True).reader()] = Field(
+        default=None,
+        description="of a beam and of masses that strike it: chord, in the plane of rotation, or flap, across it",
+    )
+
+
+def rotation_of(block: RotationBlock | None, kind: str, path: str) -> Rotation | None:
+    """Return the rotation of a rod or a beam, None at rest.
+
+    Raise `CaseError` where a key is missing or one too many.
+    """
+    if block is None:
+        return None
+    path = f"{path}.rotation"
+    if block.rate is None:
+        raise CaseError(
+            "this key is missing",
+            remedy="Give the rate in rad/s, or as a string such as '600 rpm'.",
+            path=f"{path}.rate",
+        )
+    if block.axis_at is None:
+        raise CaseError(
+            "this key is missing",
+            remedy="Give the place of the axis in the body's own x [m]: 0 at its left end, L at its right end.",
+            path=f"{path}.axis_at",
+        )
+    if kind == "rod":
+        if block.plane is not None:
+            raise CaseError(
+                "`plane` applies only to beams; a rotating rod moves only along its radius",
+                remedy="Remove it, or describe the body as a beam.",
+                path=f"{path}.plane",
+            )
+        return Rotation(block.rate, block.axis_at) if block.rate else None
+    if block.plane is None:
+        raise CaseError(
+            "this key is missing",
+            remedy="Give chord (the beam bends in the plane of rotation) or flap (across it).",
+            path=f"{path}.plane",
+        )
+    return Rotation(block.rate, block.axis_at, block.plane) if block.rate else None  # type: ignore[arg-type]

@@ -1,0 +1,163 @@
+"""Keys that the blocks of several kinds of body share, with their units, and the facts of an elastic body's block."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from impactlab.casefile.blocks.repeat import MAX_REPEAT
+from impactlab.casefile.values.faults import refuse
+from impactlab.casefile.values.fields import SHAPE, Allowed, quantity
+from impactlab.casefile.values.formula import Formula
+from impactlab.casefile.values.loads import load_values
+from impactlab.casefile.values.materials import NAMED
+from impactlab.scene.bodies import ElasticBody, End, Profile, Rayleigh, Table
+
+MIN_SPEED = 1e-290  # m/s: the displacements of a smaller one have no digits left
+
+
+def _least_speed(velocity: float) -> float:
+    """Return a velocity, or refuse one whose displacements are too small for a float."""
+    if 0.0 < abs(velocity) < MIN_SPEED:
+        raise refuse(
+            f"{velocity:g} m/s is out of range: its displacements are too small for a float. "
+            f"Allowed: 0, or a speed of at least {MIN_SPEED:g} m/s"
+        )
+    return velocity
+
+
+Length = Annotated[float, quantity("m", gt=0.0)]
+Area = Annotated[float, quantity("m2", gt=0.0)]
+Inertia = Annotated[float, quantity("m4", gt=0.0)]
+Modulus = Annotated[float, quantity("Pa", gt=0.0)]
+Density = Annotated[float, quantity("kg/m3", gt=0.0)]
+MassValue = Annotated[float, quantity("kg", gt=0.0)]
+Velocity = Annotated[float, quantity("m/s"), AfterValidator(_least_speed)]
+Place = Annotated[float, quantity("m")]
+Time = Annotated[float, quantity("s", gt=0.0)]
+Instant = Annotated[float, quantity("s", ge=0.0)]
+Records = Annotated[int, Allowed("1", (("ge", 100), ("le", 10_000_000)), whole=True).reader()]
+Positive = Annotated[float, quantity("1", gt=0.0)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
+Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$")]
+
+
+Repeat = Annotated[int | None, Allowed("1", (("ge", 1), ("le", MAX_REPEAT)), whole=True, nothing=True).reader()]
+REPEAT = Field(
+    default=None,
+    description="number n of blocks made from this one, i = 1 ... n: strings may be formulas of i and n, "
+    "NAME makes NAME_1 ... NAME_n",
+)
+POISSON = Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).reader()
+
+
+class Block(BaseModel):
+    """Base of all blocks: frozen, no unknown keys, defaults checked like given values."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, arbitrary_types_allowed=True)
+
+
+class Material(Block):
+    """A linear elastic material."""
+
+    young: Modulus = Field(description="Young's modulus E [Pa]")
+    density: Density = Field(description="density rho [kg/m3]")
+    viscosity: Annotated[float, quantity("Pa s", ge=0.0)] = Field(
+        default=0.0, description="viscosity [Pa s]: stress = E strain + viscosity times strain rate (Kelvin and Voigt)"
+    )
+
+
+class DampingBlock(Block):
+    """Rayleigh damping of a rod: C = mass M + stiffness K."""
+
+    mass: Annotated[float, quantity("1/s", ge=0.0)] = Field(default=0.0, description="share of the mass matrix [1/s]")
+    stiffness: Annotated[float, quantity("s", ge=0.0)] = Field(
+        default=0.0, description="share of the stiffness matrix [s]"
+    )
+
+
+class ElasticBlock(Block):
+    """An elastic body: length and material, or segments, its damping, and the state at t = 0."""
+
+    length: Length | None = Field(default=None, description="length [m]")
+    damping: DampingBlock = Field(default=DampingBlock(), description="Rayleigh damping of the whole body")
+    repeat: Repeat = REPEAT
+
+    if TYPE_CHECKING:  # each kind of body has its own
+        kind: str
+        ends: Any
+
+    piece: ClassVar[type[Block]] = Block  # block of one of the segments
+    shape_keys: ClassVar[tuple[str, ...]] = ("length", "area", "material")  # of a uniform body; segments replace them
+    profile_key: ClassVar[str] = "displacement"  # of the shape at t = 0
+    profile_unit: ClassVar[str] = "m"
+    quantities: ClassVar[tuple[str, ...]] = ()  # that a probe records
+    both_sides: ClassVar[bool] = False  # True: it can be struck on either side anywhere
+
+    @abstractmethod
+    def body(self, name: str, lever_arm: float) -> ElasticBody:
+        """Return the checked body in SI."""
+
+    def check_piece(self, piece: Any, path: str) -> None:
+        """Raise `CaseError` where section and material of a piece do not make a body."""
+
+    @property
+    def pieces(self) -> tuple[Any, ...]:
+        """The uniform pieces of the body: its segments, or the body itself."""
+        whole = {key: getattr(self, key) for key in self.piece.model_fields}
+        return getattr(self, "segments", None) or (self.piece.model_construct(**whole),)
+
+    def gives(self, key: str) -> bool:
+        """Return whether one of `shape_keys` is given for the whole body."""
+        return getattr(self, key) is not None
+
+    @property
+    def total_length(self) -> float:
+        """Whole length [m]."""
+        pieces = getattr(self, "segments", None)
+        return float(self.length or 0.0) if pieces is None else float(sum(piece.length for piece in pieces))
+
+    @property
+    def profile(self) -> Profile | None:
+        """The shape at t = 0 as a function of x [m]."""
+        given = getattr(self, self.profile_key)
+        if given is None or isinstance(given, (Formula, Table)):
+            return given
+        return Formula(str(given), self.total_length)
+
+    @property
+    def rayleigh(self) -> Rayleigh:
+        """Its damping in the scene."""
+        return Rayleigh(self.damping.mass, self.damping.stiffness)
+
+
+PIECES = Field(min_length=1, max_length=1000, description="uniform pieces from left to right, in place of the three")
+
+
+class MovingBlock(ElasticBlock):
+    """An elastic body that moves along its axis or across it."""
+
+    material: Annotated[Material, NAMED] | None = Field(default=None, description="material: a name, or constants")
+    velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")
+    displacement: Annotated[Any, SHAPE] = Field(
+        default=None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
+    )
+
+
+def end_values(end: End, names: Mapping[str, str] | None = None) -> Any:
+    """Return an end as a case gives it; ``names`` are other keys of its kinds."""
+    held: dict[str, Any] = {end.kind: end.value} if end.value > 0.0 else {}
+    held |= {"rotational": end.rotational} if end.rotational > 0.0 else {}
+    pushed: dict[str, Any] = {"force": end.force} if end.force != 0.0 else {}
+    pushed |= {"force": load_values(end.load)} if end.load is not None else {}
+    return {(names or {}).get(key, key): value for key, value in {**held, **pushed}.items()} or end.kind
+
+
+def profile_values(key: str, profile: Profile | None) -> dict[str, Any]:
+    """Return a shape at t = 0 as a case gives it under a key."""
+    if isinstance(profile, Formula):
+        return {key: profile.text}
+    return {key: {"x": list(profile.x), "u": list(profile.u)}} if isinstance(profile, Table) else {}

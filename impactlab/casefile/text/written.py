@@ -1,0 +1,42 @@
+"""A case as the text of a case file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from impactlab.casefile.text.samples import Samples
+
+MAX_LINE = 110  # characters of a block that stands on one line
+
+
+def yaml_text(data: Mapping[str, Any]) -> str:
+    """Return plain values as YAML: short blocks on one line, texts in quotes."""
+    return "\n".join(_lines(data, "")) + "\n"
+
+
+def _lines(block: Mapping[str, Any], pad: str) -> list[str]:
+    lines: list[str] = []
+    for key, value in block.items():
+        flow = f"{pad}{key}: {_flow(value)}"
+        if len(flow) <= MAX_LINE or not value or not isinstance(value, (Mapping, list)):
+            lines.append(flow)
+        elif isinstance(value, Mapping):
+            lines += [f"{pad}{key}:", *_lines(value, pad + "  ")]
+        elif all(isinstance(item, Mapping) and item for item in value):
+            lines.append(f"{pad}{key}:")
+            for item in value:
+                first, *others = _lines(item, pad + "    ")
+                lines += [f"{pad}  - {first.strip()}", *others]
+        else:
+            lines.append(flow)
+    return lines
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_flow(inner)}" for key, inner in value.items()) + "}"
+    if isinstance(value, (list, Samples)):
+        return "[" + ", ".join(_flow(inner) for inner in value) + "]"
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,207 @@
+"""Errors of single values for pydantic, and the faults it finds as one error: place, value given, allowed, remedy."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from impactlab.casefile.text.words import closest, listed, shown
+from impactlab.casefile.values.synonyms import key_of_synonym, renamed
+from impactlab.errors import CaseError, ImpactlabError, combined
+
+_BLOCK = "a block of keys"
+_NEEDED = {
+    "tuple_type": "a list",
+    "list_type": "a list",
+    "dict_type": _BLOCK,
+    "model_type": _BLOCK,
+    "model_attributes_type": _BLOCK,
+    "string_type": "a string",
+}
+FIX_VALUE = "Fix the value; `impactlab check FILE` lists all faults, and without faults every value in SI."
+
+
+def case_error(
+    error: ValidationError, data: Any, prefix: str = "", allowed: Iterable[str] | type[BaseModel] = ()
+) -> ImpactlabError:
+    """Return the first fault as an error of the case, which holds the others.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        The faults.
+    data : Any
+        The validated block, as plain values.
+    prefix : str
+        Path of ``data`` in the case.
+    allowed : names, or a pydantic model
+        The keys that may stand in ``data``.
+    """
+    faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")
+    found = [(fault["type"], _one(fault, data, prefix, allowed)) for fault in faults]
+    misspelt = {_suggested(each) for kind, each in found if kind == "extra_forbidden"}
+    return combined([each for kind, each in found if kind != "missing" or each.path not in misspelt])
+
+
+def _suggested(error: CaseError) -> str:
+    """Return the path of the key that a misspelt one probably stands for; it is then not missing as well."""
+    block, _, _ = (error.path or "").rpartition(".")
+    key = re.search(r"Did you mean '(\w+)'", error.text)
+    return f"{block}.{key[1]}".lstrip(".") if key else ""
+
+
+def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: Iterable[str] | type[BaseModel]) -> CaseError:
+    keys = _yaml_path(fault["loc"])
+    path = ".".join(part for part in (prefix, *keys) if part)
+    if fault["type"] == "union_tag_invalid":
+        path += ".kind"
+    text, remedy = _words(fault, keys, data, allowed)
+    return CaseError(text, remedy=remedy, path=path)
+
+
+def _words(
+    fault: ErrorDetails, keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]
+) -> tuple[str, str]:
+    kind = fault["type"]
+    given = shown(fault["input"])
+    context = fault.get("ctx", {})
+    match kind:
+        case "value":
+            return str(context["text"]), FIX_VALUE
+        case "extra_forbidden":
+            names = _allowed_at(keys[:-1], data, allowed)
+            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed))
+        case "missing":
+            return "this key is missing", _what_to_add(keys, data, allowed)
+        case "union_tag_not_found":
+            kinds = sorted({kind for block in _blocks_at(keys, data, allowed) for kind in _kinds_of(block)})
+            others = [name for name in data.get(keys[0], ()) if name != keys[-1]] if len(keys) == 2 else []
+            return (
+                f"{given} has no kind.{closest(keys[-1], others)} Allowed: {listed(kinds)}",
+                "Write kind: and one of these.",
+            )
+        case "union_tag_invalid":
+            tag = str(context.get("tag", ""))
+            hint = closest(tag, _tags(context).split(", "))
+            return f"{shown(tag)} is not a kind of body.{hint} Allowed: {_tags(context)}", "Change the kind."
+        case "literal_error":
+            return f"{given} is not allowed here. Allowed: {context.get('expected')}", FIX_VALUE
+        case "string_pattern_mismatch" if keys[-1:] in (["title"], ["source"]):
+            return f"{given} holds characters that are not text", "Remove control characters."
+        case "string_pattern_mismatch":
+            return (
+                f"{given} is not a name. Allowed: letters, digits, _ and -, beginning with a letter, at most 40",
+                "Choose another name.",
+            )
+        case "too_short" | "too_long" if "max_length" in context and context["max_length"] == 2:
+            return f"{given}; a contact is between two faces: [left, right]", FIX_VALUE
+        case "too_short" | "too_long" | "string_too_long":
+            limits = {"min_length": "at least", "max_length": "at most"}
+            allowed_length = ", ".join(f"{word} {context[key]}" for key, word in limits.items() if key in context)
+            return f"{given} has the wrong length. Allowed: {allowed_length}", FIX_VALUE
+        case _ if kind in _NEEDED:
+            names = _allowed_at(keys, data, allowed) if _NEEDED[kind] == _BLOCK and allowed else []
+            if keys in (["bodies"], ["mechanisms"], ["methods"], ["variants"]):
+                entry = "{kind: ...}" if keys == ["bodies"] else "{...}"
+                return f"{given} is given where {_BLOCK} is needed", f"Write NAME: {entry} for each of them."
+            return (
+                f"{given} is given where {_NEEDED[kind]} is needed",
+                f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else FIX_VALUE,
+            )
+        case _:
+            return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", FIX_VALUE
+
+
+def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]] = ()) -> tuple[str, str]:
+    """Return text and remedy of a key that is not known among names; ``blocks`` are those in which it was sought."""
+    comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
+    key = key_of_synonym(name)
+    hint = renamed(name, names, _key_inside(key.name, blocks) if key is not None else "")
+    hint = _key_inside(name, blocks) or hint or closest(name, names)
+    return (
+        f"the key {shown(name)} is not known here.{hint}{comma}",
+        f"Allowed: {listed(names)}." if names else "This block takes no parameters: remove the key.",
+    )
+
+
+def _tags(context: Any) -> str:
+    return listed(str(context.get("expected_tags", "'mass', 'rod', 'wall'")).replace("'", "").split(", "))
+
+
+def _yaml_path(loc: Sequence[int | str]) -> list[str]:
+    """Return where a fault stands: without the kind that pydantic names after a body, and its mark of a wrong key."""
+    kinds = {"bodies": 2, "mechanisms": 2, "snapshots": 1}  # where pydantic names the kind of block that it reads
+    keys = [str(step) for number, step in enumerate(loc) if number != kinds.get(str(loc[0]))]
+    return [key for key in keys if key != "[key]"]
+
+
+def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> str:
+    """Return how a missing key is written, with its unit."""
+    if keys == ["schema_version"]:
+        return "Add schema_version: 1."
+    found = (block.model_fields.get(keys[-1]) for block in _blocks_at(keys[:-1], data, allowed))
+    described = next((field.description for field in found if field is not None and field.description), "")
+    return f"Add {keys[-1]}: {described}." if described else "Add it; `impactlab schema` lists every key with its unit."
+
+
+def _key_inside(name: str, blocks: Sequence[type[BaseModel]]) -> str:
+    """Return a sentence on the block inside these that has a key, or nothing."""
+    for block in blocks:
+        for key, field in block.model_fields.items():
+            if not _is_of_many(field.annotation) and any(name in b.model_fields for b in _blocks_in(field.annotation)):
+                return f" It stands inside {key!r}: write {key}: {{{name}: ..., ...}}."
+    return ""
+
+
+def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[str]:
+    """Return the keys that may stand in the block at a path.
+
+    Of a block whose kind is not known they are those of all kinds.
+    """
+    if not isinstance(allowed, type):
+        return list(allowed)
+    return [name for block in _blocks_at(keys, data, allowed) for name in block.model_fields]
+
+
+def _blocks_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[type[BaseModel]]:
+    """Return the blocks that may stand at a path, those of the given kind where it is known; none if not known."""
+    if not isinstance(allowed, type):
+        return []
+    blocks, among_many = [allowed], False  # among_many: the next key is the name or the number of one of several
+    for key in keys:
+        data = data[int(key)] if isinstance(data, (list, tuple)) else data[key]
+        if not among_many:
+            types = [block.model_fields[key].annotation for block in blocks if key in block.model_fields]
+            blocks = [inside for annotation in types for inside in _blocks_in(annotation)]
+            among_many = any(_is_of_many(one) for one in types)
+        else:
+            among_many = False
+        kind = data.get("kind") if isinstance(data, dict) else None
+        blocks = [block for block in blocks if kind in _kinds_of(block)] or blocks
+    return blocks
+
+
+def _is_of_many(annotation: Any) -> bool:
+    """Return whether a type holds several blocks, by name or by number."""
+    return any(get_origin(each) in (dict, tuple) for each in (annotation, *get_args(annotation)))
+
+
+def _blocks_in(annotation: Any) -> list[type[BaseModel]]:
+    """Return the blocks that a type names, at any depth."""
+    if isinstance(annotation, type) and get_origin(annotation) is None and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [block for inside in get_args(annotation) for block in _blocks_in(inside)]
+
+
+def _kinds_of(block: type[BaseModel]) -> tuple[str, ...]:
+    field = block.model_fields.get("kind")
+    return () if field is None else get_args(field.annotation)
+
+
+def refuse(text: str) -> PydanticCustomError:
+    """Return the error of a value, with a text that is shown as it stands."""
+    return PydanticCustomError("value", "{text}", {"text": text})

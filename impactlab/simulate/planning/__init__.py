@@ -1,0 +1,1 @@
+"""Parts of a plan: bodies in coordinates, pairs that may not meet, forces at t = 0, limits of the step."""

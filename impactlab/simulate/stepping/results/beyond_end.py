@@ -1,0 +1,164 @@
+"""The steps of a run after its end, in arrays of their own: values at the end lie on a line that no kick crosses.
+
+Leapfrog keeps velocities of the middle of each step, and a step with a kick has two, before and after it. A step beyond
+the last one gives the second point of a line. Faces that touch there, after the end of the run, are kept apart.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.numerics.addresses import COMPILED
+from impactlab.numerics.raised import keep_raised
+from impactlab.simulate.stepping import event_times
+from impactlab.simulate.stepping.arrays import StepArrays
+from impactlab.simulate.stepping.loop import DONE, advance_dated
+from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.types import Array
+
+ON_STEP = 1e-9  # of a step: a run that ends this close to the end of a step ends there
+OUT_OF_REACH = 1e3  # of the lengths of a scene, by which faces that are apart stay apart after the end of the run
+ROOM = 8  # records and samples of the steps after the end: the loop wants some to spare
+
+Raw = Sequence[tuple[float, int, int, float, float, float]]  # events: time, contact of the scene, kind, ...
+
+
+class RecordsAround(NamedTuple):
+    """Two records and samples, a step apart, between which there is no kick: see `StepArrays`."""
+
+    time: float  # s, end of the step of the first
+    beyond: bool  # whether that is a step beyond the last one of the run
+    dt: float  # s
+    record: Array  # (2, n_columns)
+    sample: Array  # (2, n_sampled)
+    impulses: Array  # (2, n_loads) N s, of loads over time so far
+
+    def at(self, time: float, rows: Array, early: float) -> Array:
+        """Return values at a time [s] from rows that belong to instants ``early`` [s] before the end of their steps."""
+        share = (time - (self.time - early)) / self.dt
+        return np.asarray(rows[0] + share * (rows[1] - rows[0]))
+
+    def impulse(self, time: float, column: int, given: float, early: float) -> float:
+        """Return the impulse [N s] of a contact up to a time [s], of one that was ``given`` by the steps of the run.
+
+        Its force is that of the line on which momenta lie, which belong ``early`` [s] before the end of their steps.
+        """
+        first, second = (float(force) for force in self.record[:, column])
+        return given + self.beyond * self.dt * first + (time - self.time + early) * second
+
+
+class LateClosings(NamedTuple):
+    """Contacts that change velocities at once in the last step, by their places in the loop."""
+
+    kicked: bool  # whether any do
+    late: frozenset[int]  # those that touch after the end of the run: the last step holds their forces
+
+
+def _struck(assembly: Assembly, place: int) -> bool:
+    """Return whether a hard contact in leapfrog acts since the last step alone, whose force holds its closing jump."""
+    contact = assembly.contacts[place]
+    given = contact.force * assembly.dt + contact.impulse
+    hard = assembly.acting.laws[assembly.layout.contacts[place].name].hard
+    return hard and contact.force != 0.0 and contact.span_impulse == given
+
+
+def late_closings(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float) -> LateClosings:
+    """Return the touches and kicks in the last step of a run that ends inside it."""
+    clock, layout, dt = assembly.clock, assembly.layout, assembly.dt
+    kicked, late = False, set[int]()
+    if duration < clock.time - ON_STEP * dt:
+        kicked = any(contact.impulse != 0.0 for contact in assembly.contacts)
+        for time, number, kind, *_ in reversed(raw):
+            if time < clock.time - 3.0 * dt:  # events of one step are not in order
+                break
+            place = layout.places[number]
+            touches_late = kind == event_times.CLOSE and time > duration and place < len(layout.solved)
+            if touches_late and assembly.acting.laws[layout.contacts[place].name].hard:
+                late.add(place)
+    if integrator.velocity_point < 1.0:
+        kicked = kicked or any(_struck(assembly, place) for place in range(len(assembly.contacts)))
+    return LateClosings(kicked or bool(late), frozenset(late))
+
+
+def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | None:
+    """Return the records around the end of a run; None where the loop does not go on from there.
+
+    Faces that are apart at the end stay apart: their touch comes after it.
+    """
+    if assembly.clock.step != assembly.steps or assembly.method.events == "located":  # located steps end with the run
+        return None
+    late = touches.late
+    if late and (len(assembly.memory.pushes) or len(assembly.memory.phases)):
+        return None
+    other, dt = _copied(assembly), assembly.dt
+    for place in late:
+        _take_back(other, place)
+    reach = OUT_OF_REACH * max(1.0, *(body.length for body in assembly.scene.bodies.values()))
+    for place, (contact, port) in enumerate(zip(other.contacts, other.ports, strict=True)):
+        law = assembly.acting.laws[assembly.layout.contacts[place].name]
+        touching = law.answers_force and (port.in_contact > 0.0 or contact.force != 0.0 or contact.impulse != 0.0)
+        if contact.joined or (place not in late and touching):
+            continue
+        left, right = other.faces[2 * place], other.faces[2 * place + 1]
+        if law.hard or contact.initial_gap + right.u - left.u + port.offset >= 0.0:
+            contact.initial_gap += reach
+    steps = 2 if late else 1
+    with keep_raised(other.fail_all) as raised:
+        status = advance_dated(other.memory, dt, assembly.steps + steps, 1, 1)
+    if status != DONE or raised.first is not None:
+        return None
+    clock, memory = assembly.clock, assembly.memory
+    record, sample = other.memory.record[:steps], other.memory.sample[:steps]
+    impulses = np.array([[load.impulse - before * load.force for load in other.loads] for before in (dt, 0.0)])
+    if late:
+        return RecordsAround(clock.time + dt, True, dt, record, sample, impulses)
+    last = memory.record[clock.n_records - 1], memory.sample[clock.n_samples - 1]
+    return RecordsAround(clock.time, False, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)), impulses)
+
+
+def _copied(assembly: Assembly) -> Assembly:
+    """Return an assembly that goes on where another one ended, without touching its arrays."""
+    memory = assembly.memory
+    room: dict[str, Any] = {name: np.zeros((ROOM, getattr(memory, name).shape[1])) for name in ("record", "sample")}
+    if COMPILED:
+        other = assembly.again(state=memory.state.copy(), **room)
+    else:
+        other = copy.copy(assembly)
+        kept = memory._replace(**room, snapshots=memory.snapshots, snapshot_state=np.zeros((0, 2, 0)))
+        other.memory = copy.deepcopy(kept)
+        other.contacts, other.ports, other.faces = other.memory.contacts, other.memory.ports, other.memory.faces
+        other.replies, other.events, other.loads = other.memory.replies, other.memory.events, other.memory.loads
+        other.clock = other.memory.clock[0]
+    other.clock.n_records = other.clock.n_samples = other.clock.n_events = 0
+    return other
+
+
+def _take_back(assembly: Assembly, place: int) -> None:
+    """Take the force and the impulse of a contact in the last step out of the state at its end."""
+    m, contact = assembly.memory, assembly.contacts[place]
+    bodies: Any = np.asarray(m.bodies)
+    given = contact.force, contact.impulse, contact.projection
+    moved = set[int]()
+    for face in assembly.faces[2 * place : 2 * place + 2]:
+        if face.moves:
+            body = bodies[face.body]
+            size, state = int(body["state_end"] - body["state_start"]), m.state[body["state_start"] : body["state_end"]]
+            for kind, each in enumerate(given):
+                at = int(body["response_start"]) + (kind * int(body["n_ports"]) + face.place) * size
+                state -= face.sign * each * m.responses[at : at + size]
+            moved.add(face.body)
+    for number, face in enumerate(assembly.faces):
+        if face.body in moved and face.moves:
+            face.u, face.v = row_of(m, number, m.state), row_of(m, len(assembly.faces) + number, m.state)
+    contact.force = contact.impulse = contact.projection = 0.0
+
+
+def row_of(m: StepArrays, number: int, state: Array) -> float:
+    """Return a row of `StepArrays` times a state."""
+    entries = slice(m.row_start[number], m.row_start[number + 1])
+    return float(m.row_value[entries] @ state[m.row_index[entries]])

@@ -1,0 +1,403 @@
+"""The history of a stepped run: channels, events and energies from the records of the loop."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impactlab.cached import cached_property
+from impactlab.history.base import (
+    FIELD_POINTS,
+    ContactSpan,
+    EnergyBook,
+    EnergyEnds,
+    Event,
+    Field,
+    LinkResult,
+    places_on,
+    within_run,
+)
+from impactlab.history.frame import carried_by, drifts_alone, groups, touched_in
+from impactlab.history.noise_floor import Found, above_noise
+from impactlab.history.waves import wave_body
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.models.continuous.delay_chain import DelayChain
+from impactlab.simulate.channels import AbstractRecordedHistory, Channel
+from impactlab.simulate.stepping import event_times
+from impactlab.simulate.stepping.arrays import SAMPLED
+from impactlab.simulate.stepping.results import readout, run_ends
+from impactlab.simulate.stepping.results.beyond_end import (
+    ON_STEP,
+    LateClosings,
+    RecordsAround,
+    around_end,
+    late_closings,
+)
+from impactlab.simulate.stepping.results.chain_waves import ChainWaves
+from impactlab.simulate.stepping.results.delay_waves import DelayWaves
+from impactlab.simulate.stepping.results.recorded_channels import Ends, RecordedChannels, ends_of
+from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.types import Array
+
+BOOKED = ("contact", "ends", "damping", "unresolved")  # losses, in the order of the samples
+
+
+@final
+class RecordedHistory(AbstractRecordedHistory):
+    """A stepped run.
+
+    Forces of hard contacts are constant over a step, those of compliant laws linear with the mean that acted in it;
+    displacements and gaps are linear between the ends of steps; velocities are linear between the instants to which the
+    scheme's velocities belong. A run of more steps than the scene's ``records`` keeps every second, third ... one, and
+    of forces the mean in between; its events are dated in every step and all kept.
+    """
+
+    def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
+        super().__init__(assembly.scene, assembly.method, assembly.layout.built, assembly.dt)
+        self.assembly = assembly
+        self._facts = assembly.layout.plan.facts
+        self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
+        self._places: dict[str, Array] = {}  # of their fields
+        self._times = np.zeros(0)  # of the snapshots
+        self._integrator = integrator
+        self._raw: list[tuple[float, int, int, float, float, float]] = []
+        self._up_to_last_step = False
+
+    def drain(self) -> None:
+        """Take the events out of the loop's buffer."""
+        assembly = self.assembly
+        for event in assembly.events[: assembly.clock.n_events]:
+            self._raw.append(
+                (
+                    event.time,
+                    assembly.layout.numbers[event.contact],
+                    event.kind,
+                    event.impulse,
+                    event.span_impulse,
+                    event.span_peak,
+                )
+            )
+        assembly.clock.n_events = 0
+
+    def finish(self) -> None:
+        """End the run; its records are read on first use."""
+        self.drain()
+        clock = self.assembly.clock
+        if clock.step < self.assembly.steps:
+            self.duration = min(self.duration, clock.time)
+        self.dropped = clock.lost_in_maps, clock.n_maps
+
+    @cached_property
+    def _channels(self) -> RecordedChannels:
+        return RecordedChannels(self.assembly, self._integrator)
+
+    @cached_property
+    def recorded(self) -> Mapping[str, Channel]:  # type: ignore[override]
+        """Channels by name."""
+        if not self.assembly.layout.in_waves:
+            return self._channels
+        channels = dict(self._channels)
+        for each in self.assembly.layout.in_waves:
+            times = self._ends[each.body][0]
+            values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
+            channels[each.channel] = Channel(times, values, False)
+        return channels
+
+    def _channel(self, name: str) -> Channel:
+        found = self.recorded[name]
+        return self._settled.channels.get(name, found) if found.rate else found
+
+    @cached_property
+    def _settled(self) -> run_ends.EndChannels:
+        """Velocities, momenta and energies at both ends of the run, where the records lie beside them."""
+        given = self.assembly, self._integrator, self.duration, self.recorded, self._late_closings
+        return run_ends.settled(*given, lambda: self._around)
+
+    @cached_property
+    def _late_closings(self) -> LateClosings:
+        return late_closings(self.assembly, self._integrator, self._raw, self.duration)
+
+    @cached_property
+    def _around(self) -> RecordsAround | None:
+        """Records around the end of the run, for which a step beyond it is taken."""
+        return around_end(self.assembly, self._late_closings)
+
+    @contextmanager
+    def summed_up_to_last_step(self) -> Iterator[None]:
+        """Take no step beyond the end for impulses of contacts that are closed there, as the checks need none."""
+        self._up_to_last_step = True
+        try:
+            yield
+        finally:
+            self._up_to_last_step = False
+            self.__dict__.pop("_joined_impulses", None)
+            if "contacts" in self.__dict__ and any(span.end is None for span in self.contacts):
+                for name in ("_found", "events", "contacts"):
+                    self.__dict__.pop(name, None)
+
+    @cached_property
+    def load_impulses(self) -> Mapping[str, float]:  # type: ignore[override]
+        """Impulses of loads over time in the run [N s], by body."""
+        return self._settled.load_impulses
+
+    def energy_ends(self) -> EnergyEnds:
+        found, (_, early, end, start, *_) = super().energy_ends(), self._settled
+        if end is not None:
+            final, work = end[1] + end[SAMPLED::3].sum(), end[SAMPLED + 1 :: 3].sum() - start[SAMPLED + 1 :: 3].sum()
+            booked = {name: float(lost) for name, lost in zip(BOOKED, end[2:SAMPLED], strict=True)}
+            found = found._replace(final=float(final), work=float(work), booked=booked)
+        if early is None:
+            return found
+        booked = found.booked | {name: found.booked[name] - getattr(early, name) for name in ("ends", "damping")}
+        return found._replace(initial=early.initial, work=found.work - early.work, booked=booked)
+
+    @cached_property
+    def _ends(self) -> Ends:
+        """Records of delay lines."""
+        return ends_of(self.assembly, self._channels)
+
+    @cached_property
+    def _found(self) -> Found:
+        return self._read_events()
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:  # type: ignore[override] # may be assigned, as that of every history
+        """Closings, openings and impulses in order of time."""
+        return self._found[0]
+
+    @cached_property
+    def contacts(self) -> tuple[ContactSpan, ...]:  # type: ignore[override]
+        """Periods of contact in order of their start."""
+        return self._found[1]
+
+    @cached_property
+    def energy(self) -> EnergyBook:  # type: ignore[override]
+        """Energies at the samples of the run."""
+        return self._read_energy()
+
+    @cached_property
+    def links(self) -> tuple[LinkResult, ...]:  # type: ignore[override]
+        """Results of each link, or of all links of one name."""
+        return tuple(self._read_links())
+
+    def memories(self) -> list[Sequence[float]]:
+        return self._memories
+
+    @cached_property
+    def _memories(self) -> list[Sequence[float]]:
+        return readout.memories(self.assembly)
+
+    def __getstate__(self) -> dict[str, Any]:
+        _ = self._joined_impulses, self._memories, self._ends, self.load_impulses
+        return super().__getstate__() | {"recorded": dict(self.recorded)}
+
+    def snapshots(self) -> Array:
+        taken = bisect_left(self.assembly.shown[0], self.assembly.clock.n_snapshots)
+        if self._times.size != taken:
+            self._times = np.array(self.scene.field_times[:taken])
+        return self._times
+
+    def motion(self, number: int, body: str, velocities: bool) -> Array:
+        of_displacements, place = (
+            numbers[number] for numbers in (self.assembly.shown[0], self.assembly.shown[velocities])
+        )
+        place = place if place < self.assembly.clock.n_snapshots else of_displacements  # of a run that ended early
+        snapshot, states = self.assembly.snapshots[place], self.assembly.memory.snapshot_state[place]
+        length = snapshot.after - snapshot.before
+        # Leapfrog velocities belong to the middle of their step.
+        late = (1.0 - self._integrator.velocity_point) * length if velocities else 0.0
+        share = (self.scene.field_times[number] - snapshot.before + late) / length if length > 0.0 else 1.0
+        one, other = (self.assembly.layout.state_of(body, state, velocities) for state in states)
+        phased = [name for name, each in self.built.items() if each.system.phases is not None]
+        if body not in phased:
+            return (1.0 - share) * one + share * other
+        both = np.zeros((2, one.size))  # in the coordinates of either phase: see `_row`
+        bit = phased.index(body)
+        both[snapshot.closed_before >> bit & 1] += (1.0 - share) * one
+        both[snapshot.closed_after >> bit & 1] += share * other
+        return both.ravel()
+
+    def field_times(self, body: str) -> Array | None:
+        return None if body in self._ends else super().field_times(body)
+
+    def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        if body not in self._ends:
+            return super().field(body, t, quantity, x)
+        time, shown = within_run(t, self.duration), self.scene.bodies[body]
+        read, factor = shown.reading(quantity)
+        places = self._places_along(body) if x is None else places_on(shown, x)
+        return Field(places, factor * self._waves_of(body).at(read, places, time))
+
+    def _places_along(self, body: str) -> Array:
+        """Return the places of a field along a delay line [m]; with both sides of the nodes of a chain of delays."""
+        if body not in self._places:
+            places, model = np.linspace(0.0, self.scene.bodies[body].length, FIELD_POINTS), self.built[body].model
+            if isinstance(model, DelayChain):
+                places = np.union1d([x for x in places if model.node_at(x) is None], model.grid())
+            self._places[body] = places
+        return self._places[body]
+
+    def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
+        if body not in self._ends:
+            return super().travelling(body, x, t)
+        wave_body(self.scene, body, x)
+        return self._waves_of(body).velocities(np.array(x), within_run(t, self.duration))
+
+    def impulse_of(self, contact: str) -> float:
+        return self._joined_impulses[contact] if contact in self._joined_impulses else super().impulse_of(contact)
+
+    @cached_property
+    def _joined_impulses(self) -> dict[str, float]:
+        """Impulses of the links by name [N s]."""
+        solved = zip(self.assembly.layout.solved, self.assembly.contacts, strict=True)
+        return {
+            self.scene.contacts[number].name: self._up_to_end(number, record.total, record.force)
+            - self._before_start(number)
+            for number, record in solved
+            if record.joined
+        }
+
+    def _up_to_end(self, number: int, given: float, force: float) -> float:
+        """Return the impulse [N s] of a contact up to the end of the run, as the momenta there.
+
+        All steps together have ``given`` it, the last one with a ``force`` [N].
+        """
+        assembly, early = self.assembly, self._integrator.momentum_early * self.assembly.dt
+        goes_on = self.duration > assembly.clock.time + ON_STEP * assembly.dt
+        beside = early != 0.0 or goes_on or self._late_closings.kicked
+        around = self._around if beside and not self._up_to_last_step else None
+        if around is None:  # momenta there lie on a line within the last step
+            return given - (assembly.clock.time - early - self.duration) * force
+        return around.impulse(self.duration, assembly.layout.column_of(number), given, early)
+
+    def _before_start(self, number: int) -> float:
+        """Return the impulse that the steps count of a contact before t = 0 [N s], as of faces pressed together.
+
+        In leapfrog that is half a step of the force at t = 0; generalised-alpha lacks as much.
+        """
+        force = self.assembly.layout.plan.start_forces.get(number, 0.0)
+        return self._integrator.momentum_early * self.assembly.dt * force
+
+    def _peak_at_end(self, number: int, start: float, last: float, peak: float) -> float:
+        """Return the peak [N] of a contact from ``start`` [s] that goes on at the end of the run.
+
+        A force that rises is largest there: more than the ``last`` mean over a step, or less where the middle of that
+        step lies beyond the run.
+        """
+        middles, record = self._channels.instants.middles, self._channels.record
+        if last >= peak and middles[-1] > self.duration:
+            within = record[(middles > start) & (middles <= self.duration), self.assembly.layout.column_of(number)]
+            peak = float(within.max(initial=0.0))
+        return max(peak, self._force_at_end(number))
+
+    def _force_at_end(self, number: int) -> float:
+        """Return the force of a closed contact at the end of the run [N].
+
+        At the front of a wave along beads it may rise by some per cent in a step.
+        """
+        layout, contact = self.assembly.layout, self.scene.contacts[number].name
+        power = self.assembly.acting.laws[contact].power_force(layout.plan.starts[number])
+        if power is None:
+            return self.at_end(f"force:{contact}")
+        place = layout.column_of(number) - layout.first_bead_force
+        gaps = self._last_bead_gaps[place] if place >= 0 else self._channels.record[-2:, layout.column_of(number) + 1]
+        overlap = max(0.0, -float(np.interp(self.duration, self._channels.record[-2:, 0], gaps)))
+        return float(power.stiffness * overlap**power.exponent)
+
+    @cached_property
+    def _last_bead_gaps(self) -> Array:
+        """Gaps of the contacts of rows of beads in the last two records [m], (n_bead_contacts, 2)."""
+        return readout.bead_gaps(self.assembly, self._channels.record[-2:])
+
+    def _waves_of(self, body: str) -> DelayWaves | ChainWaves:
+        if body not in self._delayed:
+            times, kept = self._ends[body]
+            rod, model = self.scene.elastic[body].waves, self.built[body].model
+            assert rod is not None and self.dt is not None  # noqa: S101, PT018 - a delay line is a rod that steps
+            self._delayed[body] = (
+                ChainWaves(model, times, kept, self.dt)
+                if isinstance(model, DelayChain)
+                else DelayWaves(rod, times, kept, self.dt)
+            )
+        return self._delayed[body]
+
+    def _read_energy(self) -> EnergyBook:
+        assembly, scene = self.assembly, self.scene
+        sample = assembly.memory.sample[: assembly.clock.n_samples]
+        columns = {name: SAMPLED + 3 * assembly.layout.body_numbers[name] for name in scene.in_order}
+        touched = touched_in(self)
+        joined = groups(scene, touched)
+        works = [sample[:, column + 1] for column in columns.values()]
+        work = works[0] + works[1] if len(works) == 2 else np.array(works).T.sum(axis=1)
+        time = sample[:, 0]
+        if self._integrator.velocity_point < 1.0:  # energies of leapfrog are those of the instants of its velocities
+            time = np.maximum(time - (1.0 - self._integrator.velocity_point) * assembly.dt, 0.0)
+        return EnergyBook(
+            time=time,
+            bodies={name: sample[:, column] for name, column in columns.items()},
+            stored=sample[:, 1],
+            booked={name: sample[:, column] for column, name in enumerate(BOOKED, start=2)},
+            work=work - (work[0] if len(work) else 0.0),
+            carried=None if drifts_alone(scene, joined) else carried_by(joined, time),
+        )
+
+    def _read_links(self) -> Iterator[LinkResult]:
+        assembly = self.assembly
+        joined = [place for place, record in enumerate(assembly.contacts) if record.joined]
+        linked = [self.scene.contacts[assembly.layout.solved[place]] for place in joined]
+        names = [contact.group or contact.name for contact in linked]
+        for name in dict.fromkeys(names):
+            own = [place for place, other in zip(joined, names, strict=True) if other == name]
+            laws = [assembly.acting.laws[self.scene.contacts[assembly.layout.solved[place]].name] for place in own]
+            ports = [assembly.ports[place] for place in own]
+            sets = [law.set_of([*port.memory]) for law, port in zip(laws, ports, strict=True)]
+            records = [assembly.contacts[place] for place in own]
+            forces = self.recorded[f"force:{name}"].values
+            largest, smallest = (
+                (records[0].largest, records[0].smallest) if len(own) == 1 else (forces.max(), forces.min())
+            )
+            known = [each for each in sets if each is not None]
+            loss = sum(record.lost for record in records)
+            most = max(known, default=None)
+            yield LinkResult(name, len(own), most, float(largest), float(smallest), loss, tuple(sets))
+
+    def _read_events(self) -> Found:
+        assembly, contacts = self.assembly, self.scene.contacts
+        events: list[Event] = []
+        spans: list[ContactSpan] = []
+        started: dict[int, float] = {}
+        early = {number: self._before_start(number) for number in assembly.layout.plan.start_forces}
+        kicks: dict[int, list[tuple[float, float]]] = {}
+        for time, number, kind, impulse, span_impulse, peak in self._raw:
+            name = contacts[number].name
+            if time > self.duration:
+                continue
+            if kind == event_times.IMPULSE:
+                events.append(Event(time, name, "impulse", impulse))
+                kicks.setdefault(number, []).append((time, impulse))
+            elif kind == event_times.CLOSE:
+                events.append(Event(time, name, "close"))
+                started[number] = time
+            else:
+                events.append(Event(time, name, "open"))
+                since_start = span_impulse - early.pop(number, 0.0)
+                spans.append(ContactSpan(name, started.pop(number, 0.0), time, since_start, peak))
+        for number, time in started.items():
+            name, (impulse, force, peak) = contacts[number].name, readout.span_of(assembly, number)
+            if not assembly.acting.laws[name].hard:  # a force that may jump is known as means over steps alone
+                peak = self._peak_at_end(number, time, force, peak)
+            since_start = self._up_to_end(number, impulse, force) - early.pop(number, 0.0)
+            spans.append(ContactSpan(name, time, None, since_start, peak))
+        for number, given in kicks.items():
+            name = contacts[number].name
+            if not assembly.acting.laws[name].answers_force:
+                total = sum(impulse for _, impulse in given)
+                spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
+        events.sort(key=lambda event: event.time)
+        steps = self.duration / assembly.dt
+        return above_noise(self.scene, assembly.method.models, events, spans, steps)

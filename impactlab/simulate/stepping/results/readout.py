@@ -1,0 +1,86 @@
+"""Readout of a stepped run: impulses, memories and contacts under way, by their numbers in the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from operator import attrgetter
+
+import numpy as np
+
+from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, TOTAL, U, V
+from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.types import MEMORY, Array
+
+left_of, right_of = attrgetter("left"), attrgetter("right")
+
+
+def bead_gaps(assembly: Assembly, record: Array) -> Array:
+    """Return the gaps of bead contacts at the instants of a record [m], (n_bead_contacts, n_records)."""
+    layout = assembly.layout
+    first, rows = layout.first_bead, layout.rows
+    if not rows.contacts:
+        return np.zeros((0, len(record)))
+    last = first + layout.n_beads
+    moved = np.vstack((record[:, first:last].T, np.zeros(len(record))))  # of a wall: the last row
+    contacts = [layout.scene.contacts[number] for number in rows.contacts]
+    places = {name: place for place, name in enumerate(rows.beads)}
+    left, right = ([places.get(face(each).body, -1) for each in contacts] for face in (left_of, right_of))
+    return np.asarray(assembly.memory.bead_contacts[GAP, assembly.slots][:, None] + moved[right] - moved[left])
+
+
+def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:
+    """Return impulse [N s], last force [N] and peak [N] of the contact under way, by its number in the scene."""
+    layout, dt = assembly.layout, assembly.dt
+    place = layout.places[number] - len(layout.solved)
+    if place < 0:
+        kept = assembly.contacts[layout.places[number]]
+        return kept.span_impulse, kept.force, kept.span_peak
+    slot, power = assembly.slots[place], layout.rows.forces[number]
+    found, (u, v) = assembly.memory.bead_contacts[:, slot], assembly.memory.beads[U : V + 1]
+    # Where the beads were at the start of the last step.
+    overlap = float(u[slot] - u[slot + 1] - found[GAP] - dt * (v[slot] - v[slot + 1]))
+    force = power.stiffness * max(0.0, overlap) ** power.exponent
+    return float(found[SPAN] + found[RECENT]) * dt, force, float(found[PEAK])
+
+
+def failed(assembly: Assembly) -> list[int]:
+    """Return the numbers in the scene of the contacts whose laws failed."""
+    layout, bead = assembly.layout, assembly.clock.failed_bead
+    found = [number for number, reply in zip(layout.solved, assembly.replies, strict=True) if reply.failed]
+    return found + ([layout.rows.contacts[bead - 1]] if bead else [])
+
+
+def impulses(assembly: Assembly) -> list[float]:
+    """Return the forces times time and impulses of all contacts of the scene since t = 0 [N s]."""
+    numbers, given = assembly.layout.numbers, [contact.total for contact in assembly.contacts]
+    found = [0.0] * len(numbers)
+    if assembly.layout.rows.contacts:
+        of_beads = assembly.memory.bead_contacts[:, assembly.slots]
+        given += (assembly.dt * (of_beads[TOTAL] + of_beads[RECENT])).tolist()
+    for number, each in zip(numbers, given, strict=True):
+        found[number] = each
+    return found
+
+
+def load_impulses(assembly: Assembly) -> dict[str, float]:
+    """Return the impulses of loads as the steps so far have taken them [N s], by body."""
+    found: dict[str, float] = {}
+    names = [*assembly.layout.built]
+    for load in assembly.loads:
+        name = names[load.body]
+        found[name] = found.get(name, 0.0) + load.impulse
+    return found
+
+
+def memories(assembly: Assembly) -> list[Sequence[float]]:
+    """Return the memory of every law of the scene; of contacts of beads, which have none, the count of warnings."""
+    layout = assembly.layout
+    found: list[Sequence[float]] = [()] * len(layout.numbers)
+    for number, port in zip(layout.solved, assembly.ports, strict=True):
+        found[number] = port.memory[:]
+    for place, number in enumerate(layout.rows.contacts):
+        counted, memory = layout.rows.forces[number].counted, [0.0] * MEMORY
+        if counted is not None:
+            memory[counted.slot] = float(assembly.memory.bead_contacts[COUNT, assembly.slots[place]])
+        found[number] = memory
+    return found

@@ -1,0 +1,1 @@
+"""Before the first step: a plan as the flat arrays that the loop walks over."""

@@ -1,0 +1,97 @@
+"""Warnings of a finished run on mechanisms: contacts that magnify differences, guides and drives on the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory, Warned
+from impactlab.scene.problem import Scene
+from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.warnings import link_sag
+
+SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
+BENT_WARN = 0.01  # of the length, by which an end comes nearer: a deflection of 6 % between hinges, of 13 % of a tip
+TURN_WARN = 0.25  # rad in a step: the place of an end is then off by some thousandths of the length
+ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of its direction
+
+
+def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Yield the warnings of a finished run that concern its mechanisms."""
+    if not any(body.changes for body in history.scene.bodies.values()):
+        return
+    yield from _sensitive(history)
+    yield from _turned_far(history)
+    yield from (Warned("large_bending", text) for text in too_bent(history))
+    yield from _guided(history.scene)
+    yield from link_sag.warnings(history)
+    yield from _driven_from_the_ground(history.scene)
+
+
+def _sensitive(history: AbstractHistory) -> Iterator[Warned]:
+    """Yield a warning for each body of large motion with a long sequence of contacts."""
+    scene = history.scene
+    for name, body in scene.bodies.items():
+        if not body.changes:
+            continue
+        count = sum(len(history.spans(each.name)) for _, each in scene.met_by(name))
+        if count > SURE_CONTACTS:
+            text = f"{name}: {count} periods of contact, each following from the one before it with a larger difference"
+            yield Warned("sensitive_sequence", f"{text}; compare with half the step and with more modes")
+
+
+def _turned_far(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Yield a warning for each mechanism that turns by a large angle in a step, so that it may pass a face unseen."""
+    for name, body in history.scene.bodies.items():
+        if not body.changes:
+            continue
+        rates = [history.recorded[channel].values for channel, *_ in body.recorded if channel.startswith("rate:")]
+        fastest = max((float(np.abs(each[np.isfinite(each)]).max(initial=0.0)) for each in rates), default=0.0)
+        turned = fastest * (history.dt or 0.0)
+        if turned > TURN_WARN:
+            text = (
+                f"{name}: it turns at {fastest:.3g} rad/s, by {turned:.3g} rad in a step of {history.dt:.3g} s, so "
+                "that contacts may be missed; give a step (dt) in which it turns by some hundredths"
+            )
+            yield Warned("coarse_turning", text)
+
+
+def too_bent(history: AbstractRecordedHistory) -> Iterator[str]:
+    """Yield a text for each flexible link that bends further than its shapes hold.
+
+    The shortening s of a link is half the integral of its squared slope, so that s/L is half the mean of that square.
+    """
+    mechanisms = (body for body in history.scene.bodies.values() if body.changes)
+    for body in mechanisms:
+        for name, length in body.lengths_of_bent.items():
+            shortened = history.recorded[f"shortening:{name}"].values
+            known = shortened[np.isfinite(shortened)]
+            share = float(known.max(initial=0.0)) / length
+            if share > BENT_WARN:
+                yield (
+                    f"{name}: it bends so far that its end comes nearer by {share:.2g} of its length; its shapes have "
+                    f"a linear curvature, and hold up to about {BENT_WARN:g}"
+                )
+
+
+def _guided(scene: Scene) -> Iterator[Warned]:
+    """Yield a warning where gravity acts across the motion of bodies beside a mechanism."""
+    pull = max((math.hypot(*body.gravity) for body in scene.bodies.values()), default=0.0)
+    across = math.sqrt(max(0.0, pull**2 - scene.gravity**2))
+    names = [name for name, body in scene.bodies.items() if body.moves and body.falls]
+    if names and across > ACROSS_WARN * pull:
+        text = f"{', '.join(names)}: {across:.4g} m/s2 of gravity act across the motion, and the guide takes that part"
+        yield Warned("guided_weight", text)
+
+
+def _driven_from_the_ground(scene: Scene) -> Iterator[Warned]:
+    """Yield a warning for each drive of a link that stands on another one."""
+    for body in scene.bodies.values():
+        for name, before in body.ground_drives:
+            text = (
+                f"{name}: its drive gives its absolute angle and acts from the ground, as a belt over the hinges "
+                f"before it; its moment does not act on '{before}', as that of a motor on it would"
+            )
+            yield Warned("ground_drive", text)

@@ -1,0 +1,157 @@
+"""Time resolution of a method against the times of its contacts: warnings of contacts that it cannot resolve."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from impactlab.history.base import Warned
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.models.modal_body import ModalBody
+from impactlab.scene.method import stiffness_at
+from impactlab.scene.problem import Contact
+from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.planning.contact_facts import ContactFacts
+
+COARSE_WARN = 0.25  # of a contact's time: the error of a position is then about a quarter of its change in it
+COMPLIANCE_WARN = 0.05  # of the bodies' own compliance, for a spring in place of a hard contact
+# Flexibility that the modes kept leave out at a contact, of that of the contact, with which it stands in series. Peak
+# forces on beams are wrong by 0.4 to 0.7 of this share, on rods by 0.1 to 0.3.
+LEFT_OUT_WARN, LEFT_OUT_WANTED = 0.03, 0.003
+# First force of a dashpot on a mesh over that of the waves, and transits of an element after a touch in which it is the
+# peak: the end nodes of mass m give way as the rods of impedance Z do after m/Z, half of such a transit.
+FIRST_FORCE_WARN, FIRST_FORCE_TIME = 1.1, 4.0
+MIN_STORED = 0.01  # of the energy, in an initial overlap: less (a tenth of the speeds) need not be resolved
+
+
+def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Yield the warnings of closed contacts that the method cannot resolve."""
+    touched = {event.contact for event in history.events}
+    for contact in history.scene.contacts:
+        if contact.name in touched:
+            facts = history.facts_of(contact)
+            stiffness = _stiffness(history, contact, facts)
+            yield from _too_coarse(history, contact, facts, stiffness)
+            yield from _too_compliant(history, contact, facts)
+            yield from _first_force(history, contact, facts.dashpot)
+            yield from _few_modes(history, contact, facts, stiffness)
+
+
+def _too_coarse(
+    history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts, stiffness: float | None
+) -> Iterator[Warned]:
+    """Warn of a contact whose speeds change within less than a few time resolutions; its ``stiffness`` in N/m."""
+    if not stiffness:
+        return
+    scene, impedance, mass, dashpot = history.scene, facts.impedance, facts.striker, facts.dashpot
+    # A mass m on a rod of impedance Z loses its speed in m/Z; a spring k between them lets both swing with sqrt(m/k),
+    # and a dashpot c beside the spring, if it is stiffer, stops them in m/c.
+    swing = min(math.sqrt(mass / stiffness), mass / dashpot if dashpot > 0.0 else math.inf)
+    time = max(mass / impedance, swing) if mass < math.inf else math.inf
+    words = "the speed of the striking body changes"
+    if float(history.recorded[f"gap:{contact.name}"].values[0]) < 0.0 and 0.0 < stiffness < math.inf:
+        at_start = float(history.energy.stored[0])
+        if at_start > MIN_STORED * float(history.energy.total[0]):
+            # An initial overlap relaxes as fast as the spring lets it.
+            time = min(impedance / stiffness, math.sqrt(mass / stiffness))
+            words = "the overlap at the start changes"
+    if scene.duration < time:
+        time, words = scene.duration, "the run ends"
+    shortest = facts.resolution
+    if shortest > COARSE_WARN * time > 0.0:
+        text = (
+            f"{contact.name}: {words} within {time:.3g} s, and this method resolves times of {shortest:.3g} s or more; "
+            "give more elements or modes, and a smaller step"
+        )
+        yield Warned("coarse_contact", text)
+
+
+def _stiffness(history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts) -> float | None:
+    """Return the stiffness of a contact [N/m]; of a law that stiffens, that at its deepest overlap in the run."""
+    if facts.stiffness is not None:
+        return facts.stiffness
+    smallest = float(history.recorded[f"gap:{contact.name}"].values.min())  # a gap is linear between its records
+    return stiffness_at(history.scene, history.method, contact, max(0.0, -contact.gap, -smallest))
+
+
+def _too_compliant(history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts) -> Iterator[Warned]:
+    """Warn of a spring for a hard contact that is as compliant as a body.
+
+    Its stiffness was taken from a mesh.
+    """
+    if not facts.is_relative or (stiffness := facts.stiffness) is None:
+        return
+    compliance = sum(history.scene.bodies[point.body].static_compliance for point in contact.faces)
+    if compliance > 0.0 and 1.0 / stiffness > COMPLIANCE_WARN * compliance * (1.0 + 1e-9):
+        text = (
+            f"{contact.name}: the compliance of the spring of {stiffness:.3g} N/m is "
+            f"{100.0 / (stiffness * compliance):.2g} % of that of the rods; give a larger relative stiffness, or more "
+            "elements"
+        )
+        yield Warned("soft_contact", text)
+
+
+def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: float) -> Iterator[Warned]:
+    """Warn of a dashpot whose first force on an explicit mesh is too large, and is the peak of the run.
+
+    A rod of impedance Z struck at v gives a dashpot c the force c v/(1 + c/Z) at once. The end node of a mesh with the
+    mass m does so after m/Z; in the first step of dt it gives c v/(1 + c dt/(2 m)). Both are equal where the waves
+    cross an element in a step, and where an end carries a mass that is no part of the mesh.
+    """
+    scheme, dt = history.method.integrator, history.dt
+    if not dashpot > 0.0 or dt is None or not isinstance(scheme, AbstractIntegrator) or not scheme.needs_diagonal_mass:
+        return
+    of_waves, of_nodes = 0.0, 0.0  # mobilities, m/(N s)
+    for point in contact.faces:
+        body, built = history.scene.bodies[point.body], history.built[point.body]
+        heavy = any(end.kind == "mass" and end.value > 0.0 for x, end in body.ends if x == point.x)
+        if body.waves is None or heavy:
+            continue
+        row = built.model.row(point.x, "displacement")
+        mobility = 0.5 * dt * float(np.sum(row * row / built.system.mass[0]))
+        own = 1.0 / body.impedance_at(point.x)
+        of_waves, of_nodes = of_waves + own, of_nodes + min(own, mobility)
+    ratio = (1.0 + dashpot * of_waves) / (1.0 + dashpot * of_nodes)
+    if ratio < FIRST_FORCE_WARN:
+        return
+    force = history.recorded[f"force:{contact.name}"]
+    peak = float(force.times[int(np.argmax(force.values))])
+    transit = dt * of_waves / of_nodes
+    touches = (event.time for event in history.events if event.contact == contact.name and event.kind == "close")
+    if any(-dt <= peak - time <= FIRST_FORCE_TIME * transit for time in touches):
+        yield Warned(
+            "first_force",
+            f"{contact.name}: the peak of the force is that at a touch, where the dashpot acts on the mass of the end "
+            f"nodes before waves carry its force away. It is too large by up to {100.0 * (ratio - 1.0):.0f} %, for any "
+            "number of elements; impulses and displacements converge. Give courant: 1, with elements that waves cross "
+            "in one step, or model: {kind: continuous}",
+        )
+
+
+def _few_modes(
+    history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts, stiffness: float | None
+) -> Iterator[Warned]:
+    """Warn of a contact that is so stiff that the modes left out of a body would give more than it does.
+
+    A hard contact has no flexibility to compare with, nor has the spring in its place that is taken from a mesh.
+    """
+    if not stiffness or stiffness == math.inf or facts.is_relative:
+        return
+    for point in contact.faces:
+        body, built = history.scene.bodies[point.body], history.built[point.body]
+        if not isinstance(built.model, ModalBody) or built.system.phases is not None:
+            continue
+        share = abs(built.model.left_out(point.x, "displacement", point.x)) * stiffness
+        if share > LEFT_OUT_WARN:
+            kept = built.system.load.size
+            falls_as = 3.0 if body.bends else 1.0  # with n modes as 1/n, by bending alone as 1/n^3
+            enough = math.ceil(kept * (share / LEFT_OUT_WANTED) ** (1.0 / falls_as))
+            sheared = body.bends and not body.unbounded_first_force
+            advice = f"give many more modes than {kept}" if sheared else f"give about {enough} modes"
+            yield Warned(
+                "few_modes",
+                f"{contact.name}: the modes left out of '{point.body}' have {100 * share:.2g} % of the flexibility of "
+                f"the contact, and the force is wrong by up to as much; {advice}, or a basis with a static shape there",
+            )
