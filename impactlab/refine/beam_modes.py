@@ -69,7 +69,7 @@ class BeamModes:
 
     Parameters
     ----------
-    asked : Simulation
+    request : Simulation
         The scene and its tolerance.
     seen : AbstractHistory, optional
         A run with too few modes, whose displacements say how many it takes.
