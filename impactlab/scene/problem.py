@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from impactlab.cached import cached_property
+from impactlab.errors import ImpactlabError
 from impactlab.scene.bodies import Body, ElasticBody, WaveBody
 from impactlab.scene.instrument import Instrument
 from impactlab.types import Quantity
@@ -112,7 +113,9 @@ class Scene:
         return tuple(kept)
 
     def with_frames(self, count: int) -> Scene:
-        """Return the scene with frames at the ends of ``count`` equal parts of the run."""
+        """Return the scene with frames at the ends of ``count`` equal parts of the run, at least one."""
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise ImpactlabError(f"frames is {count!r}. Allowed: whole numbers from 0", remedy="Give frames=240.")
         more = (self.duration * number / count for number in range(count + 1))
         return replace(self, frames=tuple(sorted({*self.frames, *more})))
 

@@ -141,3 +141,9 @@ def test_of_too_many_frames_as_many_are_kept_as_memory_allows(monkeypatch: pytes
     assert times is not None
     assert times.size == 81
     assert times == pytest.approx(np.arange(81) * 3 * 70e-6 / 240)
+
+
+@pytest.mark.parametrize("frames", [-1, 2.5, True])
+def test_a_number_of_frames_that_is_none_is_refused(frames: Any) -> None:
+    with pytest.raises(ImpactlabError, match=r"frames is .*Allowed: whole numbers from 0\nGive frames=240"):
+        il.run(struck(DESCRIBED["newmark"]), frames=frames)
