@@ -11,7 +11,6 @@ from impactlab.casefile.blocks.origins import Origins
 from impactlab.casefile.blocks.shafts import ShaftBlock, described
 from impactlab.casefile.blocks.shared import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
-from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of
 from impactlab.casefile.instruments import given
 from impactlab.casefile.mechanisms import direction
@@ -48,8 +47,8 @@ def resolve(
 
 def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
     solve: dict[str, Any] = {"duration": scene.duration, "records": scene.records}
-    if (rod := reference_rod(case)) is not None:
-        solve["round_trips_of"] = rod
+    if case.solve.round_trips_of is not None:
+        solve["round_trips_of"] = case.solve.round_trips_of
     if method.tolerance is not None:
         solve |= {"tolerance": method.tolerance.error, "tolerance_on": list(method.tolerance.on)}
     else:

@@ -50,11 +50,10 @@ def solve_banded(system: Array, size: int, band: int) -> None:
                 system[i, known] -= factor * system[pivot, known]
     for i in range(size - 1, -1, -1):
         own = first_column(i, band, size, width)
-        total = system[i, known]
         for j in range(i + 1, min(size, i + 2 * band + 1)):
-            total -= system[i, j - own] * system[j, known]
+            system[i, known] -= system[i, j - own] * system[j, known]
         diagonal = system[i, i - own]
-        system[i, known] = total / diagonal if abs(diagonal) > MIN_PIVOT else 0.0
+        system[i, known] = system[i, known] / diagonal if abs(diagonal) > MIN_PIVOT else 0.0
 
 
 @ALLOCATING_PART

@@ -93,5 +93,7 @@ def test_as_many_modes_in_two_runs_state_the_error_of_the_others(name):
         levels.append(min(2 * levels[-1], modal.max_fineness))
     counts = [modal.work(n)[1] for n in levels]
     for fineness, coarse, fine in zip(levels[1:], counts, counts[1:], strict=False):
-        assert fine > coarse or 0.0 < modal.unseen(fineness) <= 0.5 * asked.method.tolerance.error
+        assert fine > coarse or modal.unseen(fineness) > 0.0
+    # Static shapes that stand for modes left out need steps that resolve them: longer ones state a large error.
+    assert counts[-1] > counts[-2] or modal.unseen(levels[-1]) <= 0.5 * asked.method.tolerance.error
     assert (modal.unseen(levels[0]) > 0.0) == (counts[0] == counts[-1])

@@ -45,7 +45,7 @@ def test_as_many_more_modes_are_taken_as_the_error_is_magnified() -> None:
     """The error of modes left out, magnified, keeps the share of the tolerance that it had."""
     modes = family(0.01572)
     history = simulate.run(*modes.description().simulation(300))
-    plain, magnified = (BeamModes(modes.asked, history, factor, 1) for factor in (1.0, 200.0))
+    plain, magnified = (BeamModes(modes.request, history, factor, 1) for factor in (1.0, 200.0))
     assert magnified.wanted(300) > 1.2 * plain.wanted(300)
     assert magnified.raised == 1
     assert 200.0 * magnified.unseen(300, history) <= 0.5e-3
