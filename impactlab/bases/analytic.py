@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from impactlab.bases.base import Coordinates, even_grid, quadrature
+from impactlab.bases.base import Completable, even_grid, quadrature
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Profile, WaveBody
 from impactlab.types import Array, Quantity
@@ -16,7 +16,7 @@ MAX_PLACES = 4096  # of a quadrature at once: a thousand modes then take 100 MB
 
 
 @final
-class AnalyticBasis(Coordinates):
+class AnalyticBasis(Completable):
     """The first modes of a uniform rod, mass-normalised, the rigid one (free-free) first and not counted.
 
     With wave numbers k: cos(k x) where the left end is free, sin(k x) where it is clamped. A rod that turns has the

@@ -39,12 +39,6 @@ class Coordinates(Protocol):
         A body that moves freely is taken in the frame of its mean acceleration, without rigid motion.
         """
 
-    def remainder(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the part of `static` that the elastic coordinates do not hold."""
-        elastic = self.frequencies > 0.0
-        kept = self.row(x, quantity)[elastic] * self.row(face, "displacement")[elastic]
-        return self.static(x, quantity, face) - float(np.sum(kept / self.frequencies[elastic] ** 2))
-
     def project(self, profile: Profile) -> Array:
         """Return the coordinates of a displacement profile, shape (n_dof,)."""
 
@@ -53,6 +47,16 @@ class Coordinates(Protocol):
 
     def grid(self) -> Array:
         """Return the places at which fields are given, shape (n,) [m]."""
+
+
+class Completable(Coordinates, Protocol):
+    """Coordinates that static shapes of those left out may complete (`impactlab.bases.residual`)."""
+
+    def remainder(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the part of `static` that the elastic coordinates do not hold."""
+        elastic = self.frequencies > 0.0
+        kept = self.row(x, quantity)[elastic] * self.row(face, "displacement")[elastic]
+        return self.static(x, quantity, face) - float(np.sum(kept / self.frequencies[elastic] ** 2))
 
 
 def quadrature(length: float, modes: int) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from impactlab.bases.base import Coordinates
+from impactlab.bases.base import Completable
 from impactlab.bases.shapes import upright, with_rigid_motions
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.numerics.banded import multiply
@@ -26,7 +26,7 @@ def products(matrix: Array, shapes: Array) -> Array:
 
 
 @final
-class ReducedMesh(Coordinates):
+class ReducedMesh(Completable):
     """A mesh that moves in the span of some shapes only, in uncoupled coordinates of unit mass.
 
     Parameters

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from impactlab.bases.base import Coordinates
+from impactlab.bases.base import Completable
 from impactlab.scene.bodies import Profile
 from impactlab.types import Array, Quantity
 
@@ -19,7 +19,7 @@ BENDING, WAVES = 7.0 / 3.0, 3.0  # w as the number squared, of beams that bend a
 
 
 @final
-class WithResiduals(Coordinates):
+class WithResiduals(Completable):
     """Modes of a body, and a coordinate for each contact that moves as the static shape of the modes left out.
 
     Together they have the static flexibility of the whole body at the contacts. The frequency of the coordinates is
@@ -27,7 +27,7 @@ class WithResiduals(Coordinates):
 
     Parameters
     ----------
-    basis : Coordinates
+    basis : Completable
         Modes of the body.
     faces : sequence of float
         Places of the contacts [m], each once, at least one.
@@ -41,7 +41,7 @@ class WithResiduals(Coordinates):
     MacNeal1971 (residual flexibility; ours: the residual mass by the frequency of the last mode kept).
     """
 
-    def __init__(self, basis: Coordinates, faces: Sequence[float], spread: float, most: float = math.inf) -> None:
+    def __init__(self, basis: Completable, faces: Sequence[float], spread: float, most: float = math.inf) -> None:
         self._basis, self._faces = basis, tuple(faces)
         left = np.array([self._left(x, "displacement") for x in self._faces])
         whole = max(basis.static(x, "displacement", x) for x in self._faces)

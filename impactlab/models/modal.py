@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from impactlab.bases.analytic import AnalyticBasis
-from impactlab.bases.base import AbstractBasis, Coordinates
+from impactlab.bases.base import AbstractBasis, Completable, Coordinates
 from impactlab.bases.beams.modes import BeamModes
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
@@ -177,7 +177,7 @@ class Modal(AbstractRodModel):
             return ModalBody(mesh.body, gravity, self._completed(modes, mesh.body, faces), paper_rule)
         return reduced_body(gravity, mesh, span, paper_rule, faces)
 
-    def _completed(self, modes: Coordinates, body: ElasticBody, faces: tuple[Face, ...]) -> Coordinates:
+    def _completed(self, modes: Completable, body: ElasticBody, faces: tuple[Face, ...]) -> Coordinates:
         """Return the modes of a body, with `residual` and the static shapes of those left out at its contacts."""
         if not self.residual or not faces:
             return modes

@@ -8,7 +8,7 @@ from typing import cast, final
 
 import numpy as np
 
-from impactlab.bases.base import Coordinates, even_grid, quadrature
+from impactlab.bases.base import Completable, even_grid, quadrature
 from impactlab.bases.beams.kept import elastic_modes
 from impactlab.bases.beams.roots import Held
 from impactlab.bases.beams.shapes import Layout, are_sines
@@ -23,7 +23,7 @@ STEP = 1e-6  # of the length, over which the slope of an initial deflection is t
 
 
 @final
-class BeamModes(Coordinates):
+class BeamModes(Completable):
     """The first modes of a uniform beam with clamped, pinned or free ends, mass-normalised, its rigid motions first.
 
     Rigid motions are not counted: a translation and a rotation of a free beam, a rotation of one that is pinned and
