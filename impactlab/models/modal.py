@@ -85,6 +85,12 @@ class Modal(AbstractRodModel):
                 remedy="Use basis eigenvectors, and mass consistent or lumped, or leave out residual.",
                 path="residual",
             )
+        if self.residual_frequency is not None and not self.residual:
+            raise CaseError(
+                f"residual_frequency is {self.residual_frequency:g} rad/s, and without residual: true it has no effect",
+                remedy="Give residual: true, or leave out residual_frequency.",
+                path="residual_frequency",
+            )
         if self.residual:
             object.__setattr__(self, "citations", (*type(self).citations, "MacNeal1971"))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from numbers import Integral
 from typing import Any
 
 from impactlab.cached import cached_property
@@ -114,7 +115,7 @@ class Scene:
 
     def with_frames(self, count: int) -> Scene:
         """Return the scene with frames at the ends of ``count`` equal parts of the run, at least one."""
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        if isinstance(count, bool) or not isinstance(count, Integral) or count < 1:
             raise ImpactlabError(f"frames is {count!r}. Allowed: whole numbers from 0", remedy="Give frames=240.")
         more = (self.duration * number / count for number in range(count + 1))
         return replace(self, frames=tuple(sorted({*self.frames, *more})))

@@ -106,3 +106,8 @@ def test_a_rod_has_them_too_and_messengers_of_single_modes_are_refused():
     assert 1.5 < shown < 1.9
     with pytest.raises(PairingError, match="static shape for each contact"):
         body.arriving(0.0, 1e-5, "phase")
+
+
+def test_a_frequency_without_static_shapes_is_refused() -> None:
+    with pytest.raises(CaseError, match=r"residual_frequency is 100000 rad/s, and without residual: true"):
+        Modal(modes=5, residual_frequency=1e5)
