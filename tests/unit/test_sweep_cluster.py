@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,7 +20,7 @@ import impactlab as il
 from impactlab.errors import ExtraError, SweepError
 from impactlab.sweeps import chunks, cluster, counts, points, run
 from tests.cases.support import CASES
-from tests.unit.test_sweeps import faulty_case
+from tests.unit.test_sweeps import HANGS, faulty_case
 
 MASS, STIFFNESS = "bodies.hammer.mass", "contacts.0.law.stiffness"
 ROOT = CASES.parent
@@ -146,9 +147,14 @@ def test_a_sweep_that_dies_with_the_workers_that_receive_it_is_sent_again(case, 
 
 
 @pytest.mark.slow
-def test_a_point_that_hangs_on_a_cluster_is_one_row(monkeypatch):
+def test_a_point_that_hangs_on_a_cluster_is_one_row(monkeypatch, tmp_path):
+    monkeypatch.setenv(HANGS, str(tmp_path))
+    # A clock that a run which hangs sets forward by more than any limit, so that nobody waits; the limit is that of
+    # every sweep, in which a process loads on a busy machine, too.
+    ahead = SimpleNamespace(monotonic=lambda: time.monotonic() + 1000.0 * len(list(tmp_path.iterdir())))
+    monkeypatch.setattr(cluster, "time", ahead)
+    monkeypatch.setattr(cluster, "ANSWER_S", 100.0)  # to start another worker
     monkeypatch.setattr(points, "plugin_modules", lambda _: set())
-    monkeypatch.setattr(cluster, "POINT_LIMIT_S", 40.0)  # the first run of a process loads, on a busy machine, too
     monkeypatch.setattr(cluster.Cluster, "size", lambda _: 3)
     found = il.sweep(faulty_case(), {STIFFNESS: [1e9, 2.0, 2e9, 3e9]}, quantities=["contacts"], cluster="local:2")
     assert [chunks.STATUSES[each] for each in found["status"].values] == ["completed", "hung", "completed", "completed"]
