@@ -151,25 +151,32 @@ def impact(
 
     stiffness, exponent = law
 
-    def force_of_one(free: float) -> float:
+    own = compliance.diagonal().tolist()
+
+    def force_of_one(free: float, give: float) -> float:
         """Return the force of a contact that is the only one: the same, in plain numbers, a tenth of the time."""
         force = 0.0
         for _ in range(30 if free > 0.0 else 0):  # Newton
-            depth = max(free - float(compliance[0, 0]) * force, 0.0)
+            depth = max(free - give * force, 0.0)
             miss = force - stiffness * depth**exponent
             if abs(miss) <= 1e-12 * stiffness * free**exponent:
                 break
             slope = exponent * stiffness * depth ** (exponent - 1.0) if depth > 0.0 else 0.0
-            force -= miss / (1.0 + slope * float(compliance[0, 0]))
+            force -= miss / (1.0 + slope * give)
         return force
 
     def forces(state: Array) -> Array:
         free = state[-2] - push @ state[:moving] - gap
-        if len(free) == 1:
-            return np.array([force_of_one(float(free[0]))])
         force = np.zeros_like(free)
-        if free.max() <= 0.0:
+        pressed = [number for number, each in enumerate(free.tolist()) if each > 0.0]
+        if not pressed:
             return force
+        if len(pressed) == 1:
+            (number,) = pressed
+            force[number] = force_of_one(float(free[number]), own[number])
+            others = free - compliance[number] * force[number]
+            if len(free) == 1 or np.max(np.delete(others, number)) <= 0.0:  # it presses no other face together
+                return force
         for _ in range(30):  # Newton
             depth = np.maximum(free - compliance @ force, 0.0)
             miss = force - stiffness * depth**exponent
@@ -181,9 +188,13 @@ def impact(
 
     def rates(_t: float, state: Array) -> Array:
         force = forces(state)
-        q, v = state[:moving], state[moving : 2 * moving]
-        bend = push.T @ force + load - w2 * q
-        return np.concatenate((v, bend, [state[-1], -np.sum(force) / mass]))
+        found = np.empty_like(state)
+        found[:moving] = state[moving : 2 * moving]
+        found[moving : 2 * moving] = load - w2 * state[:moving]
+        if force.any():
+            found[moving : 2 * moving] += force @ push
+        found[-2], found[-1] = state[-1], -np.sum(force) / mass
+        return found
 
     # A step resolves the fastest mode; then errors of 1e-9 of each oscillation stay below those of the modes left out.
     solved = solve_ivp(rates, (0.0, duration), start, "DOP853", rtol=1e-9, atol=1e-14, dense_output=True)
