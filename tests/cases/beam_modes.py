@@ -150,7 +150,6 @@ def impact(
     load = gravity * beam.integrals[:moving]
 
     stiffness, exponent = law
-
     own = compliance.diagonal().tolist()
 
     def force_of_one(free: float, give: float) -> float:
@@ -190,9 +189,7 @@ def impact(
         force = forces(state)
         found = np.empty_like(state)
         found[:moving] = state[moving : 2 * moving]
-        found[moving : 2 * moving] = load - w2 * state[:moving]
-        if force.any():
-            found[moving : 2 * moving] += force @ push
+        found[moving : 2 * moving] = force @ push + load - w2 * state[:moving]
         found[-2], found[-1] = state[-1], -np.sum(force) / mass
         return found
 
