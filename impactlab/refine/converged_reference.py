@@ -122,8 +122,8 @@ def refine(
 ) -> tuple[Reference | None, float]:
     """Return the solution at the finest level within a budget, and the predicted seconds.
 
-    Levels end early at an uncertainty of ``enough``, at that of `target`, or where they do not lower it. ``alone`` is a
-    description that no other one will check.
+    Levels end early at an uncertainty of ``enough``, at that of `target`, where they do not lower it, or where nothing
+    moves. ``alone`` is a description that no other one will check.
     """
     study = Study(description, description.per_level * MIN_FINENESS)
     level, spent, found = MIN_FINENESS, 0.0, None
@@ -146,6 +146,8 @@ def refine(
             worst = max((stated[name] for name in CONVERGED_BY if name in stated), default=math.inf)
             found = Reference(CONVERGED, newest.history, worst, stated, description.words(newest.fineness))
             shown.append(worst)
+            if not any(apart.values()):  # nothing moves: no finer level differs from these
+                break
         level = round(RATIO * level)
         study.next = description.per_level * level
         if found is not None and found.uncertainty <= max(enough, target(study.seconds, alone)):

@@ -35,7 +35,10 @@ LONG = {
     for variant in ("base", "massless_pad", "massless_rod", "one_massless_rod")
 }
 
-# In place of the durations in the files, which take minutes: 250 round trips of a fast rod, 150 contacts, the rise of a
+# The base for longer, which takes minutes; the stored table has it.
+LONGER = {("contact_periods", "thousand")}
+
+# In place of the durations in the files, which take minutes: 250 round trips of a fast rod, 100 contacts, the rise of a
 # force that a smaller ratio has to its end. The stored table has the whole runs.
 SHORTER: dict[tuple[str, str], Any] = {
     ("nearly_rigid", "base"): 3e-6,
@@ -43,8 +46,7 @@ SHORTER: dict[tuple[str, str], Any] = {
     ("nearly_rigid", "rigid_rod_on_wall"): 1.2e-5,
     ("nearly_rigid", "massless_rod"): 1e-6,
     ("nearly_rigid", "one_massless_rod"): 1e-6,
-    ("contact_periods", "thousand"): 450.0,
-    ("contact_periods", "between_walls"): 600.0,
+    ("contact_periods", "between_walls"): 400.0,
     ("mass_ratios", "ratio_1e6"): {"round_trips": 450},
 }
 
@@ -69,7 +71,7 @@ def test_no_method_hangs_crashes_or_is_silently_wrong(file: Path, tmp_path: Path
     records = {
         key: row_of(cases[job.variant], job.method, job.settings, references)
         for key, job in jobs.items()
-        if (file.stem, job.variant, job.method) not in LONG
+        if (file.stem, job.variant, job.method) not in LONG and (file.stem, job.variant) not in LONGER
     }
     stored = tmp_path / "table.csv"
     stored.write_text(table.as_csv(table.rows(found, records, {})), encoding="utf-8")

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+import impactlab as il
 from impactlab import metrics, simulate
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
@@ -22,6 +23,7 @@ from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment, W
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import simulation
 from impactlab.types import Relative
+from tests.cases.support import CASES
 
 E, RHO, A, L, M, V0 = 2.1e11, 7900.0, 9e-4, 0.3, 2.133, 1.0
 C = math.sqrt(E / RHO)
@@ -210,6 +212,16 @@ def test_refining_ends_where_costly_levels_no_longer_lower_the_uncertainty(monke
     assert len(shown) == 3 < cheap
     assert found.uncertainty == 1e-3
     assert 0.0 < spent < 1.0
+
+
+def test_a_scene_in_which_nothing_moves_is_not_refined():
+    """Levels went on until the budget was spent, 7 s, and had no metric to compare."""
+    case = il.load_case(CASES / "hard" / "zero_approach.yaml").variant("hertz_at_rest")
+    for description in converged_reference.descriptions_of(Simulation(*case.simulation())):
+        found, spent = converged_reference.refine(description, 1.0)
+        assert found.uncertainty == math.inf
+        assert spent == pytest.approx(converged_reference.least_s(description))
+    assert reference.find(*case.simulation(), 1.0) is None
 
 
 def test_costly_levels_are_refined_less_than_cheap_ones():
