@@ -90,9 +90,9 @@ def modal(theory: str, modes: int) -> Line:
     return Line(modes, period, times, force, float(np.interp(period, times, force)))
 
 
-def waves(times: Array) -> Array:
+def waves(times: Array, dt: float = 4e-9) -> Array:
     """Return the answer of the continuous Timoshenko beam."""
-    return mean_force(body("timoshenko"), Continuous(), DispersiveIdentification(), 4e-9, times)
+    return mean_force(body("timoshenko"), Continuous(), DispersiveIdentification(), dt, times)
 
 
 def endless(times: Array) -> Array:
