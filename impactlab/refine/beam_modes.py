@@ -45,7 +45,8 @@ MAX_STEPS = 1_000_000  # in the shortest time
 MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
 STATED_SHARE, STATED_SHARE_OF_SHEAR = 0.25, 0.45  # the same where it is stated: of errors of order 3 and of order 1
 MAX_UNSEEN_SHARE = 0.5  # the same where no more modes may be taken, and their error is stated by their flexibility
-POWER_MARGIN = 2.2  # times the predicted cost of a step under a power law: some 0.5 us in contact, none in a mesh
+POWER_MARGIN = 2.2  # on predicted costs beside those of meshes: beams that shear are often touched longer, or again
+CLOSED = 3.7  # rises of its force, for which a contact is closed as a ball strikes a beam once: measured, 3.7 to 4.4
 DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
 # Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
 ERROR_OF_MODES, ERROR_OF_SPRINGS = 0.15, 0.04
@@ -83,6 +84,7 @@ class BeamModes:
         self, request: Simulation, seen: AbstractHistory | None = None, magnified: float = 1.0, raised: int = 0
     ) -> None:
         self.request, self.raised, self.beams = request, raised, beams_of(request.scene)
+        self.touches_again = seen is not None and len(seen.contacts) > 1
         self.shortest = shortest_time(request)
         self.transit = min((0.5 * rod.round_trip for rod in rods_of(request.scene)), default=math.inf)
         # The steps of a rod fit into its transit. Of so many steps in the shortest time a run has a multiple: runs of
@@ -106,12 +108,15 @@ class BeamModes:
         rises = (times.rise for times in times_of(*request).values())
         self.rise = min((rise for rise in rises if not math.isnan(rise)), default=self.shortest / STEPS)
         if self.known and are_soft(request) and not _meets_a_wall(request.scene):
-            plain = self._wanted(COARSEST) if self.fixed else math.inf
-            self._leave_out(True, seen, magnified)
-            if not self.fixed or MIN_FEWER * self._wanted(COARSEST) > plain:
-                self._leave_out(False, seen, magnified)
+            plain, alone = self._wanted(COARSEST) if self.fixed else math.inf, dict(vars(self))
+            if MIN_FEWER * math.ceil(self._few_with_shapes(max(self.enough, COARSEST))) <= plain:
+                self._leave_out(True, seen, magnified)
+                if not self.fixed or MIN_FEWER * self._wanted(COARSEST) > plain:
+                    vars(self).update(alone)
         self.always = self._wanted(COARSEST) if self.fixed else None
+        self.on_displacements = "displacements" in counted(request)[2]
         self.read: tuple[AbstractHistory, list[left_out.Share]] | None = None  # the last run, as of `beside`
+        self.known_unseen: dict[int, float] = {}  # of that run, by fineness
         self.made: Simulation | None = None
 
     def _leave_out(self, residual: bool, seen: AbstractHistory | None, magnified: float) -> None:
@@ -127,8 +132,9 @@ class BeamModes:
         if seen is not None:
             self.missing += left_out.beside_displacements(self.places, self.request.scene, seen)
         self.asked_for = [share.magnified(magnified) for share in self.missing]
+        self.stated = self._stated()
         least = self.margin * left_out.total(self.asked_for, self.most)
-        self.fixed = self.known and (least <= MAX_UNSEEN_SHARE * self.tolerance or self._stated() <= self.most)
+        self.fixed = self.known and (least <= MAX_UNSEEN_SHARE * self.tolerance or self.stated <= self.most)
 
     def _stated(self) -> float:
         """Return the modes at which the error of those left out is the share of the tolerance that it may have."""
@@ -148,18 +154,23 @@ class BeamModes:
         return self._wanted(n) if self.always is None else self.always
 
     def _wanted(self, n: int) -> int:
-        fine = (max(self.enough, COARSEST) if self.fixed else n) / COARSEST
-        few = self.coarsest * math.pow(fine, 2.0 / 3.0)
+        fine = max(self.enough, COARSEST) if self.fixed else n
+        few = self.coarsest * math.pow(fine / COARSEST, 2.0 / 3.0)
         if self.fastest is not None or not self.closed:
-            few = FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
+            few = self._few_with_shapes(fine)
         if self.fixed:
-            return math.ceil(max(few, self._stated()))
+            return math.ceil(max(few, self.stated))
         # As the steps that the tolerance is predicted to need grow finer or coarser, so do the modes.
         needed = [
             share.modes_for(MISSING_SHARE * self.tolerance) * math.pow(n / self.enough, 1.0 / min(share.power, 1.5))
             for share in self.asked_for
         ]
         return math.ceil(max([few, *needed]))
+
+    @staticmethod
+    def _few_with_shapes(n: float) -> float:
+        """Return the least modes at so many steps, of those of a mesh or beside static shapes."""
+        return FEWEST_MESHED * math.pow(n / COARSEST, 1.0 / 3.0)
 
     def modes(self, n: int) -> int:
         """Return the modes of a run."""
@@ -176,17 +187,25 @@ class BeamModes:
         """Return the errors of the displacements of a run by modes left out; those of the last run are kept."""
         if self.read is None or self.read[0] is not history:
             self.read = history, left_out.beside_displacements(self.places, self.request.scene, history)
+            self.known_unseen = {}
         return self.read[1]
 
     def unseen(self, n: int, history: AbstractHistory | None = None) -> float:
         """Return the error by modes that all runs leave out, which no two of them show."""
         if not self.fixed and self.wanted(n) <= self.most:
             return 0.0
-        by_mesh = self._by_mesh(n) if "displacements" in counted(self.request)[2] else 0.0
-        found = left_out.total(self.missing, self.modes(n), self._dt(n))
-        if history is not None and "displacements" in counted(self.request)[2]:
-            found = max(found, left_out.total(self.beside(history), self.modes(n), self._dt(n)))
-        return self.margin * found + by_mesh
+        if history is None or not self.on_displacements:
+            return self._unseen(n, [])
+        beside = self.beside(history)
+        key = 0 if self.fixed and self.fastest is None else n  # the same modes: the same error at any fineness
+        if key not in self.known_unseen:
+            self.known_unseen[key] = self._unseen(n, beside)
+        return self.known_unseen[key]
+
+    def _unseen(self, n: int, beside: list[left_out.Share]) -> float:
+        modes, dt = self.modes(n), self._dt(n)
+        found = max(left_out.total(self.missing, modes, dt), left_out.total(beside, modes, dt))
+        return self.margin * found + (self._by_mesh(n) if self.on_displacements else 0.0)
 
     def error(self, n: int) -> float:
         """Return the predicted error."""
@@ -228,11 +247,24 @@ class BeamModes:
         return self.steps(n), len(self.beams) * self.modes(n)
 
     def _cost(self) -> Cost:
-        """Return the cost of a step; beside explicit meshes with a margin for the iterations of a power law."""
+        """Return the cost of a step, with that of the iterations of power laws where their contacts are closed."""
         found = cost.BEAM_DAMPED_MODES if self.lossy else cost.BEAM_MODES
-        beside = all(beam.theory == "timoshenko" and beam.rotation is None for beam in self.beams)
-        springs = all(law.is_spring for law in laws_of(*self.request))
-        return found if springs or self.lossy or not beside else found._replace(margin=POWER_MARGIN)
+        laws, times = self.request.method.laws, times_of(*self.request)
+        closed = sum(CLOSED * each.rise for name, each in times.items() if not laws[name].is_spring)
+        power_s = cost.POWER_S * min(1.0, closed / self.request.scene.duration)
+        sheared = any(beam.theory == "timoshenko" for beam in self.beams)
+        margin = POWER_MARGIN if closed and sheared and not self.lossy else found.margin
+        return found._replace(step_s=found.step_s + power_s, margin=margin)
+
+    def _alone(self) -> float:
+        """Return the error that one run states over its predicted one; inf where two are needed."""
+        if not self.fixed or self.touches_again:
+            return math.inf
+        return stated_alone(self.request) / counted_share(self.request)
+
+    def _resolves(self) -> int:
+        """Return the coarsest steps that static shapes follow: of longer ones the error of these is a part."""
+        return 0 if self.fastest is None else math.ceil(self.shortest * self.fastest / left_out.FASTEST)
 
     def _finest(self) -> int:
         """Return the finest steps that the most modes serve: finer runs would differ in their steps alone."""
@@ -261,7 +293,8 @@ class BeamModes:
             multiple=self.multiple,
             unseen=self.unseen,
             alike=self.fixed,
-            alone=stated_alone(self.request) / counted_share(self.request) if self.fixed else math.inf,
+            alone=self._alone(),
+            resolves=self._resolves(),
             otherwise=self._with_more if self.fixed and self.raised < MAX_RAISED else None,
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,

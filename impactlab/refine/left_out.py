@@ -63,10 +63,11 @@ class Share(NamedTuple):
         most = math.pow(self.factor / error, 1.0 / self.power)
         if self.lag is None or most <= 1.0:
             return most
-        least = 1.0
-        while least < most and self.at(least, dt) > error:
-            least *= FINER
-        return min(least, most)
+        low, high = -1, math.ceil(math.log(most) / math.log(FINER))  # powers of FINER: the error falls with the modes
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if self.at(math.pow(FINER, middle), dt) > error else (low, middle)
+        return min(math.pow(FINER, high), most)
 
 
 class LeftOut(NamedTuple):

@@ -19,7 +19,7 @@ from impactlab.refine.convergence import (
 from impactlab.refine.cost import ALIKE_S
 from impactlab.refine.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.distances import counted, difference, distances
-from impactlab.refine.smooth_touch import error_alone, order_share
+from impactlab.refine.smooth_touch import order_share
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.simulate.checks import gain_of
 
@@ -27,8 +27,6 @@ MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the t
 MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
 MIN_SAVING = 1.6  # the same where choosing takes longer than that
 MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
-MAX_NEAR = 2.0  # times a tolerance, up to which the error of one run says how fine another one would have to be
-MIN_SAVING_ALONE = 2.0  # the same where one run states its error, so that little was spent
 ESTIMATE_S = 4e-4  # s, of an estimate of errors, and of a run beside its set-up and steps
 DESCRIBED_S = 3e-4  # s, of describing a scene
 MIN_LEFT = 0.1  # of a tolerance, beside an error that is stated
@@ -81,29 +79,6 @@ def choosing_s(study: Study) -> float:
     return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
 
 
-def holds_alone(study: Study, level: Level, request: Simulation) -> bool:
-    """Return whether a level keeps the tolerance by its own records; then its error is set.
-
-    The next one is as fine as is needed for that; none follows one that holds where little is saved.
-    """
-    description, tolerance = study.description, allowed(request.method)
-    if math.isinf(description.alone) or not _resolves_contacts(level.history, request):
-        return False
-    by_steps = error_alone(level.history, request)
-    if by_steps > MAX_NEAR * tolerance or (unseen := description.unseen(level.fineness, level.history)) >= tolerance:
-        return False
-    needed = MARGIN * level.fineness * math.pow(by_steps / (tolerance - unseen), 1.0 / description.order)
-    holds = by_steps + unseen <= tolerance
-    if holds:
-        level.error, level.worst, level.reason, level.alone = by_steps + unseen, "", "", True
-    study.next = description.whole(max(description.min_fineness, math.ceil(needed)))
-    least = MIN_SPEEDUP if choosing_s(study) <= MAX_CHOOSING * study.seconds else MIN_SAVING_ALONE
-    saves = description.seconds(level.fineness) > least * study.seconds
-    if holds and (not saves or any(each.fineness == study.next for each in study.levels)):
-        study.closed = DONE
-    return holds
-
-
 def estimate_errors(study: Study, request: Simulation) -> None:
     """Set the error of every level, and the next fineness or why none follows."""
     description, levels, tolerance = study.description, study.levels, allowed(request.method)
@@ -117,12 +92,12 @@ def estimate_errors(study: Study, request: Simulation) -> None:
     study.magnified = magnified
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
-        level.worst, level.alone = worst if error >= least else "", False
+        level.worst, level.alone, level.by_two = worst if error >= least else "", False, False
         unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
         level.error, level.reason = max(error, least) + unseen_here, ""
         if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
             level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)
-        elif not _resolves_contacts(level.history, request):
+        elif not resolves_contacts(level.history, request):
             level.error, level.worst = math.inf, ""
             level.reason = f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
         elif level.error > tolerance:
@@ -289,7 +264,7 @@ def _distance_to_check(study: Study) -> float:
     return apart if apart > description.check_error(finest.fineness) else 0.0
 
 
-def _resolves_contacts(history: AbstractHistory, request: Simulation) -> bool:
+def resolves_contacts(history: AbstractHistory, request: Simulation) -> bool:
     """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
     if history.dt is None:
         return True

@@ -15,6 +15,11 @@ It was measured on random beams under a ball (supports, laws, masses, speeds and
 - Of one run, the change of the force by this sixth of the second difference bounds the error of its peak and impulse,
   times the half waves in which it swings; the displacement of a body that nearly rests after the touch has a larger
   one. The stated error was 1.3 times the true one and more in 3390 runs (of 330 beams), six times it in the median.
+- Of two runs whose fineness differs by a factor of 2.6 to 16, twice the extrapolation by the whole order, and at least
+  0.3 of the error that the finer one states by itself, was 1.07 times the true error and more in 3263 pairs (of 1188
+  beams without losses), and three times it in the median. With a factor of 2 it was too small in 3 of 297 pairs.
+- Newmark's method, which damped modes are stepped by, is not exact between the steps: its modes swing too slowly, and
+  one run does not show it. Of 124 damped beams 11 had an error above that of one run, up to 7.7 times it.
 """
 
 from __future__ import annotations
@@ -26,6 +31,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.history.base import AbstractHistory
 from impactlab.history.frame import touched_in
+from impactlab.refine.beam_descriptions import is_lossy
 from impactlab.refine.contact_times import times_of
 from impactlab.refine.description import MIN_ORDER_SHARE, Description
 from impactlab.refine.distances import counted
@@ -36,10 +42,12 @@ from impactlab.scene.method import Simulation, laws_of
 
 ORDER_SHARE = 0.75  # of the declared order, that an estimate from two such runs assumes
 SAFETY_ALONE = 1.6  # factor on the error that one run shows
+SAFETY_OF_TWO = 2.0  # factor on the extrapolation from two such runs by the whole order
+LEAST_SHARE = 0.3  # of the error that one run states: two runs may agree by luck where errors cancel
 REBOUND_SHARE = 0.3  # of the error of a force, that its impulse has: a body that nearly rests behind it moves by that
 READ_SHARE = 0.25  # of the second differences of a force that is curved: a peak is read from means of steps
 MOVES_SHARE = 3.0  # of the overlap that is too large, which displacements have at most
-SHOWN, SHOWN_OF_SPRINGS = 7.0, 5.0  # error that one run shows over the predicted one, about the median
+SHOWN, SHOWN_OF_SPRINGS = 7.0, 3.0  # error that one run shows over the predicted one, about the median
 SMOOTH = (Penalty, Hertz, AbstractHystereticLaw)
 
 
@@ -56,9 +64,12 @@ def is_smooth(request: Simulation) -> bool:
 def stated_alone(request: Simulation) -> float:
     """Return the error that one run states, over its predicted one; inf where two are needed.
 
-    They are with several contacts, and with probes, whose convergence two runs show.
+    They are with several contacts, with probes, whose convergence two runs show, and with beams that lose energy, which
+    are not stepped exactly.
     """
     if len(request.scene.contacts) != 1 or request.scene.probes or not is_smooth(request):
+        return math.inf
+    if any(is_lossy(beam) for beam in beams_of(request.scene)):
         return math.inf
     return SAFETY_ALONE * max(SHOWN_OF_SPRINGS if law.is_spring else SHOWN for law in laws_of(*request))
 
@@ -95,5 +106,5 @@ def error_alone(history: AbstractHistory, request: Simulation) -> float:
 def order_share(description: Description, histories: Sequence[AbstractHistory], request: Simulation) -> float:
     """Return the share of the declared order that an estimate from two runs assumes."""
     once = description.alike and all(len(history.contacts) == 1 for history in histories) and is_smooth(request)
-    sheared = any(beam.theory == "timoshenko" for beam in beams_of(request.scene))
-    return ORDER_SHARE if once and not sheared else MIN_ORDER_SHARE
+    plain = all(beam.theory != "timoshenko" and not is_lossy(beam) for beam in beams_of(request.scene))
+    return ORDER_SHARE if once and plain else MIN_ORDER_SHARE
