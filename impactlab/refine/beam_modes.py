@@ -47,6 +47,7 @@ STATED_SHARE, STATED_SHARE_OF_SHEAR = 0.25, 0.45  # the same where it is stated:
 MAX_UNSEEN_SHARE = 0.5  # the same where no more modes may be taken, and their error is stated by their flexibility
 POWER_MARGIN = 2.2  # on predicted costs beside those of meshes: beams that shear are often touched longer, or again
 CLOSED = 3.7  # rises of its force, for which a contact is closed as a ball strikes a beam once: measured, 3.7 to 4.4
+TOUCHED_AGAIN = 2.0  # on it where a beam that shears is touched again: of 339 random runs 8 had more, 2.2 times at most
 DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
 # Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
 ERROR_OF_MODES, ERROR_OF_SPRINGS = 0.15, 0.04
@@ -93,6 +94,7 @@ class BeamModes:
         if self.multiple > 1:
             self.shortest = self.multiple * self.transit
         self.lossy = any(is_lossy(beam) for beam in self.beams)
+        self.sheared = any(beam.theory == "timoshenko" for beam in self.beams)
         self.meshed = [beam for beam in self.beams if not has_closed_form(beam)]
         self.closed = not self.meshed
         self.tolerance = request.method.tolerance.error if request.method.tolerance else DEFAULT_TOLERANCE
@@ -128,9 +130,12 @@ class BeamModes:
         self.fastest = SHAPES_IN_STEP / self.coarse if residual else None
         self.places = list(left_out.left_out(self.request, self.fastest))
         self.margin = MISSING_MARGIN_OF_SHAPES if residual else MISSING_MARGIN
+        self.again = TOUCHED_AGAIN if residual and self.sheared else 1.0
         self.missing = left_out.beside_contacts(self.places)
         if seen is not None:
             self.missing += left_out.beside_displacements(self.places, self.request.scene, seen)
+        if self.touches_again:
+            magnified *= self.again
         self.asked_for = [share.magnified(magnified) for share in self.missing]
         self.stated = self._stated()
         least = self.margin * left_out.total(self.asked_for, self.most)
@@ -194,12 +199,13 @@ class BeamModes:
         """Return the error by modes that all runs leave out, which no two of them show."""
         if not self.fixed and self.wanted(n) <= self.most:
             return 0.0
+        again = self.again if self.touches_again or (history is not None and len(history.contacts) > 1) else 1.0
         if history is None or not self.on_displacements:
-            return self._unseen(n, [])
+            return again * self._unseen(n, [])
         beside = self.beside(history)
         key = 0 if self.fixed and self.fastest is None else n  # the same modes: the same error at any fineness
         if key not in self.known_unseen:
-            self.known_unseen[key] = self._unseen(n, beside)
+            self.known_unseen[key] = again * self._unseen(n, beside)
         return self.known_unseen[key]
 
     def _unseen(self, n: int, beside: list[left_out.Share]) -> float:
@@ -252,8 +258,7 @@ class BeamModes:
         laws, times = self.request.method.laws, times_of(*self.request)
         closed = sum(CLOSED * each.rise for name, each in times.items() if not laws[name].is_spring)
         power_s = cost.POWER_S * min(1.0, closed / self.request.scene.duration)
-        sheared = any(beam.theory == "timoshenko" for beam in self.beams)
-        margin = POWER_MARGIN if closed and sheared and not self.lossy else found.margin
+        margin = POWER_MARGIN if closed and self.sheared and not self.lossy else found.margin
         return found._replace(step_s=found.step_s + power_s, margin=margin)
 
     def _alone(self) -> float:
