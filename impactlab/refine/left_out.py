@@ -102,7 +102,7 @@ def left_out(request: Simulation, fastest: float | None = None) -> Iterator[Left
                 continue
             name, k = body.face_channel(point.x), times[contact.name].tangent
             soft = min(segment.bending_stiffness for segment in body.segments)
-            here = 2.0 if _is_loose(body, point.x) else 1.0
+            here = 2.0 if is_loose(body, point.x) else 1.0
             lag = None if fastest is None else _lag(body, times[contact.name].rise, fastest)
             bends = here * 2.0 * body.length**3 / (3.0 * math.pi**4 * soft)
             yield LeftOut(contact, k, name, bends, 3.0, 1.0, _beyond(lag, math.pow(k * bends, 1.0 / 3.0)))
@@ -131,7 +131,7 @@ def _beyond(lag: Lag | None, modes: float) -> Lag | None:
     return lag._replace(least=max(lag.least, min(lag.bends * modes * modes, lag.shears * modes)))
 
 
-def _is_loose(beam: Beam, x: float) -> bool:
+def is_loose(beam: Beam, x: float) -> bool:
     """Return whether a place is an end of a beam that nothing stiff or heavy holds."""
     ends = [end for at, end in ((0.0, beam.left), (beam.length, beam.right)) if at == x]
     return any(end.kind in ("free", "spring", "dashpot") for end in ends)

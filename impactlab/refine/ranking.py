@@ -35,7 +35,7 @@ def is_sure(studies: list[Study], met: tuple[Study, Level] | None) -> bool:
 
 def begins_alone(studies: list[Study]) -> bool:
     """Return whether the first run of the preferred description says what it costs to keep the tolerance."""
-    if len(studies) != 1 or studies[0].levels or studies[0].closed:
+    if len(studies) != 1 or studies[0].levels or studies[0].closed or studies[0].takes_two:
         return False
     return math.isfinite(studies[0].description.alone)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Iterable
 
@@ -153,18 +154,20 @@ def _tried(study: Study, request: Simulation, progress: Progress | None) -> None
         if alone and estimate_alone(study, level, request):
             return
     else:
-        first = 0 if study.failures else description.first_alone(allowed(request.method))
+        first = 0 if study.failures or study.takes_two else description.first_alone(allowed(request.method))
         if first:
             level = study.run(min(first, study.next), progress, checked=False)
-            if estimate_alone(study, level, request):
-                return
-            if RATIO * level.fineness < description.coarser(study.next)[0]:
-                study.levels.remove(level)  # too coarse for an estimate beside another one
-        coarser = study.levels[0].fineness if study.levels else description.coarser(study.next)[0]
+            if not estimate_alone(study, level, request):  # others may be preferred to two runs
+                study.takes_two = True
+                if RATIO * level.fineness < description.coarser(study.next)[0]:
+                    study.levels.remove(level)  # too coarse for an estimate beside another one
+                elif study.next < RATIO * level.fineness:
+                    study.next = description.whole(math.ceil(RATIO**2 * level.fineness))
+            return
+        coarser = description.coarser(study.next)[0]
         study.next = finer = max(study.next, description.whole(coarser + 1))
         for fineness in (coarser, finer) if description.alike else (finer, coarser):
-            if all(level.fineness != fineness for level in study.levels):
-                study.run(fineness, progress, checked=False)
+            study.run(fineness, progress, checked=False)
     estimate_errors(study, request)
 
 
