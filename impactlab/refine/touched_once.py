@@ -34,7 +34,7 @@ MIN_SAVING_ALONE = 1.6  # predicted, of a coarser run after one that keeps the t
 MIN_SAVING_OF_SHORT = 2.0  # the same where choosing takes long already
 MIN_RATIO = 2.3  # of the fineness of two runs whose difference states an error
 LONG_S = 4.0 * FIXED_S  # s of predicted solving, from which a run is as fine as two runs need to state its error
-SHARE_OF_TWO = 0.6  # of the error that one run states, that two do in two thirds of the runs
+SHARE_OF_TWO = 0.5  # of the error that one run states, that two do: about the median
 
 
 def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
