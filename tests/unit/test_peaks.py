@@ -58,6 +58,9 @@ def test_a_peak_just_behind_a_front_is_found(stiffness: float) -> None:
     )
     [span] = il.run(case).spans("striker.right|bar.left")
     assert span.peak_force == pytest.approx(0.5 * np.exp(-np.exp(-4.0 * stiffness)), rel=1e-13)
+    held = {"kind": "elastic_plastic", "stiffness": stiffness, "yield_force": 10.0}  # a link, which never yields
+    [link] = il.run(case.with_("contacts.0.law", held)).links
+    assert link.largest == pytest.approx(span.peak_force, rel=1e-13)
 
 
 def test_a_kink_is_sought_on_the_side_that_is_not_left_out() -> None:
