@@ -103,7 +103,8 @@ def link_results(
         rounding = ROUNDING * max(abs(largest), abs(smallest))
         largest, smallest = (0.0 if abs(force) <= rounding else force for force in (largest, smallest))
         known = [each for each in sets if each is not None]
-        yield LinkResult(name, len(own), max(known, default=None), largest, smallest, loss, tuple(sets))
+        most = max(known, default=None, key=abs)
+        yield LinkResult(name, len(own), most, largest, smallest, loss, tuple(sets))
 
 
 def followed(earlier: tuple[LinkResult, ...], later: tuple[LinkResult, ...]) -> tuple[LinkResult, ...]:
