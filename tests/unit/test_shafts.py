@@ -253,5 +253,5 @@ def test_a_table_of_twists_is_in_rad() -> None:
     history = il.run(case)
     start = [float(history.evaluate(0.0, f"twist:bar@{x:.6g}")) for x in (0.0, LENGTH)]
     assert start == pytest.approx([math.radians(0.5), 2e-3], rel=1e-12)
-    with pytest.raises(ImpactlabError, match="'1 mm'.*rad"):
+    with pytest.raises(ImpactlabError, match=r"'1 mm'.*rad"):
         case.with_("bodies.bar.twist.u.1", "1 mm").simulation()
