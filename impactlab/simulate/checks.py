@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.energy import MIN_ENERGY
@@ -52,6 +53,7 @@ OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
+PERIODS_WARN, PERIOD_TOL = 10, 1e-6  # of contact within one step each, from which a law seems not to report them
 
 Failure = Callable[..., StepError]  # of a text and a remedy; time, step and history are set
 
@@ -66,7 +68,7 @@ def add_warnings(history: AbstractHistory) -> None:
         if span.kicks is not None and span.kicks > KICKS_WARN:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             found.append(Warned("chatter", text))
-    found += noted_by_laws(history)
+    found += [*noted_by_laws(history), *closed_within_steps(history)]
     found += [*mechanisms.warnings(history), *probes.after(history)]
     found += approximate_modes.warnings(history)
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
@@ -116,6 +118,33 @@ def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
         for noted in laws[contact.name].noted:
             if count := int(memory[noted.slot]):
                 yield Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}")
+
+
+def closed_within_steps(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Yield a warning for each law of a plugin whose contacts all begin and end within one step.
+
+    That is what the loop sees of a law which presses the faces and never sets `in_contact`.
+    """
+    if history.dt is None:
+        return
+    for contact, law in zip(history.scene.contacts, laws_of(history.scene, history.method), strict=True):
+        if law.two_sided or not law.answers_force or is_built_in(law):
+            continue
+        spans = history.spans(contact.name)
+        longest = max((span.until(history.duration) - span.start for span in spans), default=0.0)
+        if len(spans) >= PERIODS_WARN and longest <= (1.0 + PERIOD_TOL) * history.dt:
+            name = kind_of(law)
+            text = (
+                f"{contact.name}: each of {len(spans)} periods of contact lasts one step at most. Law '{name}' must "
+                "set reply.in_contact to 1.0 in each step at whose end the faces are still in contact; `impactlab "
+                f"plugins --check {name}` tests it"
+            )
+            yield Warned("chatter", text)
+
+
+def is_built_in(law: AbstractContactLaw) -> bool:
+    """Return whether a law comes with impactlab."""
+    return type(law).__module__.startswith("impactlab.")
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -190,7 +219,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         raise failure(stuck, remedy=REACH_FURTHER)
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
-        own_laws = {kind_of(law) for law in laws if not type(law).__module__.startswith("impactlab.")}
+        own_laws = {kind_of(law) for law in laws if not is_built_in(law)}
         advice = "".join(f" Or law '{name}' returns NaN: impactlab plugins --check {name}" for name in sorted(own_laws))
         raise failure(text, remedy=stiffer_link(history) or f"Give a smaller step, or a softer contact.{advice}")
     if not all_finite(assembly.memory.record[: clock.n_records]):

@@ -16,6 +16,7 @@ from impactlab import PluginError, StepError, plugins
 from impactlab.cli import app
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractIntegrator, Step
+from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
@@ -67,6 +68,16 @@ class Glue(Spring):
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
         reply.force = reply.trial = -port.parameters[0] * port.gap
+
+
+@dataclasses.dataclass(frozen=True)
+class Silent(Spring):
+    """A spring that never reports its contact."""
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        Spring.respond(port, reply)
+        reply.in_contact = 0.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -146,6 +157,7 @@ class Soft(AbstractRodModel):
 PARTS: dict[str, tuple[Group, type[Any]]] = {
     "spring": (LAWS, Spring),
     "glue": (LAWS, Glue),
+    "silent": (LAWS, Silent),
     "raises": (LAWS, Raises),
     "overstated": (INTEGRATORS, Overstated),
     "soft": (MODELS, Soft),
@@ -184,6 +196,18 @@ def test_a_law_that_pulls_is_found(found):
     assert wrong["it never pulls and never books a negative loss"].startswith("it pulls: its force is -")
     assert "far apart its reply is zero" in wrong
     assert wrong["it has a description and a source"] == "no entry in citations.bib for Nobody2031"
+
+
+@pytest.mark.parametrize("law", ["spring", "silent"])
+def test_a_law_that_never_sets_in_contact_is_found_and_its_run_warns(found, law):
+    """The run reported a contact in each of its steps, without a word."""
+    wrong = failed(verdict(law, found))
+    assert ("it reports the contact of faces that it presses" in wrong) == (law == "silent")
+    bodies, part = (Mass("ball", 1.0, 1.0), Wall("wall")), found.load(LAWS, law)(2e6)
+    history = run(*in_a_row(bodies, None, part, CentralDifference(), StepRule(dt=1e-5), duration=5e-3))
+    warned = [each.text for each in history.warnings if each.code == "chatter"]
+    assert len(warned) == (law == "silent")
+    assert all("Law 'silent' must set reply.in_contact to 1.0" in text for text in warned)
 
 
 def test_what_a_law_raises_is_told(found):

@@ -242,6 +242,17 @@ class ContactLawContract(LawContract):
             assert reply.in_contact in (0.0, 1.0), f"in_contact is {reply.in_contact:.4g}, neither 0 nor 1"
             assert math.isfinite(reply.force + reply.impulse + reply.trial)
 
+    def test_it_reports_the_contact_of_faces_that_it_presses(self) -> None:
+        """Faces that overlap at both ends of a step are in contact: without this, each step counts as a contact."""
+        random = np.random.default_rng(13)
+        for _ in range(PORTS):
+            port = self.port(random)
+            reply = self.reply_to(port)
+            end = port.free_gap + port.gap_per_force * reply.force + port.gap_per_push * reply.push
+            if reply.force > 0.0 and port.gap < 0.0 and end < 0.0:
+                text = f"it presses with {reply.force:.4g} N on faces that overlap, but in_contact is not 1"
+                assert reply.in_contact == 1.0, text
+
     def test_far_apart_its_reply_is_zero(self) -> None:
         random = np.random.default_rng(3)
         for _ in range(PORTS):
