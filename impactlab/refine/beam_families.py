@@ -30,7 +30,7 @@ from impactlab.refine.beam_descriptions import (
     is_infinite,
     shortest_time,
 )
-from impactlab.refine.beam_modes import COARSEST, UNIT, BeamModes, counted_share, rises
+from impactlab.refine.beam_modes import COARSEST, UNIT, BeamModesFamily, counted_share, rises
 from impactlab.refine.description import Description
 from impactlab.refine.descriptions import modelled_as, recorded
 from impactlab.scene.bodies import Beam
@@ -57,7 +57,7 @@ def families(request: Simulation) -> Iterator[Description]:
     sheared = any(beam.theory == "timoshenko" for beam in beams)
     hard = any(law.hard for law in laws_of(*request))
     if all(_has_modes(beam) for beam in beams) and are_delay_lines(request.scene) and not (sheared and hard):
-        yield BeamModes(request).description()
+        yield BeamModesFamily(request).description()
     if grids is None:  # a hard contact on a beam that shears: fronts, which its characteristics carry
         yield _implicit(request, sheared)
     if all(beam.theory == "timoshenko" and not beam.is_damped and beam.rotation is None for beam in beams):
