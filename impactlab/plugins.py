@@ -112,7 +112,9 @@ class Registry:
             return known  # type: ignore[no-any-return]
         entries = [entry for entry in self.entries if entry.group == group.name and entry.name == name]
         if not entries:
-            raise PluginError(self._unknown(group, name), remedy=self._installed(group))
+            text, installed = self._unknown(group, name), self._installed(group)
+            hint = "" if "Did you mean" in text or ": it is" in text else " If a plugin has it, install the plugin."
+            raise PluginError(text, remedy=installed + hint)
         if len(entries) > 1:
             homes = sorted(f"{entry.distribution} ({entry.value})" for entry in entries)
             others = sorted({entry.distribution for entry in entries} - {"impactlab"})

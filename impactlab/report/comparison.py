@@ -159,10 +159,17 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
         lines = _aligned(rows, names)
     reference = comparison["reference"]
     title = f"{comparison['case']}: {counted(len(rows), 'method')}" + (f" against {reference}" if reference else "")
-    below = agreement_texts(comparison.get("collisions", ()))
+    below = [] if reference else [f"errors {text}" for text in _no_errors(comparison)]
+    below += agreement_texts(comparison.get("collisions", ()))
     below += [f"all methods: {code}" for code in shared]
     below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []
     return "\n".join([title, "", *lines, *below])
+
+
+def _no_errors(comparison: Mapping[str, Any]) -> list[str]:
+    """Return why the methods have no errors, each reason once."""
+    found = ((row["summary"].get("reference") or {}).get("text") for row in comparison["rows"])
+    return list(dict.fromkeys(text for text in found if text))
 
 
 def _aligned(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> list[str]:

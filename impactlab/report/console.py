@@ -179,10 +179,9 @@ def verdict_text(document: Mapping[str, Any]) -> str:
         declared = "" if figure["declared"] is None else f" (declared {figure['declared']:.4g})"
         remark = f"; {figure['remark']}" if figure["remark"] else ""
         lines.append(f"  {'ok    ' if figure['ok'] else 'FAILED'}  {figure['name']}: {value}{declared}{remark}")
-    failed = sum(not found["ok"] for found in (*document["properties"], *document["measured"]))
-    lines.append(
-        f"{document['status']}: {failed} of {len(document['properties'])} properties failed" if failed else "ok"
-    )
+    every = [*document["properties"], *document["measured"]]
+    failed = sum(not found["ok"] for found in every)
+    lines.append(f"{document['status']}: {failed} of {len(every)} checks failed" if failed else "ok")
     return "\n".join(lines)
 
 

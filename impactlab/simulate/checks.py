@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -80,10 +80,9 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_gain", RETURNED.format(share=100 * returned)))
     loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
     if beyond(history, loss, LOSS_WARN):
-        text = (
-            f"{100 * loss:.2g} % of the reference energy was lost without a formula: to the scheme, or to a law whose "
-            "reply does not count it as `dissipated`"
-        )
+        text = f"{100 * loss:.2g} % of the reference energy was lost without a formula, as by the damping of the scheme"
+        if own := own_laws(laws.values()):
+            text += f"; or law {own} does not report it as `stored` or `dissipated`"
         found.append(Warned("energy_loss", text))
     elif beyond(history, loss, SLOW_LOSS_WARN):
         found += slow_loss(history, loss)
@@ -145,6 +144,11 @@ def closed_within_steps(history: AbstractRecordedHistory) -> Iterator[Warned]:
 def is_built_in(law: AbstractContactLaw) -> bool:
     """Return whether a law comes with impactlab."""
     return type(law).__module__.startswith("impactlab.")
+
+
+def own_laws(laws: Iterable[AbstractContactLaw]) -> str:
+    """Return the names of the laws that do not come with impactlab, quoted; empty if all do."""
+    return ", ".join(sorted({f"'{kind_of(law)}'" for law in laws if not is_built_in(law)}))
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -219,8 +223,8 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         raise failure(stuck, remedy=REACH_FURTHER)
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
-        own_laws = {kind_of(law) for law in laws if not is_built_in(law)}
-        advice = "".join(f" Or law '{name}' returns NaN: impactlab plugins --check {name}" for name in sorted(own_laws))
+        own = own_laws(laws)
+        advice = f" Or law {own} returns NaN, which `impactlab plugins --check` finds." if own else ""
         raise failure(text, remedy=stiffer_link(history) or f"Give a smaller step, or a softer contact.{advice}")
     if not all_finite(assembly.memory.record[: clock.n_records]):
         raise failure("a displacement or force is not a finite number", remedy=LOST_DIGITS)
@@ -259,6 +263,8 @@ def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
     laws = laws_of(assembly.scene, assembly.acting)
     of_laws = " ".join(dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy))
     remedy = of_laws or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
+    if own := own_laws(laws):
+        remedy += f" Law {own} must report what it holds as `stored`, and declare what it may gain as `gains_energy`."
     return pushed_out(history) or stiffer_link(history) or remedy
 
 

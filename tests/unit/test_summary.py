@@ -149,6 +149,13 @@ def test_a_run_without_an_exact_answer_says_so() -> None:
     assert "errors    not measured" in text
 
 
+def test_a_comparison_without_errors_gives_the_reason() -> None:
+    """Its columns of errors held dashes, without a word."""
+    summary = summarise("toy", scene(ModalLike()).scene, history())
+    text = table(comparison("toy", None, [("base", summary), ("other", summary)]))
+    assert text.count("errors not measured: no exact answer") == 1
+
+
 def test_the_summary_is_strict_json() -> None:
     spans = (ContactSpan(PAIR, np.float64(0.0), None, np.float64(np.inf), float("nan")),)
     text = json.dumps(summarise("toy", scene(ModalLike()).scene, history(contacts=spans)), allow_nan=False)

@@ -210,6 +210,14 @@ def test_a_law_that_never_sets_in_contact_is_found_and_its_run_warns(found, law)
     assert all("Law 'silent' must set reply.in_contact to 1.0" in text for text in warned)
 
 
+def test_a_law_that_gains_more_than_it_declares_is_told_what_to_declare(found):
+    """Its run asked for a smaller step alone."""
+    bodies, law = (Mass("ball", 1.0, 1.0), Wall("wall")), found.load(LAWS, "spring")(2e6)
+    with pytest.raises(StepError, match="energy grew") as failed_run:
+        run(*in_a_row(bodies, None, law, ExactModal(), StepRule(dt=1e-5), duration=5e-3))
+    assert "Law 'spring' must report what it holds as `stored`, and declare" in failed_run.value.remedy
+
+
 def test_what_a_law_raises_is_told(found):
     wrong = failed(verdict("raises", found))
     assert wrong["far apart its reply is zero"] == "ValueError: no answer to this gap"
