@@ -408,6 +408,8 @@ def _forces(axes: Axes, history: AbstractHistory, scene: Scene, time: Unit) -> S
     axes.axhline(0.0, color=GRID, linewidth=0.8)
     axes.set_xlabel(f"time  t  [{time.label}]")
     axes.set_ylabel(f"contact force  [{unit.label}]")
+    if 1 < len(lines) <= len(PALETTE):  # of more, colours repeat
+        axes.legend(loc="upper right", fontsize=7.5, frameon=False)
 
     def step(number: int) -> None:
         for line, values in lines:

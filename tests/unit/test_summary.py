@@ -18,6 +18,7 @@ from impactlab.report.comparison import cell, comparison, table, table_rows
 from impactlab.report.console import summary_text
 from impactlab.report.facts import method_facts, units_of
 from impactlab.report.summary import describe, extremes, summarise
+from impactlab.report.table import page_rows
 from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import UNIT, mass_on_rod
@@ -147,6 +148,20 @@ def test_gains_are_shares_of_the_energy_in_play() -> None:
 def test_a_run_without_an_exact_answer_says_so() -> None:
     text = summary_text(summarise("toy", scene(ModalLike()).scene, history()))
     assert "errors    not measured" in text
+
+
+def test_times_of_rigid_bodies_are_in_seconds() -> None:
+    """Step and opening were dashes, as there is no round trip, and no error was marked as the smallest."""
+    ball, wall = il.Mass(1.0, velocity=1.0), il.Wall()
+    contact = il.Contact("ball", "wall", {"kind": "hertz", "stiffness": 1e9})
+    solve = {"duration": 5e-3, "integrator": {"kind": "midpoint"}, "step": {"dt": 1e-5}}
+    case = il.Case(bodies={"ball": ball, "wall": wall}, contacts=[contact], solve=solve)
+    document = il.compare(case.with_("methods", {"fine": {"solve.step": {"dt": 2e-6}}})).document
+    text = table(document)
+    assert "dt [s]" in text
+    assert "first opening [s]" in text
+    assert [row["dt"] for row in table_rows(document)] == [1e-5, 2e-6]
+    assert [cell.best for row in page_rows(document) for cell in row["cells"][:1]] == [False, True]
 
 
 def test_a_comparison_without_errors_gives_the_reason() -> None:
