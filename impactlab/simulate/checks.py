@@ -42,7 +42,7 @@ SLOW_LOSS_WARN, LONG_RUN, STEADY = 0.02, 100_000, 0.25
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
 STIFFER_LINK = "Give a stiffer or shorter link, or several that are clamped to each other."
-SMALLER_STEP = "Give a smaller step, or another law."
+SMALLER_STEP = "Give a smaller step, an implicit integrator such as midpoint, or another law."
 RETURNED = (
     "dampers gave back {share:.2g} % of the reference energy: the step is long beside the decay of damped modes, and "
     "the scheme overshoots their velocities"
