@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from impactlab import PluginError, StepError, plugins
+from impactlab import PairingError, PluginError, StepError, plugins
 from impactlab.cli import app
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractIntegrator, Step
@@ -78,6 +78,49 @@ class Silent(Spring):
     def respond(port: Port, reply: Reply) -> None:
         Spring.respond(port, reply)
         reply.in_contact = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Needless(AbstractContactLaw):
+    """A law that does not say which compliances it uses."""
+
+    citations = ("own",)
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        reply.force = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Unused(AbstractContactLaw):
+    """A law whose option never reaches its respond."""
+
+    needs = frozenset({Level.POSITION})
+    citations = ("own",)
+    stiffness: float = option(1e9, unit="N/m", description="spring")
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        reply.force = max(0.0, -port.parameters[0] * port.gap)
+
+
+@dataclasses.dataclass(frozen=True)
+class Forgets(Spring):
+    """A law whose begin returns nothing."""
+
+    def begin(self, left: Any, right: Any, dt: float) -> Any:
+        """Return nothing."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Returns(Spring):
+    """A law that returns its force."""
+
+    compiled = True
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> Any:
+        return max(0.0, -port.parameters[0] * port.gap)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -158,6 +201,10 @@ PARTS: dict[str, tuple[Group, type[Any]]] = {
     "spring": (LAWS, Spring),
     "glue": (LAWS, Glue),
     "silent": (LAWS, Silent),
+    "needless": (LAWS, Needless),
+    "unused": (LAWS, Unused),
+    "forgets": (LAWS, Forgets),
+    "returns": (LAWS, Returns),
     "raises": (LAWS, Raises),
     "overstated": (INTEGRATORS, Overstated),
     "soft": (MODELS, Soft),
@@ -216,6 +263,19 @@ def test_a_law_that_gains_more_than_it_declares_is_told_what_to_declare(found):
     with pytest.raises(StepError, match="energy grew") as failed_run:
         run(*in_a_row(bodies, None, law, ExactModal(), StepRule(dt=1e-5), duration=5e-3))
     assert "Law 'spring' must report what it holds as `stored`, and declare" in failed_run.value.remedy
+
+
+def test_slips_of_a_first_law_are_named(found):
+    """They were an AttributeError of impactlab's own code, a line of numba's, or options without effect."""
+    with pytest.raises(PluginError, match=r"write needs = frozenset\(\{Level.POSITION\}\)"):
+        verdict("needless", found)
+    reason = failed(verdict("unused", found))["its facts have the right types"]
+    assert reason.startswith("it has options (stiffness) and no `begin`")
+    bodies = Mass("ball", 1.0, 1.0), Wall("wall")
+    for name, text in (("forgets", "`begin` of the law returned None"), ("returns", "it returns a value; it must")):
+        assert any(text in reason for reason in failed(verdict(name, found)).values())
+        with pytest.raises((PairingError, PluginError), match=text):
+            run(*in_a_row(bodies, None, found.load(LAWS, name)(2e6), ExactModal(), StepRule(dt=1e-5), duration=5e-3))
 
 
 def test_what_a_law_raises_is_told(found):
