@@ -20,6 +20,7 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
+from impactlab.numerics.banded import full
 from impactlab.plugins import (
     INTEGRATORS,
     LAWS,
@@ -33,7 +34,7 @@ from impactlab.plugins import (
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import in_a_row
+from impactlab.testing.scenes import in_a_row, mass_on_rod
 from impactlab.testing.verdict import Verdict, find, verdict
 from impactlab.types import Level, Port, Reply, Start, option
 
@@ -197,6 +198,25 @@ class Soft(AbstractRodModel):
         return FiniteElement(self.elements).build(dataclasses.replace(rod, segments=softer), gravity)
 
 
+@dataclasses.dataclass(frozen=True)
+class Empty(Soft):
+    """A rod whose build returns nothing."""
+
+    def build(self, rod: Any, gravity: float, faces: Any = ()) -> Any:
+        """Return nothing."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Full(Soft):
+    """A rod whose mass matrix is full."""
+
+    def build(self, rod: Any, gravity: float, faces: Any = ()) -> Any:
+        body = FiniteElement(self.elements).build(rod, gravity)
+        system = body.operators()
+        body.operators = lambda: system._replace(mass=full(system.mass))  # type: ignore[method-assign]
+        return body
+
+
 PARTS: dict[str, tuple[Group, type[Any]]] = {
     "spring": (LAWS, Spring),
     "glue": (LAWS, Glue),
@@ -208,6 +228,8 @@ PARTS: dict[str, tuple[Group, type[Any]]] = {
     "raises": (LAWS, Raises),
     "overstated": (INTEGRATORS, Overstated),
     "soft": (MODELS, Soft),
+    "empty": (MODELS, Empty),
+    "full": (MODELS, Full),
     "misnamed": (LAWS, Misnomer),
     "beyond": (LAWS, Beyond),
     "generous": (LAWS, Generous),
@@ -296,6 +318,15 @@ def test_a_model_that_is_too_soft_is_found(found):
         "pushed slowly it carries the force to its clamp",
         "its lowest frequencies are those of the rod",
     }
+
+
+def test_slips_of_a_first_model_are_named(found):
+    """They were an AttributeError of impactlab's own code and matrices that are not positive definite."""
+    assert "`build` returned None, and no AbstractDiscreteModel" in failed(verdict("empty", found)).values()
+    with pytest.raises(PluginError, match="`build` of model 'empty' returned None"):
+        run(*mass_on_rod(found.load(MODELS, "empty")(), Spring(2e6), ExactModal(), StepRule(dt=1e-6)))
+    reason = failed(verdict("full", found))["its matrices are bands and its rows fit them"]
+    assert reason.startswith("mass has the shape (41, 41), and must be lower bands (bandwidth + 1, 41)")
 
 
 def test_a_part_under_another_name_than_its_class_is_reported_under_a_name_that_no_case_can_load(found):
