@@ -20,12 +20,11 @@ if TYPE_CHECKING:
     from impactlab.history import base as histories
     from impactlab.history import sampling
     from impactlab.refine import reference_record
-    from impactlab.report import animation, compare_report, console, figure_files, output, provenance, run_report
     from impactlab.report import choice as choices
+    from impactlab.report import compare_report, console, figure_files, film_files, output, provenance, run_report
     from impactlab.sweeps import axes, given_twice
     from impactlab.testing import verdict as verdicts
 else:
-    animation = lazy("impactlab.report.animation")
     api = lazy("impactlab.api")
     axes = lazy("impactlab.sweeps.axes")
     bench_report = lazy("impactlab.bench.report.write")
@@ -40,6 +39,7 @@ else:
     edit = lazy("impactlab.casefile.edit")
     figure_files = lazy("impactlab.report.figure_files")
     files = lazy("impactlab.files")
+    film_files = lazy("impactlab.report.film_files")
     fits = lazy("impactlab.fits")
     given_twice = lazy("impactlab.sweeps.given_twice")
     grid = lazy("impactlab.bench.grid")
@@ -60,7 +60,6 @@ else:
     verdicts = lazy("impactlab.testing.verdict")
 
 __all__ = [
-    "animation",
     "api",
     "axes",
     "bench_report",
@@ -75,6 +74,7 @@ __all__ = [
     "edit",
     "figure_files",
     "files",
+    "film_files",
     "fits",
     "given_twice",
     "grid",
