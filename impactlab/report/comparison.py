@@ -50,6 +50,11 @@ def units_of(comparison: Mapping[str, Any]) -> dict[str, str]:
     return {name: "s" if unit == "T" and not in_trips else unit for name, unit in COLUMNS.items()}
 
 
+def solution_words(reference: str) -> str:
+    """Return the reference of errors in words: a converged solution, or the exact one under any of its names."""
+    return "a converged solution" if reference == "converged" else "the exact solution"
+
+
 def table_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return one row per method, keys as in `COLUMNS`; text, number or None, in the units of `units_of`.
 
@@ -166,7 +171,9 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
         left_out.append(name)
         lines = _aligned(rows, names, named)
     reference = comparison["reference"]
-    title = f"{comparison['case']}: {counted(len(rows), 'method')}" + (f" against {reference}" if reference else "")
+    title = f"{comparison['case']}: {counted(len(rows), 'method')}" + (
+        f" against {solution_words(reference)}" if reference else ""
+    )
     below = [] if reference else [f"errors {text}" for text in _no_errors(comparison)]
     below += agreement_texts(comparison.get("collisions", ()))
     below += [f"all methods: {code}" for code in shared]

@@ -14,6 +14,7 @@ from impactlab.history.base import SERIOUS
 from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
 from impactlab.printing import plain
+from impactlab.report.comparison import solution_words
 from impactlab.scene.method import Simulation, is_exact
 
 if TYPE_CHECKING:
@@ -36,6 +37,10 @@ MAIN_ERRORS = (
 ROUNDING = 1e-11  # of a share: less is written as 0
 UNITS_AT_END = {
     "position": "m", "velocity": "m/s", "momentum": "N s", "energy": "J", "angles": "rad", "rates": "rad/s",
+}  # fmt: skip
+UNITS_DERIVED = {
+    "mass": "kg", "round_trip": "s", "wave_speed": "m/s", "impedance": "N s/m", "bending_stiffness": "N m2",
+    "shear_speed": "m/s", "stretch": "m", "tip_radius": "m", "root_stress": "Pa", "rate": "rad/s", "radius": "m",
 }  # fmt: skip
 MANY_LAWS = 4  # from which the laws of contacts are counted by kind
 STEADY = (
@@ -139,7 +144,7 @@ def _errors(summary: Mapping[str, Any]) -> list[str]:
     if summary["method"]["dt"] is None and of_motion == 0.0:
         return ["  errors    none: this is the exact solution"]
     known = errors.get("reference_uncertainty")
-    against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
+    against = solution_words(errors["reference"]) + (f" (known to {known:.1g})" if known else "")
     main = [f"{key.replace('_', ' ')} {_percent(shown[key])}" for key in MAIN_ERRORS if key in shown]
     rest = ["more: --json"] if len(main) < len(shown) else []
     return [f"  errors    against {against}: " + ", ".join(main + rest)]
@@ -185,20 +190,21 @@ def verdict_text(document: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def tree_text(tree: Any, indent: int = 0) -> str:
-    """Return nested plain values as indented text, in the manner of a case file."""
+def tree_text(tree: Any, indent: int = 0, derived: bool = False) -> str:
+    """Return nested plain values as indented text, in the manner of a case file; derived values with their units."""
     pad = "  " * indent
     lines = []
     for key, value in tree.items():
         if isinstance(value, Mapping) and value:
-            lines += [f"{pad}{key}:", tree_text(value, indent + 1)]
+            lines += [f"{pad}{key}:", tree_text(value, indent + 1, derived or key == "derived")]
         elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
             lines.append(f"{pad}{key}:")
             for item in value:
                 lines.append(f"{pad}  -")
                 lines.append(tree_text(item, indent + 2))
         else:
-            lines.append(f"{pad}{key}: {_plain(value)}")
+            unit = f"  # {UNITS_DERIVED[key]}" if derived and key in UNITS_DERIVED else ""
+            lines.append(f"{pad}{key}: {_plain(value)}{unit}")
     return "\n".join(lines)
 
 
