@@ -171,9 +171,8 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
         left_out.append(name)
         lines = _aligned(rows, names, named)
     reference = comparison["reference"]
-    title = f"{comparison['case']}: {counted(len(rows), 'method')}" + (
-        f" against {solution_words(reference)}" if reference else ""
-    )
+    against = f" against {solution_words(reference)}" if reference else ""
+    title = f"{comparison['case']}: {counted(len(rows), 'method')}{against}"
     below = [] if reference else [f"errors {text}" for text in _no_errors(comparison)]
     below += agreement_texts(comparison.get("collisions", ()))
     below += [f"all methods: {code}" for code in shared]

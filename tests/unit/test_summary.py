@@ -245,7 +245,7 @@ def test_a_comparison_keeps_its_failed_rows() -> None:
 
 def test_the_text_table_is_aligned_and_whole() -> None:
     lines = table(two_rows()).splitlines()
-    assert lines[0] == "toy: 2 methods against itself"
+    assert lines[0] == "toy: 2 methods against the exact solution"
     head, rule, base, hopeless = lines[2:]
     assert head.index("model") == rule.index("-", head.index("model")) == base.index("modal_like 100/40")
     assert base.split()[0] == "base"
