@@ -19,9 +19,10 @@ if TYPE_CHECKING:
     from impactlab.casefile import settings as settings_of
     from impactlab.history import base as histories
     from impactlab.history import sampling
-    from impactlab.refine import reference_record
+    from impactlab.refine.references import reference_record
     from impactlab.report import choice as choices
-    from impactlab.report import compare_report, console, figure_files, film_files, output, provenance, run_report
+    from impactlab.report import compare_report, console, film_files, output, provenance, run_report
+    from impactlab.report.figures import figure_files
     from impactlab.sweeps import axes, given_twice
     from impactlab.testing import verdict as verdicts
 else:
@@ -37,9 +38,9 @@ else:
     console = lazy("impactlab.report.console")
     derivatives = lazy("impactlab.derivatives")
     edit = lazy("impactlab.casefile.edit")
-    figure_files = lazy("impactlab.report.figure_files")
+    figure_files = lazy("impactlab.report.figures.figure_files")
     files = lazy("impactlab.files")
-    film_files = lazy("impactlab.report.film_files")
+    film_files = lazy("impactlab.report.figures.film_files")
     fits = lazy("impactlab.fits")
     given_twice = lazy("impactlab.sweeps.given_twice")
     grid = lazy("impactlab.bench.grid")
@@ -48,7 +49,7 @@ else:
     listings = lazy("impactlab.casefile.listing")
     output = lazy("impactlab.report.output")
     provenance = lazy("impactlab.report.provenance")
-    reference_record = lazy("impactlab.refine.reference_record")
+    reference_record = lazy("impactlab.refine.references.reference_record")
     registries = lazy("impactlab.plugins")
     run_report = lazy("impactlab.report.run_report")
     sampling = lazy("impactlab.history.sampling")

@@ -145,9 +145,9 @@ class Views:
             If the file has another ending, or ffmpeg is missing.
         """
         if path is not None:
-            above("report.film_files").write(self, Path(path), seconds)
+            above("report.figures.film_files").write(self, Path(path), seconds)
             return None
-        made: FuncAnimation = above("report.animation").animate(self, seconds)
+        made: FuncAnimation = above("report.figures.animation").animate(self, seconds)
         return made
 
     def _repr_html_(self) -> str:

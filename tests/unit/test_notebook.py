@@ -20,7 +20,8 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.errors import ImpactlabError
-from impactlab.report import animation, film_files
+from impactlab.report import film_files
+from impactlab.report.figures import animation
 
 CASES = Path(__file__).parents[2] / "cases"
 

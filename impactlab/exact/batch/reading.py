@@ -1,4 +1,4 @@
-"""Signals of a march at a time and their integrals, compiled: as `impactlab.exact.signals`, one number at a time."""
+"""Signals of a march at a time and their integrals, compiled: as `impactlab.exact.results.signals`, one number at a time."""
 
 from __future__ import annotations
 
