@@ -3,10 +3,10 @@
 For every case and variant and the tolerances 1e-2, 1e-3 and 1e-4, and for the beams of `beam_scenes` from 1e-1 on: the
 description chosen, the error it was expected to have and the one it has, how long it solved, the best of all other
 descriptions that keeps the tolerance, and how long the choosing took. Errors are the largest of those that a tolerance
-bounds (`impactlab.refine.stated_error`), by the metrics of a summary. The best is sought, by the measured error,
-among a fixed list of methods and all descriptions of the choice itself, each at sizes that grow by the square root of
-two. Times are least ones of repeats on one core. Every repeat of a choice begins without modes and bodies of an earlier
-one.
+bounds (`impactlab.refine.references.stated_error`), by the metrics of a summary. The best is sought, by the measured
+error, among a fixed list of methods and all descriptions of the choice itself, each at sizes that grow by the square
+root of two. Times are least ones of repeats on one core. Every repeat of a choice begins without modes and bodies of an
+earlier one.
 
 A run may keep a tolerance by luck, as its error passes through zero on the way from one sign to the other. So a second
 best is given beside it: the fastest run all whose finer runs of the same method keep the tolerance, too.
@@ -57,11 +57,11 @@ from impactlab.metrics import norms
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.refine.descriptions import modelled_as
-from impactlab.refine.reference import find
-from impactlab.refine.reference_record import Reference
-from impactlab.refine.stated_error import METRICS
-from impactlab.refine.suitable import for_choice
+from impactlab.refine.descriptions.rods import modelled_as
+from impactlab.refine.descriptions.suitable import for_choice
+from impactlab.refine.references.reference import find
+from impactlab.refine.references.reference_record import Reference
+from impactlab.refine.references.stated_error import METRICS
 from impactlab.scene.facts import beams_of, shortest_transit
 from impactlab.scene.method import COUNTED, Counted, Simulation, StepRule, Tolerance
 from impactlab.simulate import stepped_run

@@ -3,9 +3,9 @@
 Runs every description that steps, of references and of the choice, at several values of fineness on scenes of one and
 more bodies, and fits seconds = (step + size x size of a step) x steps above the fixed cost of a run, by least squares
 of relative errors. The fixed cost is the least time of all runs; the cost of setting up is the median. The constants
-are printed beside those in use (`impactlab.refine.cost`), with predicted over measured times. Times are least ones of
-repeats, nothing else running; another machine scales all of them, so only the ratios of the
-descriptions agree.
+are printed beside those in use (`impactlab.refine.descriptions.cost`), with predicted over measured times. Times are
+least ones of repeats, nothing else running; another machine scales all of them, so only the ratios of the descriptions
+agree.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from impactlab import simulate
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.power_law import Hertz
 from impactlab.errors import ImpactlabError
-from impactlab.refine import cost
-from impactlab.refine.beam_descriptions import continuous
-from impactlab.refine.description import Description
-from impactlab.refine.suitable import for_choice, stepped
+from impactlab.refine.descriptions import cost
+from impactlab.refine.descriptions.beams import continuous
+from impactlab.refine.descriptions.description import Description
+from impactlab.refine.descriptions.suitable import for_choice, stepped
 from impactlab.scene import Beam, BeamSegment, Body, Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Simulation, StepRule

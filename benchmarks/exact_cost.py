@@ -18,7 +18,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import ImpactlabError
 from impactlab.exact.cost import predicted_s
-from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.solve import solve
 from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule

@@ -43,10 +43,11 @@ if TYPE_CHECKING:
 
     from impactlab.exact import solve as exact
     from impactlab.numerics import addresses, ahead
-    from impactlab.refine import choice, reference_record
-    from impactlab.refine import outlook as outlooks
-    from impactlab.refine import reference as references
-    from impactlab.refine.reference_record import Reference
+    from impactlab.refine import choice
+    from impactlab.refine.references import outlook as outlooks
+    from impactlab.refine.references import reference as references
+    from impactlab.refine.references import reference_record
+    from impactlab.refine.references.reference_record import Reference
     from impactlab.report import comparison as comparisons
     from impactlab.report import notebook
     from impactlab.report import summary as summaries
@@ -56,9 +57,9 @@ else:  # with the libraries that they load, each when it is first used
     addresses, ahead = lazy("impactlab.numerics.addresses"), lazy("impactlab.numerics.ahead")
     exact, needed_kernels = lazy("impactlab.exact.solve"), lazy("impactlab.simulate.needed_kernels")
     driver, plan = lazy("impactlab.simulate.driver"), lazy("impactlab.simulate.plan")
-    choice, references = lazy("impactlab.refine.choice"), lazy("impactlab.refine.reference")
-    reference_record = lazy("impactlab.refine.reference_record")
-    outlooks = lazy("impactlab.refine.outlook")
+    choice, references = lazy("impactlab.refine.choice"), lazy("impactlab.refine.references.reference")
+    reference_record = lazy("impactlab.refine.references.reference_record")
+    outlooks = lazy("impactlab.refine.references.outlook")
     notebook, summaries = lazy("impactlab.report.notebook"), lazy("impactlab.report.summary")
     comparisons = lazy("impactlab.report.comparison")
 
@@ -235,7 +236,8 @@ def reference_of(scene: Scene, method: Method, budget: float | None = None) -> R
     """Return the answer that a run is measured against, or None where there is none.
 
     The exact one where the exact solver supports the scene, else a converged one; ``budget`` are the seconds of
-    predicted solving that this may take (`impactlab.refine.reference`), by default as many as a comparison waits for.
+    predicted solving that this may take (`impactlab.refine.references.reference`), by default as many as a comparison
+    waits for.
     """
     return references.find(scene, method, reference_record.FULL_BUDGET_S if budget is None else budget)
 
@@ -284,7 +286,8 @@ def summarised(
     """Return the summary of a run and the reference of its errors.
 
     ``budget`` are the seconds of predicted solving that a reference may take. Without it a reference is computed where
-    it is predicted to take no longer than ten times the run, and ten seconds at most (`impactlab.refine.outlook`).
+    it is predicted to take no longer than ten times the run, and ten seconds at most
+    (`impactlab.refine.references.outlook`).
     """
     physics = physics_of(case)
     with spent_on(REFERENCE):

@@ -22,7 +22,7 @@ from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampled import SampledHistory
 from impactlab.history.sampling import MAX_FORCES, file_times, page_times
 from impactlab.history.units import UNITS
-from impactlab.refine.reference_record import Reference
+from impactlab.refine.references.reference_record import Reference
 from impactlab.report.summary import summarise
 from impactlab.scene.method import Simulation
 

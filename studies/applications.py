@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 import impactlab as il
 from impactlab import drilling, piling
 from impactlab.piling import case_method
-from impactlab.report import style
+from impactlab.report.figures import style
 from studies.pages import CASES, Study
 
 AREA, SPEED, HAMMER = 1e-3, 5000.0, 0.5  # of the drill of the page: m2, m/s, m

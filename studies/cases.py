@@ -12,8 +12,8 @@ import impactlab as il
 from impactlab.api import reference_of
 from impactlab.casefile import Case
 from impactlab.history import ContactSpan
-from impactlab.refine.reference_record import Reference
-from impactlab.report import style
+from impactlab.refine.references.reference_record import Reference
+from impactlab.report.figures import style
 from impactlab.scene import ElasticBody, Rod, Scene, Wall
 from impactlab.scene.method import Method
 from studies.pages import CASES, Study, filled, table

@@ -17,7 +17,7 @@ from matplotlib.patches import Rectangle
 from PIL import Image
 
 import impactlab as il
-from impactlab.report import style
+from impactlab.report.figures import style
 from studies.pages import CASES, DOCS
 
 FRAMES, SHOWN, PAUSE = 84, 60, 1500  # pictures, ms of each, ms of the whole

@@ -11,7 +11,7 @@ import impactlab as il
 from impactlab.granular import LONG_WAVE_FACTOR, leading_wave, solitary_wave
 from impactlab.granular.waves import LeadingWave
 from impactlab.history import AbstractHistory
-from impactlab.report import style
+from impactlab.report.figures import style
 from studies.pages import CASES, Study, filled, table
 
 FOLDER = CASES / "granular"

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 import impactlab as il
 from impactlab import hopkinson
 from impactlab.measurement import dispersion
-from impactlab.report import style
+from impactlab.report.figures import style
 from studies.pages import CASES, Study
 
 SPECIMEN = hopkinson.Specimen(length=5e-3, diameter=10e-3)

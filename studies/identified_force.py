@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import impactlab as il
-from impactlab.report import style
+from impactlab.report.figures import style
 from impactlab.scene import Rod
 from studies.pages import CASES, Study
 

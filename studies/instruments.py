@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 import impactlab as il
-from impactlab.report import style
+from impactlab.report.figures import style
 from studies.pages import Study
 
 STRIKER, SPEED, AT = 0.1, 5000.0, 0.5  # m, m/s, m

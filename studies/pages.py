@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from impactlab.report.figure_files import save
-from impactlab.report.style import drawn
+from impactlab.report.figures.figure_files import save
+from impactlab.report.figures.style import drawn
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

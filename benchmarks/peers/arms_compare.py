@@ -30,7 +30,7 @@ from benchmarks.peers.page import milliseconds, told, verdict
 from benchmarks.peers.run import timed
 from benchmarks.peers.scan import FOLDER
 from impactlab.bench.environment import processor
-from impactlab.report.style import INK, MUTED, PALETTE, Margins, drawn, grid, label_lines, log_axis
+from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, drawn, grid, label_lines, log_axis
 from studies.pages import small_png
 
 PROGRAMS = {"impactlab": "impactlab", "exudyn": "Exudyn"}

@@ -106,9 +106,9 @@ def _exact(case: Case, given: Simulation) -> Run[Outcome]:
     """Return a run of the exact description: the marching is timed, as the package reports it."""
     from impactlab.exact import march
     from impactlab.exact.arrays import DONE
-    from impactlab.exact.build import build as network
-    from impactlab.exact.history import ContinuousHistory
-    from impactlab.exact.network import grown
+    from impactlab.exact.results.history import ContinuousHistory
+    from impactlab.exact.setup.build import build as network
+    from impactlab.exact.setup.network import grown
 
     layout, log = network(*given)
     logs, histories = [march.prepared(log)], []

@@ -10,7 +10,7 @@ from benchmarks import tables
 from benchmarks.peers.cases import CASES, NORMS
 from benchmarks.peers.measure import OURS, PACKAGES, group_of, groups
 from benchmarks.peers.scan import PEERS, load, read
-from impactlab.report.style import INK, MUTED, PALETTE, Margins, drawn, grid, label_lines, log_axis
+from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, drawn, grid, label_lines, log_axis
 from studies.pages import small_png
 
 PAGE = """# Beside other programs

@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib as mpl
 from cycler import cycler
 
-from impactlab.report.style import PALETTE, house_style
+from impactlab.report.figures.style import PALETTE, house_style
 
 DOCS = Path(__file__).parents[1]
 

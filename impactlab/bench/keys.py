@@ -19,7 +19,7 @@ from impactlab import api
 from impactlab.casefile import Case
 from impactlab.errors import CaseError
 from impactlab.jobs.sources import code_hash, numeric_environment, plugin_modules, tree_hash
-from impactlab.refine import reference_record
+from impactlab.refine.references import reference_record
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 

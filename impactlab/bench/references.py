@@ -11,7 +11,7 @@ from typing import Any
 
 from impactlab import api
 from impactlab.bench.keys import reference_key
-from impactlab.refine.reference_record import Reference
+from impactlab.refine.references.reference_record import Reference
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 

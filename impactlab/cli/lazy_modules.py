@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from impactlab.casefile import settings as settings_of
     from impactlab.history import base as histories
     from impactlab.history import sampling
-    from impactlab.refine import reference_record
-    from impactlab.report import animation, compare_report, console, figure_files, output, provenance, run_report
+    from impactlab.refine.references import reference_record
     from impactlab.report import choice as choices
+    from impactlab.report import compare_report, console, output, provenance, run_report
+    from impactlab.report.figures import animation, figure_files
     from impactlab.sweeps import axes, given_twice
     from impactlab.testing import verdict as verdicts
 else:
-    animation = lazy("impactlab.report.animation")
+    animation = lazy("impactlab.report.figures.animation")
     api = lazy("impactlab.api")
     axes = lazy("impactlab.sweeps.axes")
     bench_report = lazy("impactlab.bench.report.write")
@@ -38,7 +39,7 @@ else:
     console = lazy("impactlab.report.console")
     derivatives = lazy("impactlab.derivatives")
     edit = lazy("impactlab.casefile.edit")
-    figure_files = lazy("impactlab.report.figure_files")
+    figure_files = lazy("impactlab.report.figures.figure_files")
     files = lazy("impactlab.files")
     fits = lazy("impactlab.fits")
     given_twice = lazy("impactlab.sweeps.given_twice")
@@ -48,7 +49,7 @@ else:
     listings = lazy("impactlab.casefile.listing")
     output = lazy("impactlab.report.output")
     provenance = lazy("impactlab.report.provenance")
-    reference_record = lazy("impactlab.refine.reference_record")
+    reference_record = lazy("impactlab.refine.references.reference_record")
     registries = lazy("impactlab.plugins")
     run_report = lazy("impactlab.report.run_report")
     sampling = lazy("impactlab.history.sampling")

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from impactlab.exact.history import ContinuousHistory
-from impactlab.exact.network import Link
+from impactlab.exact.results.history import ContinuousHistory
+from impactlab.exact.setup.network import Link
 from impactlab.exact.tangents.arrays import DURATION, GAP, GRAVITY, IMPEDANCE, MASS, SPRING, TRANSIT
 from impactlab.exact.tangents.run import Solved
 from impactlab.exact.tangents.signals import MovingSignals

@@ -15,9 +15,9 @@ from impactlab.derivatives.stencil import ROUNDING as MOVED_ROUNDING
 from impactlab.derivatives.stencil import Slopes, slopes
 from impactlab.derivatives.table import DIFFERENCES, TANGENT
 from impactlab.errors import CaseError, ImpactlabError
-from impactlab.exact.build import build
-from impactlab.exact.history import ContinuousHistory
-from impactlab.exact.network import Layout, Log
+from impactlab.exact.results.history import ContinuousHistory
+from impactlab.exact.setup.build import build
+from impactlab.exact.setup.network import Layout, Log
 from impactlab.exact.tangents.edges import Edge, edges, passes_end
 from impactlab.exact.tangents.moved import largest_step, moved
 from impactlab.exact.tangents.numbers import rates

@@ -17,7 +17,7 @@ from impactlab.derivatives.exact import MIN_DISTANCE, Derivatives, derivatives
 from impactlab.derivatives.parameters import Parameter, read_parameters, refuse_held
 from impactlab.derivatives.table import DIFFERENCES, WITHHELD, Sensitivities, Sensitivity
 from impactlab.errors import CaseError
-from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
 from impactlab.plugins import Registry
 from impactlab.scene.problem import Scene

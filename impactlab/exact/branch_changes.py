@@ -11,7 +11,9 @@ import numba
 from numba import types
 
 from impactlab.exact.arrays import CHANGE, CLOSE, OPEN, MarchArrays
-from impactlab.exact.branch_tables import (
+from impactlab.exact.crossings import increase_if_rigid, least_force
+from impactlab.exact.kernel import MAX_DEPTH, ZERO_TOL, first_crossing
+from impactlab.exact.setup.branch_tables import (
     ACTS,
     APPROACH,
     DAMPING,
@@ -28,8 +30,6 @@ from impactlab.exact.branch_tables import (
     WAY,
     WIDE,
 )
-from impactlab.exact.crossings import increase_if_rigid, least_force
-from impactlab.exact.kernel import MAX_DEPTH, ZERO_TOL, first_crossing
 from impactlab.numerics.addresses import COMPILED, kernel_address
 from impactlab.numerics.compiling import EXACT_INLINE, EXACT_PART
 from impactlab.types import Array

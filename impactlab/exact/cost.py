@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from impactlab.exact.arrays import MORE_EVENTS, MORE_POOL, MORE_RECORDS, PAUSED
-from impactlab.exact.build import build
-from impactlab.exact.network import Layout, Log, grown
+from impactlab.exact.setup.build import build
+from impactlab.exact.setup.network import Layout, Log, grown
 from impactlab.lazy import lazy
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene

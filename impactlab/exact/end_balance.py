@@ -12,7 +12,7 @@ import numpy as np
 
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.batch.reading import integral, node_at, wave_integral
-from impactlab.exact.network import Log
+from impactlab.exact.setup.network import Log
 from impactlab.numerics.addresses import entered_with_table
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_PART
 

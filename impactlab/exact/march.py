@@ -22,11 +22,11 @@ from impactlab.exact.arrays import (
     MarchArrays,
 )
 from impactlab.exact.crossings import next_event
-from impactlab.exact.end_loads import next_sample, write_end_loads
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
-from impactlab.exact.network import Log
 from impactlab.exact.nodes import fill_rows, solve_nodes
+from impactlab.exact.setup.end_loads import next_sample, write_end_loads
+from impactlab.exact.setup.network import Log
 from impactlab.numerics.addresses import COMPILED, call, entered_with_table, load, type_of
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
 from impactlab.numerics.windows import window

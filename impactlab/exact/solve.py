@@ -11,11 +11,11 @@ import numpy as np
 
 from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.exact.arrays import DONE, MORE_EVENTS, PAUSED, TOO_MANY, UNRESOLVED
-from impactlab.exact.build import build
 from impactlab.exact.cost import StartedMarch
-from impactlab.exact.history import ContinuousHistory
-from impactlab.exact.network import Layout, Log, copied, grown
-from impactlab.exact.thinned import ThinnedHistory, Thinner
+from impactlab.exact.results.history import ContinuousHistory
+from impactlab.exact.results.thinned import ThinnedHistory, Thinner
+from impactlab.exact.setup.build import build
+from impactlab.exact.setup.network import Layout, Log, copied, grown
 from impactlab.history.energy import MIN_ENERGY
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import COMPILED
@@ -91,9 +91,9 @@ def solve(
     spectrally; events are first zeros found by isolation. There is no time step.
 
     If the waves need more than a tenth of the memory allowed, the run is sampled at its ``records`` instants as it
-    proceeds (`impactlab.exact.thinned`), unless it must be kept ``whole``. ``progress`` is called with the fraction of
-    the duration that every body has reached. A march of the same scene that has ``begun`` is gone on with, unless it
-    has been used already.
+    proceeds (`impactlab.exact.results.thinned`), unless it must be kept ``whole``. ``progress`` is called with the
+    fraction of the duration that every body has reached. A march of the same scene that has ``begun`` is gone on with,
+    unless it has been used already.
 
     Raises
     ------

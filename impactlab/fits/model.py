@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
 from impactlab.types import Array
 

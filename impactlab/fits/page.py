@@ -27,7 +27,7 @@ from impactlab.history.units import UNITS
 from impactlab.jobs.whole_files import write_whole
 from impactlab.printing import counted
 from impactlab.report import facts
-from impactlab.report.figure_files import Plate, saved_plates
+from impactlab.report.figures.figure_files import Plate, saved_plates
 from impactlab.report.page import rendered
 from impactlab.report.provenance import of_case
 from impactlab.report.sketch import sketch

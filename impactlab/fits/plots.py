@@ -14,7 +14,7 @@ from impactlab.fits.bootstrap import autocorrelations
 from impactlab.fits.identifiable import short_names
 from impactlab.fits.result import JACOBIAN, PROFILE, WIDENED, Curve, Fit, Shown
 from impactlab.history.units import UNITS
-from impactlab.report.style import (
+from impactlab.report.figures.style import (
     GRID,
     INK,
     MUTED,

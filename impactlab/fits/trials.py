@@ -16,7 +16,7 @@ from impactlab import api
 from impactlab.casefile import Case
 from impactlab.derivatives.exact import sequence
 from impactlab.errors import ImpactlabError
-from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.fits.model import ENDING, AbstractMeans, Means
 from impactlab.fits.unknowns import Unknown
 from impactlab.history.base import AbstractHistory

@@ -11,13 +11,14 @@ from impactlab.errors import CaseError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.choice import Candidate, Choice, Ladder
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
-from impactlab.refine import out_of_reach, probe_differences, search
+from impactlab.refine import out_of_reach, search
 from impactlab.refine.convergence import Level, Study
+from impactlab.refine.descriptions.suitable import exact_for
+from impactlab.refine.errors import probe_differences
+from impactlab.refine.errors.level_errors import allowed
 from impactlab.refine.ladder import Outcome, candidate, candidates, longer, not_served, words_of_estimate
-from impactlab.refine.level_errors import allowed
 from impactlab.refine.ranking import priority
 from impactlab.refine.studies import in_turn, studies_of
-from impactlab.refine.suitable import exact_for
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.simulate.checks import add_warnings

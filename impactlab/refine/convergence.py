@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from impactlab.history.base import AbstractHistory
 from impactlab.refine import trial
-from impactlab.refine.description import MIN_ORDER_SHARE, Description
+from impactlab.refine.descriptions.description import MIN_ORDER_SHARE, Description
 from impactlab.refine.trial import Check, no_check
 from impactlab.scene.method import Simulation
 from impactlab.types import Progress

@@ -8,9 +8,9 @@ from functools import partial
 
 from impactlab.history.choice import Candidate, Verdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
-from impactlab.refine.description import TWO_LEVEL_SAFETY, Description
-from impactlab.refine.level_errors import DONE
-from impactlab.refine.smooth_touch import SAFETY_ALONE
+from impactlab.refine.descriptions.description import TWO_LEVEL_SAFETY, Description
+from impactlab.refine.errors.level_errors import DONE
+from impactlab.refine.errors.smooth_touch import SAFETY_ALONE
 from impactlab.simulate.checks import gain_of
 
 CHEAPEST = "the cheapest found within the tolerance"

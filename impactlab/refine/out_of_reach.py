@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from impactlab.errors import CaseError
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
-from impactlab.refine.description import Description
+from impactlab.refine.descriptions.description import Description
 
 MAX_SHARE = 0.6  # of a budget, of its last run: those before it take the rest
 OUT_OF_REACH = "cannot keep the tolerance: "  # begins the reason of a study that was ended for it

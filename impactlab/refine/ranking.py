@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from impactlab.refine.convergence import Level, Study
-from impactlab.refine.cost import FIXED_S
-from impactlab.refine.level_errors import MAX_CHOOSING, spent_s
+from impactlab.refine.descriptions.cost import FIXED_S
+from impactlab.refine.errors.level_errors import MAX_CHOOSING, spent_s
 
 EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a prediction that is a little lower
 SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred

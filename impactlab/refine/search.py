@@ -8,10 +8,10 @@ from collections.abc import Iterable
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.refine import out_of_reach
 from impactlab.refine.convergence import Level, Study
-from impactlab.refine.cost import FIXED_S
-from impactlab.refine.description import MAX_ALONE_S, Description
-from impactlab.refine.descriptions import EXACT_ERROR
-from impactlab.refine.level_errors import DONE, UNSEEN, allowed, estimate_errors, holds_alone, keeps_energy
+from impactlab.refine.descriptions.cost import FIXED_S
+from impactlab.refine.descriptions.description import MAX_ALONE_S, Description
+from impactlab.refine.descriptions.rods import EXACT_ERROR
+from impactlab.refine.errors.level_errors import DONE, UNSEEN, allowed, estimate_errors, holds_alone, keeps_energy
 from impactlab.refine.ranking import EXACT_ADVANTAGE, best_of, is_sure, is_worth_trying, priority
 from impactlab.refine.studies import begun, learn
 from impactlab.refine.trial import no_check

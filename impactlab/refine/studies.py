@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from impactlab.refine import out_of_reach, suitable
+from impactlab.refine import out_of_reach
 from impactlab.refine.convergence import Study
-from impactlab.refine.cost import FIXED_S
-from impactlab.refine.description import Description
-from impactlab.refine.level_errors import allowed
+from impactlab.refine.descriptions import suitable
+from impactlab.refine.descriptions.cost import FIXED_S
+from impactlab.refine.descriptions.description import Description
+from impactlab.refine.errors.level_errors import allowed
 from impactlab.scene.method import Simulation
 
 FIRST_S = 12.0 * FIXED_S  # s of predicted solving, at most, of the first run of a description

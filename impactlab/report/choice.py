@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from impactlab.printing import plain
 from impactlab.refine import choice as automatic
 from impactlab.refine import ladder as ladder_of
-from impactlab.refine import reference
-from impactlab.refine.distances import counted, difference
+from impactlab.refine.errors.distances import counted, difference
+from impactlab.refine.references import reference
 from impactlab.refine.search import find_best, show_order
 from impactlab.refine.studies import studies_of
 from impactlab.report.summary import method

@@ -9,13 +9,13 @@ from typing import Any
 
 from impactlab.history.base import AbstractHistory
 from impactlab.printing import counted
-from impactlab.refine.reference_record import Reference
+from impactlab.refine.references.reference_record import Reference
 from impactlab.report import facts, page_figures
-from impactlab.report.drawn_part import drawn_part
-from impactlab.report.figure_files import FigureFiles
+from impactlab.report.figures.drawn_part import drawn_part
+from impactlab.report.figures.figure_files import FigureFiles
+from impactlab.report.figures.style import traces
 from impactlab.report.page import Page, write_page
 from impactlab.report.provenance import Provenance
-from impactlab.report.style import traces
 from impactlab.report.table import comma_separated, markdown
 from impactlab.scene.problem import Scene
 

@@ -17,7 +17,7 @@ from impactlab.metrics.collisions import agreement_texts
 from impactlab.options import Relative
 from impactlab.plugins import kind_of
 from impactlab.report.comparison import cell, in_round_trips, model_label
-from impactlab.report.style import scaled
+from impactlab.report.figures.style import scaled
 from impactlab.report.summary import STEPPED, has_numbers
 from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
 from impactlab.scene.method import laws_of

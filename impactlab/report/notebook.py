@@ -14,10 +14,11 @@ from impactlab.errors import ImpactlabError
 from impactlab.history.base import END_ROUNDING, SERIOUS, AbstractHistory, ContactSpan
 from impactlab.history.sampling import page_times
 from impactlab.printing import counted
-from impactlab.report import diagram, facts, plots, signals
-from impactlab.report.figure_files import inline, to_svg
+from impactlab.report import facts
+from impactlab.report.figures import diagram, plots, signals
+from impactlab.report.figures.figure_files import inline, to_svg
+from impactlab.report.figures.style import PALETTE, Trace, traces
 from impactlab.report.sketch import sketch
-from impactlab.report.style import PALETTE, Trace, traces
 from impactlab.report.table import page_headings, page_rows
 from impactlab.scene.problem import Scene
 

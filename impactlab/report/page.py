@@ -9,15 +9,16 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from impactlab.report import facts, mechanism
-from impactlab.report.figure_files import FigureFiles, inline, save, with_classes
-from impactlab.report.named_contacts import words_on_figures
+from impactlab.report import facts
+from impactlab.report.figures import mechanism
+from impactlab.report.figures.figure_files import FigureFiles, inline, save, with_classes
+from impactlab.report.figures.named_contacts import words_on_figures
+from impactlab.report.figures.signals import named
+from impactlab.report.figures.style import COLUMNS, Trace, figure_width
 from impactlab.report.page_data import page_data
 from impactlab.report.provenance import Provenance, now
 from impactlab.report.side_by_side import side_by_side
-from impactlab.report.signals import named
 from impactlab.report.sketch import sketch
-from impactlab.report.style import COLUMNS, Trace, figure_width
 from impactlab.report.table import page_headings, page_rows
 from impactlab.scene.problem import Scene
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from impactlab.history.sampling import FRAMES, HISTORY_POINTS, frame_times
-from impactlab.report import mechanism
-from impactlab.report.named_contacts import with_figures
+from impactlab.report.figures import mechanism
+from impactlab.report.figures.named_contacts import with_figures
+from impactlab.report.figures.signals import Panel, panels, sampled, shown
+from impactlab.report.figures.stage import Frames, described, frames
+from impactlab.report.figures.style import DASHES, PALETTE, Trace
 from impactlab.report.packed_arrays import COARSE, Packer
-from impactlab.report.signals import Panel, panels, sampled, shown
-from impactlab.report.stage import Frames, described, frames
-from impactlab.report.style import DASHES, PALETTE, Trace
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 

@@ -7,12 +7,12 @@ from functools import partial
 from typing import Any
 
 from impactlab.history.base import AbstractHistory
-from impactlab.report import applications, balance, diagram, fields, mechanism, overview, plots, signals
 from impactlab.report.comparison import cell
-from impactlab.report.named_contacts import NamedContact, law_of, named_contacts, with_figures
+from impactlab.report.figures import applications, balance, diagram, fields, mechanism, overview, plots, signals
+from impactlab.report.figures.named_contacts import NamedContact, law_of, named_contacts, with_figures
+from impactlab.report.figures.signals import MEASURED, Panel
+from impactlab.report.figures.style import Trace, exact_of
 from impactlab.report.page import Plate
-from impactlab.report.signals import MEASURED, Panel
-from impactlab.report.style import Trace, exact_of
 from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 

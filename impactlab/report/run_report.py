@@ -13,15 +13,16 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampling import MAX_FORCES, file_times
 from impactlab.metrics.collisions import sentence
-from impactlab.refine.reference_record import CONVERGED, Reference
-from impactlab.report import facts, fields, page_figures
+from impactlab.refine.references.reference_record import CONVERGED, Reference
+from impactlab.report import facts, page_figures
 from impactlab.report.comparison import cell, comparison
-from impactlab.report.drawn_part import drawn_part
-from impactlab.report.figure_files import FigureFiles
+from impactlab.report.figures import fields
+from impactlab.report.figures.drawn_part import drawn_part
+from impactlab.report.figures.figure_files import FigureFiles
+from impactlab.report.figures.signals import place
+from impactlab.report.figures.style import PALETTE, Trace
 from impactlab.report.page import Page, write_page
 from impactlab.report.provenance import Provenance
-from impactlab.report.signals import place
-from impactlab.report.style import PALETTE, Trace
 from impactlab.scene.problem import Scene
 
 MAX_SENTENCES = 5  # of the periods of contact and of the collisions

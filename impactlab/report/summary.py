@@ -16,9 +16,9 @@ from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import kind_of
 from impactlab.printing import plain
-from impactlab.refine.outlook import Outlook, of
-from impactlab.refine.reference_record import Reference
-from impactlab.refine.stated_error import measured_error, set_measured_error
+from impactlab.refine.references.outlook import Outlook, of
+from impactlab.refine.references.reference_record import Reference
+from impactlab.refine.references.stated_error import measured_error, set_measured_error
 from impactlab.scene.bodies import Body, Mechanism, PartMechanism, WaveBody
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, models_of

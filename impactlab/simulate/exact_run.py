@@ -5,8 +5,8 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterator
 
-from impactlab.exact.contact_kinds import bonds_of
 from impactlab.exact.cost import StartedMarch
+from impactlab.exact.setup.contact_kinds import bonds_of
 from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.models.continuous.model import Continuous

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 import numpy as np
 from numba import types
 
-from impactlab.exact.network import empty_log, with_room
+from impactlab.exact.setup.network import empty_log, with_room
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import RESPOND, type_of
 from impactlab.numerics.ahead import Kernel

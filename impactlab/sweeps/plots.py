@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError
-from impactlab.report.style import (
+from impactlab.report.figures.style import (
     INK,
     LETTER,
     MUTED,

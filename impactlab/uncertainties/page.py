@@ -7,7 +7,7 @@ from pathlib import Path
 
 from impactlab.jobs.whole_files import write_whole
 from impactlab.report import facts
-from impactlab.report.figure_files import Plate, saved_plates
+from impactlab.report.figures.figure_files import Plate, saved_plates
 from impactlab.report.page import rendered
 from impactlab.report.provenance import Provenance
 from impactlab.report.sketch import sketch

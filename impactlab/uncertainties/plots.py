@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from impactlab.report.style import INK, MUTED, PALETTE, Margins, Unit, drawn, grid
+from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, Unit, drawn, grid
 from impactlab.sweeps.plots import fitted
 from impactlab.types import Array
 from impactlab.uncertainties.records import Estimate, Index, Share, Spread

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.refine import converged_reference
+from impactlab.refine.references import converged as converged_reference
 from studies.audit import answers, compare
 from studies.audit.measure import KNOWN, case_for, seen
 from studies.audit.scenes import Drawn

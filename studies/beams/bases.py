@@ -24,7 +24,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.metrics import midpoints, relative_l2
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.report.style import PALETTE, Margins, grid, log_axis
+from impactlab.report.figures.style import PALETTE, Margins, grid, log_axis
 from impactlab.scene import Beam
 from impactlab.scene.method import StepRule
 from impactlab.types import Array

@@ -24,7 +24,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.messengers import miss
 from impactlab.models.modal import Modal
-from impactlab.report.style import INK, MUTED, PALETTE, Margins, grid, log_axis
+from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, grid, log_axis
 from impactlab.scene import ElasticBody
 from impactlab.scene.method import StepRule
 from impactlab.types import Array

@@ -22,7 +22,7 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.modal import Modal
-from impactlab.report import style
+from impactlab.report.figures import style
 from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab import metrics
-from impactlab.report.style import GRID, INK, MUTED, PALETTE, Margins, curve, grid, label_lines
+from impactlab.report.figures.style import GRID, INK, MUTED, PALETTE, Margins, curve, grid, label_lines
 from studies.comparison.bouncing import BOUNCES, EVERY, FIRST, LAST, bounced, mechanical
 from studies.comparison.periodic import PRESSURE, exact
 from studies.comparison.schemes import (

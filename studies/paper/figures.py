@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from impactlab.history import AbstractHistory
-from impactlab.report.style import GRID, INK, MUTED, PALETTE, Margins, curve, grid
+from impactlab.report.figures.style import GRID, INK, MUTED, PALETTE, Margins, curve, grid
 from studies.paper.by_hand import face_flight, paper_flight
 from studies.paper.problem import (
     FACE,

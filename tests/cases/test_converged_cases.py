@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import impactlab as il
 from impactlab import api
-from impactlab.refine import reference_record
+from impactlab.refine.references import reference_record
 from impactlab.scene.method import Simulation
 
 CASES = Path(__file__).parents[2] / "cases"

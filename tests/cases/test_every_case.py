@@ -13,7 +13,7 @@ import pytest
 
 from impactlab.cite import entries, source_key
 from impactlab.history import AbstractHistory
-from impactlab.refine.reference_record import Reference
+from impactlab.refine.references.reference_record import Reference
 from impactlab.scene.method import laws_of
 from impactlab.scene.problem import Contact
 from studies import cases as study

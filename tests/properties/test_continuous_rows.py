@@ -17,7 +17,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import StepError
 from impactlab.exact import solve as exact
-from impactlab.exact.thinned import ThinnedHistory
+from impactlab.exact.results.thinned import ThinnedHistory
 from impactlab.history import AbstractHistory
 from impactlab.models.continuous import Continuous
 from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, Wall

@@ -11,7 +11,7 @@ import pytest
 
 import impactlab as il
 from impactlab import api
-from impactlab.refine.reference_record import FULL_BUDGET_S, physics_key
+from impactlab.refine.references.reference_record import FULL_BUDGET_S, physics_key
 from impactlab.report.summary import summarise
 from tests.reference.chains import document
 from tests.reference.test_mechanisms import BARS, TURNED, arm, double_pendulum, slider_crank

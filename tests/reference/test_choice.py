@@ -25,20 +25,15 @@ from impactlab.exact.solve import solve as solve_exactly
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine import (
-    beam_families,
-    converged_reference,
-    descriptions,
-    level_errors,
-    reference,
-    search,
-    suitable,
-    trial,
-)
-from impactlab.refine.contact_times import rise_time
+from impactlab.refine import search, trial
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
-from impactlab.refine.distances import counted, difference
-from impactlab.refine.suitable import for_choice
+from impactlab.refine.descriptions import beam_families, rods, suitable
+from impactlab.refine.descriptions.contact_times import rise_time
+from impactlab.refine.descriptions.suitable import for_choice
+from impactlab.refine.errors import level_errors
+from impactlab.refine.errors.distances import counted, difference
+from impactlab.refine.references import converged as converged_reference
+from impactlab.refine.references import reference
 from impactlab.report import summary
 from impactlab.report.choice import _number, choice_lines, choose, ladder_text
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Rod, Segment, Wall
@@ -270,7 +265,9 @@ def test_a_tolerance_that_was_not_met_is_told(monkeypatch):
     scene = struck(AdditionDeletion(), 1e-6, damping=Rayleigh(stiffness=1e-6))
     monkeypatch.setattr(level_errors, "MAX_LEVELS", 2)
     monkeypatch.setattr(level_errors, "MAX_GROWTH", 1.0)
-    monkeypatch.setattr("impactlab.refine.description.Description.start_for", lambda _description, _error: 20)
+    monkeypatch.setattr(
+        "impactlab.refine.descriptions.description.Description.start_for", lambda _description, _error: 20
+    )
     history = solve(*scene)
     assert not history.choice.met
     assert [warned.code for warned in history.warnings].count("tolerance_not_met") == 1
@@ -440,8 +437,8 @@ def test_rods_whose_transits_are_no_multiples_keep_what_is_stated():
 def test_an_exact_choice_marches_once(monkeypatch):
     """The march whose cost is counted is the run itself, and nothing else is described before it ends."""
     marches, described = [], []
-    begin, stepped = descriptions.begin, suitable._stepped
-    monkeypatch.setattr(descriptions, "begin", lambda *asked: marches.append(asked) or begin(*asked))
+    begin, stepped = rods.begin, suitable._stepped
+    monkeypatch.setattr(rods, "begin", lambda *asked: marches.append(asked) or begin(*asked))
     monkeypatch.setattr(suitable, "_stepped", lambda asked: described.append(asked) or stepped(asked))
     monkeypatch.setattr("impactlab.exact.solve.build", None)
     scene = struck(AdditionDeletion())

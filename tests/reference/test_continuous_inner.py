@@ -12,7 +12,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.errors import StepError
 from impactlab.exact import march
 from impactlab.exact import solve as solver
-from impactlab.exact.build import build
+from impactlab.exact.setup.build import build
 from impactlab.exact.solve import solve
 from impactlab.numerics.addresses import COMPILED
 from impactlab.scene import Mass, Point

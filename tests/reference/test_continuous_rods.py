@@ -11,9 +11,9 @@ from mpmath import mp, mpf
 
 from impactlab.contact.penalty import Penalty
 from impactlab.errors import CaseError, PairingError
-from impactlab.exact import build, network
-from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.march import march, prepared
+from impactlab.exact.results.history import ContinuousHistory
+from impactlab.exact.setup import build, network
 from impactlab.exact.solve import serves, solve
 from impactlab.scene import End, Mass, Segment, Table, Wall
 from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene, struck

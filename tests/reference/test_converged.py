@@ -16,8 +16,9 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine import converged_reference, reference, reference_record
-from impactlab.refine.suitable import stepped
+from impactlab.refine.descriptions.suitable import stepped
+from impactlab.refine.references import converged as converged_reference
+from impactlab.refine.references import reference, reference_record
 from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import simulation

@@ -22,7 +22,7 @@ from impactlab.exact.solve import solve
 from impactlab.history import AbstractHistory
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.delay_chain import DelayChain
-from impactlab.refine.reference import find
+from impactlab.refine.references.reference import find
 from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Segment, Wall
 from impactlab.scene.bodies import Rayleigh, Table
 from impactlab.scene.facts import delay_unit

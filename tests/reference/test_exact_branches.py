@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 import impactlab as il
 from impactlab import piling
 from impactlab.errors import CaseError, PairingError
-from impactlab.exact.branch_energies import BranchContact
-from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.results.branch_energies import BranchContact
+from impactlab.exact.results.history import ContinuousHistory
+from impactlab.exact.results.thinned import ThinnedHistory
 from impactlab.exact.solve import serves, solve
-from impactlab.exact.thinned import ThinnedHistory
 from impactlab.history import AbstractHistory
-from impactlab.refine import reference
+from impactlab.refine.references import reference
 
 CASES = Path(__file__).parents[2] / "cases"
 HARD = {"kind": "addition_deletion"}

@@ -11,9 +11,9 @@ from impactlab import load_case, run
 from impactlab.contact.penalty import Penalty
 from impactlab.errors import StepError
 from impactlab.exact import cost
-from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.results.history import ContinuousHistory
+from impactlab.exact.results.thinned import ThinnedHistory
 from impactlab.exact.solve import solve
-from impactlab.exact.thinned import ThinnedHistory
 from impactlab.scene import Probe, Wall
 from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene, struck
 from tests.reference.trains import random_train

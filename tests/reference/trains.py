@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.solve import solve
 from impactlab.scene import Mass, Point, Probe, Rod, Segment
 from impactlab.scene.method import Simulation

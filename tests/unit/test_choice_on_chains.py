@@ -6,10 +6,10 @@ import pytest
 import impactlab as il
 from impactlab.metrics.peaks import find_peak, peak_force
 from impactlab.refine import search
-from impactlab.refine.converged_reference import descriptions_of
-from impactlab.refine.descriptions import MIN_FINENESS
-from impactlab.refine.distances import difference
-from impactlab.refine.level_errors import estimate_errors
+from impactlab.refine.descriptions.rods import MIN_FINENESS
+from impactlab.refine.errors.distances import difference
+from impactlab.refine.errors.level_errors import estimate_errors
+from impactlab.refine.references.converged import descriptions_of
 from impactlab.refine.studies import studies_of
 from impactlab.scene.method import Simulation
 

@@ -22,8 +22,8 @@ from impactlab.metrics.collisions import agreements, collisions, sentence
 from impactlab.metrics.third_bodies import Periods
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.refine import contact_times
-from impactlab.refine.descriptions import modelled_as
+from impactlab.refine.descriptions import contact_times
+from impactlab.refine.descriptions.rods import modelled_as
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.sweeps import quantities

@@ -11,9 +11,10 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.history.base import AbstractHistory
-from impactlab.report import overview, page_figures, plots, signals
-from impactlab.report.named_contacts import MAX_FIGURES, view_of, with_figures, words_on_figures
-from impactlab.report.style import LABEL, MAX_LABELS, PALETTE, Trace, labelled, traces
+from impactlab.report import page_figures
+from impactlab.report.figures import overview, plots, signals
+from impactlab.report.figures.named_contacts import MAX_FIGURES, view_of, with_figures, words_on_figures
+from impactlab.report.figures.style import LABEL, MAX_LABELS, PALETTE, Trace, labelled, traces
 
 PILE = Path(__file__).parents[2] / "cases" / "smith_pile.yaml"
 COARSE = {"kind": "finite_element", "elements": 40, "mass": "lumped"}

@@ -13,8 +13,8 @@ import pytest
 import impactlab as il
 from impactlab import hopkinson
 from impactlab.errors import ImpactlabError
-from impactlab.report import applications
-from impactlab.report.style import PALETTE, Trace
+from impactlab.report.figures import applications
+from impactlab.report.figures.style import PALETTE, Trace
 
 pytestmark = pytest.mark.filterwarnings("error::impactlab.errors.RunWarning")
 

@@ -107,7 +107,7 @@ def test_a_circle_is_found_however_it_is_imported(tmp_path: Path, imported: str)
 
 CHECKED = "import sys; sys.argv = ['impactlab', 'check', sys.argv[1]]; from impactlab.cli import main; main()"
 EXACT = CHECKED.replace("'check', sys.argv[1]", "'run', sys.argv[1], '--method', 'continuous'")
-STEPS = {"impactlab.simulate.stepped_run", "impactlab.simulate.stepping.loop", "impactlab.refine.converged_reference"}
+STEPS = {"impactlab.simulate.stepped_run", "impactlab.simulate.stepping.loop", "impactlab.refine.references.converged"}
 
 
 @pytest.mark.parametrize(

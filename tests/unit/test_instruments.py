@@ -12,8 +12,8 @@ from impactlab.errors import CaseError
 from impactlab.files import write_tables
 from impactlab.history.instruments import Measured, measured_file
 from impactlab.numerics.low_pass import deviation
-from impactlab.report.signals import MEASURED, panels
-from impactlab.report.style import PALETTE, Trace
+from impactlab.report.figures.signals import MEASURED, panels
+from impactlab.report.figures.style import PALETTE, Trace
 
 FORCE, AREA, YOUNG, SPEED = 1e4, 1e-4, 2e11, 5000.0
 STRAIN = FORCE / (YOUNG * AREA)

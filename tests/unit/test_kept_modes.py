@@ -14,7 +14,7 @@ from impactlab.bases import shapes
 from impactlab.bases.beams import kept
 from impactlab.bases.beams.waves import BeamNumbers
 from impactlab.models.mesh.beams import BeamMesh
-from impactlab.refine.suitable import for_choice
+from impactlab.refine.descriptions.suitable import for_choice
 from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import Tolerance
 

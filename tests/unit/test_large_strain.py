@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab.cli import app
-from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.metrics.linear_theory import strain_of_beam, strain_of_rod
 
 STEPPED = [

@@ -14,8 +14,8 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics.norms import midpoints
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.refine import left_out
-from impactlab.refine.distances import counted, difference
+from impactlab.refine.errors import left_out
+from impactlab.refine.errors.distances import counted, difference
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
 from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.simulate import driver

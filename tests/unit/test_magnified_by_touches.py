@@ -8,9 +8,9 @@ import pytest
 
 from impactlab import simulate
 from impactlab.contact.penalty import Penalty
-from impactlab.refine.beam_modes import BeamModes
 from impactlab.refine.convergence import Level
-from impactlab.refine.level_errors import MAX_UNMAGNIFIED, magnified_by_touches
+from impactlab.refine.descriptions.beam_modes import BeamModes
+from impactlab.refine.errors.level_errors import MAX_UNMAGNIFIED, magnified_by_touches
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
 from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.testing.scenes import simulation

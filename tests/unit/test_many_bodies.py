@@ -14,10 +14,10 @@ from impactlab.casefile import build
 from impactlab.casefile import case as case_module
 from impactlab.cli import app
 from impactlab.errors import CaseError
-from impactlab.exact.build import junctions
+from impactlab.exact.setup.build import junctions
 from impactlab.history.frame import frames, groups
 from impactlab.printing import counted
-from impactlab.report.drawn_part import MAX_DRAWN, drawn_part
+from impactlab.report.figures.drawn_part import MAX_DRAWN, drawn_part
 from impactlab.simulate.plan import prepare
 
 N = 250

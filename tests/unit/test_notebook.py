@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.errors import ImpactlabError
-from impactlab.report import animation
+from impactlab.report.figures import animation
 
 CASES = Path(__file__).parents[2] / "cases"
 

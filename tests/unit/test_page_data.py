@@ -23,13 +23,13 @@ from impactlab.history.sampling import frame_times, page_times
 from impactlab.report import page_figures
 from impactlab.report.compare_report import write_comparison
 from impactlab.report.comparison import comparison
-from impactlab.report.figure_files import compact
+from impactlab.report.figures.figure_files import compact
+from impactlab.report.figures.signals import panels, sampled, shown
+from impactlab.report.figures.stage import frames, layout
+from impactlab.report.figures.style import traces
 from impactlab.report.packed_arrays import MISSING, Packer
 from impactlab.report.page_data import MAX_DATA, page_data
 from impactlab.report.provenance import Provenance, now, of_case
-from impactlab.report.signals import panels, sampled, shown
-from impactlab.report.stage import frames, layout
-from impactlab.report.style import traces
 from impactlab.report.summary import summarise
 from impactlab.scene import Contact, Mass, Probe, Rod
 from impactlab.testing.scenes import UNIT, face

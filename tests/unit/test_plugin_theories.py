@@ -14,9 +14,9 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine.outlook import of, unasked
-from impactlab.refine.reference import find
-from impactlab.refine.reference_record import physics_key
+from impactlab.refine.references.outlook import of, unasked
+from impactlab.refine.references.reference import find
+from impactlab.refine.references.reference_record import physics_key
 from impactlab.report.summary import summarise
 from impactlab.scene import Segment
 from impactlab.scene.method import Simulation, StepRule, is_exact

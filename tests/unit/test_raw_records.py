@@ -14,7 +14,7 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.metrics.norms import midpoints
 from impactlab.metrics.peaks import smooth_force
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine.raw_records import Records, records_of, sizes_of
+from impactlab.refine.errors.raw_records import Records, records_of, sizes_of
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
 from impactlab.simulate.stepping.results.history import RecordedHistory

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab import api
 from impactlab.cli import app
-from impactlab.refine import outlook, reference, reference_record
+from impactlab.refine.references import outlook, reference, reference_record
 from impactlab.report import console, run_report, summary
 
 CASES = Path(__file__).parents[2] / "cases"

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import impactlab as il
-from impactlab.report import applications, facts
-from impactlab.report.style import PALETTE, Trace
+from impactlab.report import facts
+from impactlab.report.figures import applications
+from impactlab.report.figures.style import PALETTE, Trace
 
 CASES = Path(__file__).parents[2] / "cases"
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import impactlab as il
-from impactlab.report import facts, fields
+from impactlab.report import facts
 from impactlab.report.beam_sketch import beam_sketch
+from impactlab.report.figures import fields
 from impactlab.report.run_report import write_run
 from impactlab.report.sketch import sketch
 from impactlab.report.summary import summarise

@@ -11,11 +11,11 @@ import pytest
 
 import impactlab as il
 from impactlab.history import AbstractHistory
-from impactlab.report import animation, mechanism
 from impactlab.report.console import summary_text
 from impactlab.report.facts import scene_facts
+from impactlab.report.figures import animation, mechanism
+from impactlab.report.figures.style import Trace
 from impactlab.report.page_data import page_data
-from impactlab.report.style import Trace
 from impactlab.report.summary import summarise
 
 CASE = il.load_case(Path(__file__).parents[2] / "cases" / "slider_crank.yaml").with_("solve.step.dt", 8.0e-6)

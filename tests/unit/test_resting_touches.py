@@ -3,7 +3,7 @@
 import pytest
 
 import impactlab as il
-from impactlab.refine.distances import difference
+from impactlab.refine.errors.distances import difference
 
 STEEL = {"young": 2.1e11, "density": 7850.0}
 

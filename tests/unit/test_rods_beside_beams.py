@@ -8,7 +8,7 @@ import pytest
 
 import impactlab as il
 from impactlab.metrics.peaks import peak_force
-from impactlab.refine.beam_modes import BeamModes
+from impactlab.refine.descriptions.beam_modes import BeamModes
 from impactlab.scene.method import Simulation
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from impactlab import api
 from impactlab.contact.penalty import Penalty
-from impactlab.refine.distances import counted, difference
+from impactlab.refine.errors.distances import counted, difference
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
 from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.testing.scenes import simulation

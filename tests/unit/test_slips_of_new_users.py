@@ -13,8 +13,8 @@ import impactlab as il
 from impactlab import drilling, hopkinson
 from impactlab.errors import CaseError, PluginError
 from impactlab.metrics.collisions import MAX_PAIRS, agreement_texts
-from impactlab.report.signals import panels
-from impactlab.report.style import Trace
+from impactlab.report.figures.signals import panels
+from impactlab.report.figures.style import Trace
 
 CASES = Path(__file__).parents[2] / "cases"
 

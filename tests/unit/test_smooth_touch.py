@@ -10,10 +10,10 @@ import pytest
 from impactlab import api
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz
-from impactlab.refine import smooth_touch
-from impactlab.refine.distances import counted, difference
-from impactlab.refine.raw_records import records_of
-from impactlab.refine.suitable import for_choice
+from impactlab.refine.descriptions.suitable import for_choice
+from impactlab.refine.errors import smooth_touch
+from impactlab.refine.errors.distances import counted, difference
+from impactlab.refine.errors.raw_records import records_of
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Wall
 from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.testing.scenes import simulation

@@ -11,10 +11,10 @@ import pytest
 from impactlab import load_case, run
 from impactlab.errors import CaseError
 from impactlab.refine import search
-from impactlab.refine.cost import RIGID
-from impactlab.refine.reference import find
-from impactlab.refine.reference_record import Reference
-from impactlab.refine.stated_error import measured_error, set_measured_error
+from impactlab.refine.descriptions.cost import RIGID
+from impactlab.refine.references.reference import find
+from impactlab.refine.references.reference_record import Reference
+from impactlab.refine.references.stated_error import measured_error, set_measured_error
 from impactlab.report import summary
 from impactlab.scene.method import COUNTED
 from impactlab.simulate import driver

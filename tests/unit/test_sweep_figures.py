@@ -10,7 +10,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import impactlab as il
-from impactlab.report.style import PALETTE
+from impactlab.report.figures.style import PALETTE
 from impactlab.sweeps.value_names import MAX_LETTERS, words_of
 
 CASES = Path(__file__).parents[2] / "cases"

@@ -14,7 +14,7 @@ from impactlab import plugins
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.exact.batch import marcher, points
-from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.models.continuous import Continuous
 from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
 from impactlab.scene.bodies import Body

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from impactlab.contact.power_law import Hertz
-from impactlab.refine.beam_families import families
 from impactlab.refine.convergence import Study
-from impactlab.refine.level_errors import estimate_errors
+from impactlab.refine.descriptions.beam_families import families
+from impactlab.refine.errors.level_errors import estimate_errors
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
 from impactlab.scene.method import StepRule, Tolerance
 from impactlab.testing.scenes import simulation

@@ -9,7 +9,7 @@ import pytest
 import impactlab as il
 from impactlab.contact.power_law import Hertz
 from impactlab.errors import CaseError
-from impactlab.refine.suitable import has_unique_solution
+from impactlab.refine.descriptions.suitable import has_unique_solution
 from impactlab.scene.method import laws_of
 from tests.unit.case_texts import PAPER
 

@@ -17,7 +17,7 @@ from impactlab.bench.report.method_styles import (
 )
 from impactlab.bench.report.views import Clock, Family, SceneRows
 from impactlab.printing import counted
-from impactlab.report.style import MUTED, Margins, drawn, grid, log_axis
+from impactlab.report.figures.style import MUTED, Margins, drawn, grid, log_axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

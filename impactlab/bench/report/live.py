@@ -12,7 +12,7 @@ from impactlab.bench.report.method_styles import SHAPES, MethodStyles, methods_b
 from impactlab.bench.report.scene_sheets import slug
 from impactlab.bench.report.views import AUTOMATIC, BOTH, CLOCKS, NORMS, SceneRows, error
 from impactlab.bench.schema import BASE, Row
-from impactlab.report.style import INK, PALETTE
+from impactlab.report.figures.style import INK, PALETTE
 
 UPWARDS: tuple[tuple[str, str, Callable[[Row, SceneRows], float | None]], ...] = (
     *((norm.title, norm.axis, lambda row, scene, norm=norm: error(row, norm, scene)) for norm in (BOTH, *NORMS)),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.bench.report.fronts import front_of
 from impactlab.bench.report.views import CLOCKS, GOALS, NORMS, Family, Norm, SceneRows, methods_of
-from impactlab.report.style import INK, LABEL, LETTER, PALETTE, beside, spread
+from impactlab.report.figures.style import INK, LABEL, LETTER, PALETTE, beside, spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -18,7 +18,7 @@ from impactlab.bench.report.method_styles import (
 from impactlab.bench.report.ranking import ABSENT, FAILED, MET, MISSED, REFUSED, MethodResults, judged, profile, ranking
 from impactlab.bench.report.views import TOLERANCES, Norm, SceneRows
 from impactlab.printing import counted
-from impactlab.report.style import GRID, INK, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for
+from impactlab.report.figures.style import GRID, INK, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

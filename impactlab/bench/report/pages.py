@@ -23,7 +23,7 @@ from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_s
 from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, SceneRows, error, methods_of
 from impactlab.bench.schema import STATUSES, Row
 from impactlab.printing import counted
-from impactlab.report.figure_files import inline, save, with_classes
+from impactlab.report.figures.figure_files import inline, save, with_classes
 from impactlab.report.page import rendered
 from impactlab.report.provenance import now
 

@@ -20,7 +20,7 @@ from impactlab.bench.report.method_styles import (
 )
 from impactlab.bench.report.views import AUTOMATIC, Clock, Family, Norm, SceneRows, error
 from impactlab.printing import counted
-from impactlab.report.style import INK, MUTED, PAPER, WIDTH, drawn
+from impactlab.report.figures.style import INK, MUTED, PAPER, WIDTH, drawn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

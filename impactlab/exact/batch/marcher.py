@@ -20,8 +20,8 @@ from impactlab.exact.batch.points import (
     result_arrays,
 )
 from impactlab.exact.batch.writing import SPRING
-from impactlab.exact.build import build
-from impactlab.exact.network import Log, with_room
+from impactlab.exact.setup.build import build
+from impactlab.exact.setup.network import Log, with_room
 from impactlab.numerics.addresses import entered
 from impactlab.scene.method import Simulation
 from impactlab.types import Array, Ints

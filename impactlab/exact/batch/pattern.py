@@ -2,7 +2,7 @@
 
 Scenes of one pattern differ in their numbers alone. `numbers_of` gives the vector of a scene, `pattern_of` where its
 parts read theirs; `impactlab.exact.batch.writing` makes the network at t = 0 of a vector, with the bits of
-`impactlab.exact.build`.
+`impactlab.exact.setup.build`.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from impactlab.exact.build import cuts, places_of_contacts
-from impactlab.exact.contact_kinds import balanced, massless
-from impactlab.exact.network import Layout, Log
+from impactlab.exact.setup.build import cuts, places_of_contacts
+from impactlab.exact.setup.contact_kinds import balanced, massless
+from impactlab.exact.setup.network import Layout, Log
 from impactlab.numerics.layout import record
 from impactlab.numerics.records import columns
 from impactlab.scene.bodies import End, Segment, WaveBody

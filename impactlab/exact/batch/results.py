@@ -1,7 +1,7 @@
 """Results of a march, compiled: periods of contact, impulses, peak forces, restitution, momenta, energies, balance.
 
-The definitions are those of histories (`impactlab.exact.history`, `impactlab.metrics.collisions`). Touches that may be
-noise are not judged here: such a point is left to a run of its own.
+The definitions are those of histories (`impactlab.exact.results.history`, `impactlab.metrics.collisions`). Touches that
+may be noise are not judged here: such a point is left to a run of its own.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Writes the network at t = 0 of a vector of numbers into the arrays of a march, compiled.
 
-The formulas and their order are those of `impactlab.exact.build` and `impactlab.exact.initial_waves`: the network has
-the same bits.
+The formulas and their order are those of `impactlab.exact.setup.build` and `impactlab.exact.setup.initial_waves`: the
+network has the same bits.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.batch.pattern import END, FIXED, RIGID, Pattern
-from impactlab.exact.build import MERGE_TOL, SAME_CUT
+from impactlab.exact.setup.build import MERGE_TOL, SAME_CUT
 from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 

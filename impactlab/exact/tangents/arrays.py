@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.exact.kernel import ROOM
-from impactlab.exact.network import Log
+from impactlab.exact.setup.network import Log
 from impactlab.types import Array, Ints
 
 OF_STATE = ("gravity", "duration")

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from impactlab.exact.history import ContinuousHistory
-from impactlab.exact.network import Layout, Log, with_room
+from impactlab.exact.results.history import ContinuousHistory
+from impactlab.exact.setup.network import Layout, Log, with_room
 from impactlab.exact.tangents.run import Solved
 from impactlab.scene.method import Simulation
 

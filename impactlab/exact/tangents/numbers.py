@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from impactlab.errors import ImpactlabError
-from impactlab.exact.network import Log
+from impactlab.exact.setup.network import Log
 from impactlab.exact.tangents.arrays import OF_CONTACTS, OF_ENDS, OF_NODES, OF_STATE, Rates
 from impactlab.types import Array
 

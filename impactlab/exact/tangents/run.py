@@ -10,7 +10,7 @@ import numpy as np
 from impactlab.errors import StepError
 from impactlab.exact.arrays import DONE, MORE_EVENTS, MORE_POOL, MORE_RECORDS
 from impactlab.exact.march import prepared
-from impactlab.exact.network import Layout, Log, with_room
+from impactlab.exact.setup.network import Layout, Log, with_room
 from impactlab.exact.tangents.arrays import Rates, TangentArrays, tangent_arrays
 from impactlab.exact.tangents.march import MORE_TANGENTS, advance
 from impactlab.exact.tangents.springs import with_springs

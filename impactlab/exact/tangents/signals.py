@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from impactlab.cached import cached_property
-from impactlab.exact.signals import clenshaw, gauss
+from impactlab.exact.results.signals import clenshaw, gauss
 from impactlab.exact.tangents.run import Solved
 from impactlab.types import Array, Ints
 

@@ -7,7 +7,7 @@ from collections.abc import Collection
 
 from impactlab.bases.base import AbstractBasis
 from impactlab.errors import PairingError
-from impactlab.exact.contact_kinds import massless
+from impactlab.exact.setup.contact_kinds import massless
 from impactlab.history.base import Warned
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import AbstractRodModel, Operators

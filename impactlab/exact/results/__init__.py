@@ -1,0 +1,1 @@
+"""After the march: channels, energies and links of an exact history."""

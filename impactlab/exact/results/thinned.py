@@ -1,0 +1,258 @@
+"""Exact histories with more waves than fit into memory, sampled window by window at the instants of the records.
+
+Of sampled waves only those that the march still needs are kept: one transit of the longest rod piece.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impactlab.errors import CaseError
+from impactlab.exact.results.energies import energies_at
+from impactlab.exact.results.history import ContinuousHistory, never_closed
+from impactlab.exact.results.link_results import followed, link_results, named
+from impactlab.exact.setup.network import Layout, Log, without
+from impactlab.history.base import (
+    AbstractHistory,
+    BranchChange,
+    ContactSpan,
+    Cost,
+    EnergyBook,
+    Event,
+    Field,
+    LinkResult,
+    instants_around,
+    places_on,
+    within_run,
+)
+from impactlab.history.frame import carried_energy, touched_in
+from impactlab.history.noise_floor import above_noise
+from impactlab.metrics.linear_theory import overstrained
+from impactlab.numerics.slopes import slopes
+from impactlab.scene.method import Simulation
+from impactlab.scene.problem import Probe, Scene
+from impactlab.types import Array
+
+MAX_ENERGY_SAMPLES = 1000  # instants of the energy book, at most
+
+
+@final
+class ThinnedHistory(AbstractHistory):
+    """An exact history read at equal instants: channels are lines between them, forces have their means.
+
+    Instants, events, contact periods and energies are exact; places without a probe are not kept, fields at snapshots
+    only.
+    """
+
+    def __init__(self, run: Simulation, duration: float, time: Array, values: dict[str, Array]) -> None:
+        self.dt = None
+        self.duration = duration
+        self.scene, self.method = run
+        self.time = time  # (n,) s
+        self.values = values  # channel -> (n,); of a force its time integral [N s]
+        # Forces of hard contacts are piecewise nearly constant and stay as means; a spring force gets slopes.
+        laws = self.method.laws
+        self.stairs = {f"force:{name}" for name, law in laws.items() if law.hard}
+        self.forces = {f"force:{name}" for name in (*laws, *named(self.scene))}
+        self.pulling = self.forces - {f"force:{name}" for name, law in laws.items() if not law.two_sided}
+        self.fields: dict[tuple[str, str, float], Field] = {}
+        self.cost = Cost()
+        self.events = ()
+        self.contacts = ()
+        self.warnings = []
+
+    def channels(self) -> tuple[str, ...]:
+        return tuple(self.values)
+
+    def evaluate(self, t: ArrayLike, channel: str) -> Array:
+        times = within_run(t, self.duration)
+        if channel not in self.values:
+            raise CaseError(
+                f"'{channel}' is not a channel of this history: the run was too long to keep all of its waves",
+                remedy=f"Name a probe there, or give a shorter duration. Channels: {', '.join(self.values)}.",
+            )
+        row = self.values[channel]
+        if channel not in self.forces:
+            return np.asarray(np.interp(times, self.time, row))
+        means = np.diff(row) / np.diff(self.time)
+        cell = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, len(means) - 1)
+        if channel in self.stairs:
+            return np.asarray(means[cell])
+        middles = 0.5 * (self.time[1:] + self.time[:-1])
+        sloped = means[cell] + slopes(middles, means)[cell] * (times - middles[cell])
+        return np.asarray(sloped if channel in self.pulling else np.maximum(0.0, sloped))
+
+    def impulse_of(self, contact: str) -> float:
+        channel = f"force:{contact}"
+        return float(self.values[channel][-1]) if channel in self.pulling else super().impulse_of(contact)
+
+    def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
+        return instants_around(self.time, start, end)
+
+    def impulse_until(self, contact: str, time: float) -> float:
+        return float(np.interp(time, self.time, self.values[f"force:{contact}"]))
+
+    def field_times(self, body: str) -> Array | None:
+        return np.unique([time for name, _, time in self.fields if name == body])
+
+    def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        for (name, kind, time), found in self.fields.items():
+            if (name, kind) == (body, quantity) and abs(time - t) <= 1e-9 * self.duration:
+                if x is None:
+                    return found
+                places = places_on(self.scene.bodies[body], x)
+                return Field(places, np.interp(places, found.x, found.values))
+        raise CaseError(
+            f"the field '{quantity}' of '{body}' at {t:g} s is not kept: the run was too long to keep all of its waves",
+            remedy="Name that instant in snapshots, or give a shorter duration.",
+        )
+
+    @property
+    def record_rate(self) -> float:
+        return 1.0 / float(self.time[1] - self.time[0])
+
+    def jumps(self, channel: str) -> Array:
+        return np.zeros(0)
+
+
+class Thinner:
+    """Samples the windows of a march one after the other."""
+
+    def __init__(self, run: Simulation, layout: Layout, log: Log) -> None:
+        scene = run.scene
+        self.run, self.scene, self.layout = run, scene, layout
+        self.grid = np.linspace(0.0, scene.duration, scene.records + 1)
+        self.every = max(1, scene.records // MAX_ENERGY_SAMPLES)
+        self.begun, self.taken = 0.0, 0
+        first = ContinuousHistory(run, layout, log, log.reached)
+        for pieces in layout.links.values():
+            for link in pieces:
+                first.carried_before(link)
+        self.values = {name: np.zeros(len(self.grid)) for name in (*first.channels(), *_faces(scene))}
+        self.impulses = {contact.name: 0.0 for contact in scene.contacts}
+        self.events: list[Event] = []
+        self.spans: list[ContactSpan] = []
+        self.open: dict[str, ContactSpan] = {}
+        self.books: list[EnergyBook] = []
+        self.spent: dict[str, float] = {}
+        self.fields: dict[tuple[str, str, float], Field] = {}
+        self.changes: list[BranchChange] = []
+        self.links: tuple[LinkResult, ...] = ()
+
+    def take(self, log: Log) -> Log:
+        """Sample every junction up to the time that all have reached, and return the log without it."""
+        until = log.reached
+        self._read(log, until)
+        log = without(log, until - log.ends["transit"].max() - 4.0 * log.state["tolerance"], until)
+        self.begun = until
+        return log
+
+    def finish(self, log: Log, duration: float) -> ThinnedHistory:
+        """Read the rest and return the history up to ``duration`` [s]."""
+        self._read(log, duration)
+        kept = min(self.taken, len(self.grid))
+        time, values = self.grid[:kept], {name: row[:kept] for name, row in self.values.items()}
+        history = ThinnedHistory(self.run, duration, time, values)
+        rest = list(self.open.values())
+        spans = tuple(sorted((*self.spans, *rest), key=lambda span: (span.start, span.contact)))
+        history.events, history.contacts = above_noise(self.scene, self.run.method.models, tuple(self.events), spans)
+        book = _joined(self.books)
+        joined = {name for name, law in self.run.method.laws.items() if law.two_sided}
+        history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))
+        history.links, history.changes = self.links, tuple(self.changes)
+        history.fields = self.fields
+        history.warnings.extend(never_closed(history, [c for c in self.scene.contacts if c.name not in joined]))
+        history.warnings.extend(overstrained(history))
+        history.cost.steps = int(log.state["intervals"])
+        return history
+
+    def _read(self, log: Log, until: float) -> None:
+        window = ContinuousHistory(self.run, self.layout, log, until)
+        last = until >= self.scene.duration
+        upto = len(self.grid) if last else int(np.searchsorted(self.grid, until))
+        t = self.grid[self.taken : upto]
+        forces = {f"force:{name}": own for name, own in named(self.scene).items()}
+        forces |= {f"force:{contact.name}": [contact.name] for contact in self.scene.contacts}
+        for name, row in self.values.items():
+            if name in forces:
+                row[self.taken : upto] = sum(self._impulse(window, own, t) for own in forces[name])
+            else:
+                row[self.taken : upto] = window.evaluate(t, name)
+        self._contacts(window, until)
+        for name in self.impulses:
+            self.impulses[name] = float(self._impulse(window, name, np.array([until]))[0])
+        self.changes += window.changes
+        if window.joined:
+            numbers = {self.scene.contacts[place].name: c for c, place in enumerate(self.layout.places)}
+            new = link_results(self.scene, self.run.method, window.signals, numbers, self.begun, until)
+            self.links = followed(self.links, tuple(new))
+        self._energies(window, t[-self.taken % self.every :: self.every], until, last)
+        for time in self.scene.field_times:
+            if self.begun <= time < until or (last and time >= until):
+                for body in self.scene.bodies.values():
+                    for kind in body.quantities if body.waves is not None else ():
+                        self.fields[body.name, kind, time] = window.field(body.name, time, kind)
+        self.taken = upto
+
+    def _impulse(self, window: ContinuousHistory, name: str, t: Array) -> Array:
+        force = window.force(name)
+        return np.asarray(
+            self.impulses[name] + force.integral(t, False) - force.integral(np.array([self.begun]), False)
+        )
+
+    def _contacts(self, window: ContinuousHistory, until: float) -> None:
+        """Add the events of the window, and its part of impulse and peak to every contact period."""
+        dated = window.dated
+        self.events += dated
+        for name in self.impulses:
+            for event in (event for event in dated if event.contact == name):
+                if event.kind == "close":
+                    self.open[name] = ContactSpan(name, event.time, None, 0.0, 0.0)
+                elif name in self.open:
+                    span = self._longer(window, self.open.pop(name), event.time)
+                    self.spans.append(span._replace(end=event.time))
+            if name in self.open:
+                self.open[name] = self._longer(window, self.open[name], until)
+
+    def _longer(self, window: ContinuousHistory, span: ContactSpan, until: float) -> ContactSpan:
+        begin = max(span.start, self.begun)
+        impulse = float(np.diff(window.force(span.contact).integral(np.array([begin, until]), False))[0])
+        ((_, peak),) = window.impulses_and_peaks([(span.contact, begin, until)])
+        return span._replace(impulse=span.impulse + impulse, peak_force=max(span.peak_force or 0.0, peak))
+
+    def _energies(self, window: ContinuousHistory, t: Array, until: float, last: bool) -> None:
+        times = np.unique([self.begun, *t, until])
+        book = energies_at(self.scene, self.layout, window.signals, times)
+        spent = self.spent
+        work = book.work + spent.get("work", 0.0)
+        booked = {name: row + spent.get(name, 0.0) for name, row in book.booked.items()}
+        self.spent = {"work": float(work[-1])} | {name: float(row[-1]) for name, row in booked.items()}
+        end = len(times) if last else -1  # the last instant is the first of the next window
+        bodies = {name: row[:end] for name, row in book.bodies.items()}
+        booked = {name: row[:end] for name, row in booked.items()}
+        self.books.append(EnergyBook(times[:end], bodies, book.stored[:end], booked, work[:end]))
+
+
+def _faces(scene: Scene) -> list[str]:
+    """Return the channels of the faces in contact."""
+    rods = [point for point in scene.faces if scene.bodies[point.body].elastic is not None]
+    return [Probe(point.body, point.x, kind).channel for point in rods for kind in ("displacement", "velocity")]
+
+
+def _joined(books: list[EnergyBook]) -> EnergyBook:
+    """Return the books of windows that follow one another as one."""
+
+    def row(parts: list[Array]) -> Array:
+        return np.concatenate(parts)
+
+    return EnergyBook(
+        row([book.time for book in books]),
+        {name: row([book.bodies[name] for book in books]) for name in books[0].bodies},
+        row([book.stored for book in books]),
+        {name: row([book.booked[name] for book in books]) for name in books[0].booked},
+        row([book.work for book in books]),
+    )

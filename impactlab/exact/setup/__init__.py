@@ -1,0 +1,1 @@
+"""Before the march: a scene as a network of nodes, rod pieces and contacts."""

@@ -1,0 +1,54 @@
+"""Description of rows of rigid bodies under power laws: leapfrog, which solves no contacts together.
+
+Under schemes whose force depends on the end of a step neighbours in a row are solved together, at a hundred times the
+cost. Only the automatic choice takes leapfrog: references keep schemes that conserve energy to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+
+from impactlab.contact.power_law import Hertz
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.refine.descriptions import cost
+from impactlab.refine.descriptions.contact_times import shortest_rise
+from impactlab.refine.descriptions.description import Description
+from impactlab.scene.method import Method, Simulation, StepRule, laws_of
+from impactlab.scene.problem import RECORDS
+from impactlab.scene.sizes import default_records
+
+MAX_RECORDS = 200_000  # instants kept, as of every description
+STEPS_A_RECORD = 8  # at most, of the finest run: beyond the instants that are kept, a record is the mean of a few steps
+COARSEST = 2.0  # steps in the shortest rise sqrt(m/k): leapfrog is stable up to a step of twice that of a pair
+
+
+def serves(request: Simulation) -> bool:
+    """Return whether several contacts of a scene without rods and beams are elastic power laws."""
+    laws = laws_of(*request)
+    return len(laws) > 1 and not request.scene.elastic and all(isinstance(law, Hertz) for law in laws)
+
+
+def row_of_beads(request: Simulation) -> Description:
+    """Return the description by its number of steps."""
+    scene, duration, rise = request.scene, request.scene.duration, shortest_rise(*request)
+    # Every step is kept where memory allows it. Runs that keep the same few instants would have an error in common,
+    # which none of them shows: that of a force which still rises at the end.
+    most = default_records(scene, MAX_RECORDS)
+
+    def simulation(steps: int) -> Simulation:
+        method = Method(request.method.laws, {}, CentralDifference(), StepRule(dt=duration / steps))
+        made = Simulation(scene, method)
+        return made if scene.records != RECORDS else made.but(records=most + 1)
+
+    return Description(
+        "rigid bodies, leapfrog",
+        "steps",
+        simulation,
+        cost.BEADS,
+        lambda n: (n, len(scene.contacts)),
+        # In a row the errors of all beads that a wave has passed add up, in time and so in displacement.
+        error=lambda n: (duration / n / rise) ** 2,
+        safety=3.0,
+        min_fineness=max(40, math.ceil(COARSEST * duration / rise)),
+        max_fineness=max(STEPS_A_RECORD * most, math.ceil(2.0 * COARSEST * duration / rise)),
+    )

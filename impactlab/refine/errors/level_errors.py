@@ -1,0 +1,305 @@
+"""Errors of the levels of a study by Richardson extrapolation over all quantities that count, and the next level."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+from impactlab.history.base import AbstractHistory
+from impactlab.metrics.fronts import MIN_JUMP
+from impactlab.refine import trial
+from impactlab.refine.convergence import (
+    SHOWN_SAFETY,
+    Level,
+    Reach,
+    Study,
+    error_of_two,
+    finest_error,
+)
+from impactlab.refine.descriptions.cost import ALIKE_S
+from impactlab.refine.descriptions.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
+from impactlab.refine.errors.distances import counted, difference, distances
+from impactlab.refine.errors.smooth_touch import error_alone, order_share
+from impactlab.scene.method import Method, Simulation, laws_of
+from impactlab.simulate.checks import gain_of
+
+MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the tolerance, where choosing stays short
+MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
+MIN_SAVING = 1.6  # the same where choosing takes longer than that
+MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
+MAX_NEAR = 2.0  # times a tolerance, up to which the error of one run says how fine another one would have to be
+MIN_SAVING_ALONE = 2.0  # the same where one run states its error, so that little was spent
+ESTIMATE_S = 4e-4  # s, of an estimate of errors, and of a run beside its set-up and steps
+DESCRIBED_S = 3e-4  # s, of describing a scene
+MIN_LEFT = 0.1  # of a tolerance, beside an error that is stated
+MAX_SHOWN_ERROR = 0.1  # of a run whose errors fall by an order: those of coarser runs follow none
+MIN_GROWTH = 1.6  # of the same where no level keeps the tolerance: a finer run also shows the errors of coarser ones
+MAX_GROWTH = 2.6  # of the fineness from level to level: across a longer step no order shows
+MIN_BETWEEN = 0.8  # of the coarser of two runs, that the tolerance needs, for a third one between them
+MARGIN = 1.1  # factor on the fineness that an estimate asks for
+MAX_LEVELS = 12  # of one description
+EXTRA_ORDER = 1.0  # over the declared order, with which errors may fall at first
+ORDER_MARGIN = 1.5  # on the order that the errors of a description show, before it is ended for its cost
+MIN_SHOWN_ORDER = 0.1
+MANY_RUNS = 5  # of one description: fewer of them, which fall unevenly, do not show an order below the least assumed
+MAX_GAIN_RATIO = 10.0  # of the energy that a run gains, over the reference energy, to the error that is stated
+MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order shows
+MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: shorter periods that give less need no such resolution
+PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
+UNEVEN_SAFETY = 3.0  # of descriptions whose errors fall unevenly, as fronts fall elsewhere in an element in each run
+UNEVEN_MARGIN = 1.5  # on the distance of their runs from the finest: two runs that are wrong alike lie close together
+NOT_CONVERGING = "does not converge to the tolerance"
+MAX_UNMAGNIFIED = 10.0  # times its predicted error, up to which that of a run is not magnified by touches
+MIN_FALLING = 4  # runs, from which an error that falls no more shows no further magnification
+MAX_UNSEEN = 0.6  # of a tolerance, beside which the errors that runs show have no room
+UNSEEN = "the error that its runs have in common is too large"
+DONE = "done"  # of a study that needs no further level
+
+
+def allowed(method: Method) -> float:
+    """Return the relative error that a method allows; 0 without a tolerance."""
+    return 0.0 if method.tolerance is None else method.tolerance.error
+
+
+def spent_s(studies: list[Study], following: Study | None = None) -> float:
+    """Return the predicted seconds of all runs so far, and of the set-up of one that follows, if any."""
+    found = 0.0
+    for each in studies:
+        runs = [level.fineness for level in each.levels]
+        if each is following:
+            runs += [each.next] if runs else [each.next, each.description.coarser(each.next)[0]]
+        found += each.description.setup_s(*runs) + sum(
+            each.description.seconds(level.fineness) for level in each.levels
+        )
+    return found
+
+
+def choosing_s(study: Study) -> float:
+    """Return the predicted seconds of choosing with one more run: all runs except the one that is chosen."""
+    description, count = study.description, len(study.levels)
+    one_s = ESTIMATE_S + (ALIKE_S if description.alike else description.cost.setup_s)
+    return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
+
+
+def holds_alone(study: Study, level: Level, request: Simulation) -> bool:
+    """Return whether a level keeps the tolerance by its own records; then its error is set.
+
+    The next one is as fine as is needed for that; none follows one that holds where little is saved.
+    """
+    description, tolerance = study.description, allowed(request.method)
+    if math.isinf(description.alone) or not _resolves_contacts(level.history, request):
+        return False
+    by_steps = error_alone(level.history, request)
+    if by_steps > MAX_NEAR * tolerance or (unseen := description.unseen(level.fineness, level.history)) >= tolerance:
+        return False
+    needed = MARGIN * level.fineness * math.pow(by_steps / (tolerance - unseen), 1.0 / description.order)
+    holds = by_steps + unseen <= tolerance
+    if holds:
+        level.error, level.worst, level.reason, level.alone = by_steps + unseen, "", "", True
+    study.next = description.whole(max(description.min_fineness, math.ceil(needed)))
+    least = MIN_SPEEDUP if choosing_s(study) <= MAX_CHOOSING * study.seconds else MIN_SAVING_ALONE
+    saves = description.seconds(level.fineness) > least * study.seconds
+    if holds and (not saves or any(each.fineness == study.next for each in study.levels)):
+        study.closed = DONE
+    return holds
+
+
+def estimate_errors(study: Study, request: Simulation) -> None:
+    """Set the error of every level, and the next fineness or why none follows."""
+    description, levels, tolerance = study.description, study.levels, allowed(request.method)
+    finest = levels[-1]
+    study.order_share = order_share(description, [level.history for level in levels], request)
+    errors, by_order = _extrapolated(levels, request, description, study.order_share)
+    least = _distance_to_check(study) if min(errors)[0] <= tolerance else 0.0
+    magnified = magnified_by_touches(description, finest, errors[-1][0])
+    if len(levels) >= MIN_FALLING and not _falls(study, finest.fineness, by_order):
+        magnified = min(magnified, study.magnified)  # what is left is uneven, and has not grown from touch to touch
+    study.magnified = magnified
+    unseen = study.magnified * description.unseen(finest.fineness, finest.history)
+    for level, (error, worst) in zip(levels, errors, strict=True):
+        level.worst, level.alone = worst if error >= least else "", False
+        unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
+        level.error, level.reason = max(error, least) + unseen_here, ""
+        if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
+            level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)
+        elif not _resolves_contacts(level.history, request):
+            level.error, level.worst = math.inf, ""
+            level.reason = f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
+        elif level.error > tolerance:
+            level.reason = f"expected error {level.error:.2g} beyond the tolerance"
+    # By the declared order: one that has not shown yet may still do so, and a run too fine costs more.
+    left = max(tolerance - unseen, MIN_LEFT * tolerance)
+    needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / left) ** (1.0 / description.order)
+    if not math.isfinite(needed) or finest.error > errors[-1][0] + unseen:
+        needed = 2.0 * finest.fineness
+    elif by_order <= MAX_SHOWN_ERROR:
+        study.reach = _reach(study, by_order, left)
+    met = [level.fineness for level in levels if level.error <= tolerance]
+    study.next = max(description.min_fineness, math.ceil(min(needed, MAX_GROWTH * finest.fineness)))
+    promised = study.next  # fineness of the run that the next one may show to be enough
+    coarsest = levels[0].fineness
+    shows = coarsest >= min(description.min_fineness, finest.fineness // 2)
+    beside = needed > MIN_BETWEEN * coarsest
+    again = beside and needed * MIN_BETWEEN < coarsest  # a run about as fine as the coarser one shows no order
+    third = len(levels) == 2 and needed <= finest.fineness
+    if third and ((description.alike and (met or shows)) or (met and again)):
+        # The order is to show, and a third run that is cheaper than the finest one shows it as well.
+        if beside:
+            study.next = round(finest.fineness / RATIO)
+            promised = coarsest if needed <= coarsest else max(study.next, math.ceil(needed))
+        else:
+            study.next = promised = max(math.ceil(needed), round(coarsest / MAX_GROWTH))
+        study.next = max(study.next, description.min_fineness // 3)
+    elif not met:
+        study.next = promised = max(study.next, math.ceil(MIN_GROWTH * finest.fineness))
+    study.next = min(description.whole(study.next), description.max_fineness)
+    study.closed = _why_closed(study, met, promised, unseen > MAX_UNSEEN * tolerance)
+
+
+def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
+    """Return the factor by which touches magnify an error: that by the steps of a run, over the predicted one.
+
+    A difference between two runs of a beam grows with each touch, whether steps or modes left out began it. Two runs
+    with the same modes show only that by the steps.
+    """
+    touches = Counter(span.contact for span in finest.history.contacts)
+    if not description.alike or not math.isfinite(error) or max(touches.values(), default=0) < 2:
+        return 1.0
+    return max(1.0, error / (MAX_UNMAGNIFIED * description.error(finest.fineness)))
+
+
+def _falls(study: Study, fineness: int, error: float) -> bool:
+    """Return whether an error fell by half the declared order from the finest estimate before."""
+    last = max(study.falling, default=fineness)
+    order = MIN_ORDER_SHARE * study.description.order
+    return error <= study.falling.get(last, math.inf) * math.pow(last / fineness, order)
+
+
+def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> str:
+    """Return why no level follows, empty where one does.
+
+    Parameters
+    ----------
+    study : Study
+        With its next fineness.
+    met : list of int
+        Fineness of the levels that keep the tolerance.
+    promised : int
+        Fineness of the run that the next level may show to be enough.
+    too_few : bool
+        Whether the error that all levels have in common is too large.
+    """
+    description, levels = study.description, study.levels
+    if len(levels) > MAX_LEVELS:
+        return NOT_CONVERGING
+    if not met and levels[-1].fineness >= description.max_fineness:
+        return f"needs more than {description.max_fineness} {description.unit}, its most"
+    if description.otherwise is not None and not met and too_few:
+        return UNSEEN
+    if study.next in [level.fineness for level in levels]:
+        return DONE if met else NOT_CONVERGING
+    # A run that is cheaper by little is not worth the time of another level.
+    promised_s = description.seconds(promised)
+    least = MIN_SAVING if description.alike else MIN_SAVING_OF_SETUP
+    if choosing_s(study) <= MAX_CHOOSING * promised_s:
+        least = MIN_SPEEDUP
+    return DONE if met and description.seconds(min(met)) <= least * promised_s else study.closed
+
+
+def keeps_energy(study: Study, level: Level, tolerance: float) -> bool:
+    """Return whether a run that was checked gains no more energy than its error allows; else state a larger error.
+
+    A study that was done goes on.
+    """
+    level.gain = gain_of(level.history) if study.description.unit else 0.0
+    if level.gain / MAX_GAIN_RATIO <= max(level.error, tolerance):
+        return True
+    level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)
+    if study.closed == DONE:
+        study.closed = ""
+        study.next = study.description.whole(math.ceil(MIN_GROWTH * study.levels[-1].fineness))
+    return False
+
+
+def gains(level: Level) -> str:
+    """Return how much energy a run gains, for people."""
+    return f"gains {level.gain:.2g} of the reference energy"
+
+
+def _reach(study: Study, error: float, tolerance: float) -> Reach:
+    """Return how far a study gets; of four runs and more, by the order that their errors show, with a margin."""
+    finest, order = study.levels[-1], study.description.order + EXTRA_ORDER
+    study.falling[finest.fineness] = error
+    first = min(study.falling)
+    if len(study.falling) > 2 and first < finest.fineness:
+        shown = math.log(max(study.falling[first] / error, 1.0)) / math.log(finest.fineness / first)
+        least = MIN_SHOWN_ORDER if len(study.falling) >= MANY_RUNS else MIN_ORDER_SHARE * study.description.order
+        order = min(order, max(ORDER_MARGIN * shown, least))
+    return Reach(finest.fineness, error, order, finest.fineness * math.pow(max(error / tolerance, 1.0), 1.0 / order))
+
+
+def _extrapolated(
+    levels: list[Level], request: Simulation, description: Description, share: float
+) -> tuple[list[tuple[float, str]], float]:
+    """Return the error of each level, by its distance to the finest one, and the error of that by the declared order.
+
+    Each is the largest over the quantities that count, the first with the name of that quantity. The second one says
+    how fine the next level must be; of three levels and more it is the stated error of the finest.
+    """
+    last = len(levels) - 1
+    fineness = [level.fineness for level in levels]
+    order, safety = description.order, description.safety
+    found, by_order = [], []
+    histories, least_jump = [level.history for level in levels], allowed(request.method) or MIN_JUMP
+    for of, pairs in distances(histories, *counted(request), PEAK_MARGIN, least_jump) if last else ():
+        if last == 1:
+            of_two = error_of_two(pairs[0, 1], fineness[0], fineness[1], order, share)
+            error = of_two * max(safety, TWO_LEVEL_SAFETY)
+            margin = 1.0
+            by_order.append(SHOWN_SAFETY * pairs[0, 1] / ((fineness[1] / fineness[0]) ** order - 1.0))
+        else:
+            estimate = finest_error(pairs, fineness, order)
+            error = estimate.with_safety(safety)
+            margin = UNEVEN_MARGIN if safety >= UNEVEN_SAFETY and not estimate.shown else 1.0
+            by_order.append(error)
+        found.append((of, pairs, error, margin))
+    if not found:
+        return [(math.inf, "")] * len(levels), math.inf
+    errors = [
+        max(((margin * pairs[i, last] if i < last else 0.0) + error, of) for of, pairs, error, margin in found)
+        for i in range(len(levels))
+    ]
+    return errors, max(by_order)
+
+
+def _distance_to_check(study: Study) -> float:
+    """Return the distance of the finest level to a run off the special step.
+
+    It is 0 where it is within the error of that run.
+
+    Levels with c dt = h have an advantage in common, so that two of them may agree by luck.
+    """
+    description, finest = study.description, study.levels[-1]
+    if description.check is None:
+        return 0.0
+    # Peak forces are left out: those of an ordinary mesh ring behind a front.
+    scene, method = description.check(finest.fineness)
+    beside, _ = trial.run(Simulation(scene, method), None, None, None)  # it is compared alone: no balance is checked
+    apart = difference(finest.history, beside, scene, method.laws, ("displacements", "impulses"))
+    return apart if apart > description.check_error(finest.fineness) else 0.0
+
+
+def _resolves_contacts(history: AbstractHistory, request: Simulation) -> bool:
+    """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
+    if history.dt is None:
+        return True
+    for contact, law in zip(request.scene.contacts, laws_of(*request), strict=True):
+        if law.hard or not law.answers_force:
+            continue
+        spans = history.spans(contact.name)
+        total = sum(span.impulse for span in spans)
+        for span in spans:
+            counts = span.impulse > MIN_IMPULSE_SHARE * total
+            if counts and span.end is not None and span.end - span.start < MIN_CONTACT_STEPS * history.dt:
+                return False
+    return True

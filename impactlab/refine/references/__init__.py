@@ -1,0 +1,1 @@
+"""Solutions that errors are measured against: exact ones, and converged ones with their predicted cost."""

@@ -1,0 +1,171 @@
+"""Figures of laws that remember, and those used for piles and Hopkinson bars."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from impactlab import hopkinson
+from impactlab.contact.smith import Smith
+from impactlab.contact.specimen import Specimen
+from impactlab.errors import ImpactlabError, RunWarning
+from impactlab.history.base import AbstractHistory
+from impactlab.history.sampling import page_times
+from impactlab.lazy import lazy
+from impactlab.report.figures.style import (
+    INK,
+    MUTED,
+    PALETTE,
+    Margins,
+    Trace,
+    across,
+    clock,
+    drawn,
+    grid,
+    lower_margin,
+    name_lines,
+    room_beside,
+    scaled,
+    time_axis,
+    upper_margin,
+)
+from impactlab.report.page import Plate
+from impactlab.scene.problem import Scene
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from impactlab.piling import measured
+    from impactlab.piling.blow import Head
+else:  # with fits and optimisers, which figures of other runs do not need
+    measured = lazy("impactlab.piling.measured")
+
+MAX_LOOPS = 6  # panels of a figure
+
+
+class Loop(NamedTuple):
+    """Force over closing of one contact, or of all of one name: their sum over the mean of their closings."""
+
+    name: str
+    closing: Array  # (n,) m, zero at the start
+    force: Array  # (n,) N
+
+
+def plates_of(trace: Trace, scene: Scene) -> list[Plate]:
+    """Return the figures of a run whose laws remember: loops, the head of a pile, curves of specimens."""
+    history, plates = trace.history, []
+    laws = history.method.laws
+    if any(isinstance(law, Smith) for law in laws.values()):
+        with suppress(ImpactlabError):  # links that hold no pile, or several; a head that was not recorded
+            found = measured.head_signals(history)
+            words = (
+                "Force and impedance times velocity are one until the first wave comes back from the soil; what "
+                "divides them before 2 L/c is the resistance along the shaft."
+            )
+            plates.append(Plate("pile_head", "Head of the pile", words, partial(pile_head, found, scene)))
+    for number, contact in enumerate(scene.contacts, start=1):
+        law = laws.get(contact.name)
+        if isinstance(law, Specimen):
+            words = "Nominal stress over nominal strain: the specimen itself, and the curve that its law has when slow."
+            gauges = by_gauges(history, contact.left.body, contact.right.body, law)
+            if gauges is not None:
+                words += (
+                    " By three waves, from the strain probes of the two bars, until a wave from the far end of a "
+                    "bar reaches one of them."
+                )
+            draw = partial(stress_strain, history, contact.name, law, gauges)
+            plates.append(Plate(f"specimen_{number}", f"Specimen, {contact.name}", words, draw))
+    if found_loops := loops(history, scene):
+        words = "The area inside a loop is the energy that the contact took. Compression is positive."
+        plates.append(Plate("loops", "Force over closing", words, partial(force_loops, found_loops)))
+    return plates
+
+
+def loops(history: AbstractHistory, scene: Scene) -> list[Loop]:
+    """Return the loops of all contacts whose law keeps a permanent deformation, pieces of one name together.
+
+    Specimens are left out: they have curves of stress over strain.
+    """
+    grouped: dict[str, list[str]] = {}
+    for contact in scene.contacts:
+        law = history.method.laws.get(contact.name)
+        if law is not None and law.remembers and not isinstance(law, Specimen):
+            grouped.setdefault(contact.group or contact.name, []).append(contact.name)
+    times, found = page_times(scene.duration), []
+    for name, contacts in list(grouped.items())[:MAX_LOOPS]:
+        gaps = np.mean([history.evaluate(times, f"gap:{each}") for each in contacts], axis=0)
+        force = np.sum([history.evaluate(times, f"force:{each}") for each in contacts], axis=0)
+        found.append(Loop(name, gaps[0] - gaps, force))
+    return found
+
+
+@drawn
+def force_loops(found: Sequence[Loop]) -> Figure:
+    """Return the force over the closing of each contact, a panel each."""
+    columns = min(len(found), across(3))
+    figure, axes = grid(-(-len(found) // columns), columns, 2.2, Margins(down=0.75))
+    panels = [axis for row in axes for axis in row]
+    for axis, loop in zip(panels, found, strict=False):
+        moved = scaled("m", float(np.abs(loop.closing).max()))
+        force = scaled("N", float(np.abs(loop.force).max()))
+        axis.axhline(0.0, color=MUTED, linewidth=0.8)
+        axis.plot(loop.closing / moved.size, loop.force / force.size, color=PALETTE[0])
+        axis.set_title(loop.name)
+        axis.set_xlabel(f"closing  [{moved.label}]")
+        axis.set_ylabel(f"force  F  [{force.label}]")
+    for axis in panels[len(found) :]:
+        axis.set_visible(False)
+    return figure
+
+
+@drawn
+def pile_head(head: Head, scene: Scene) -> Figure:
+    """Return force and impedance times velocity at the head of a pile over time."""
+    curves = {"force": (head.force, INK, "-"), "Z v": (head.impedance_velocity, PALETTE[1], "--")}
+    margins = Margins(right=room_beside(curves), top=upper_margin(curves), bottom=lower_margin(trips=True))
+    figure, ((axis,),) = grid(1, 1, 2.6, margins)
+    time, unit = clock(scene), scaled("N", float(np.abs(head.force).max()))
+    for values, colour, dash in curves.values():
+        axis.plot(head.time / time.size, values / unit.size, color=colour, linestyle=dash)
+    axis.axhline(0.0, color=MUTED, linewidth=0.8)
+    axis.set_ylabel(f"force  [{unit.label}]")
+    time_axis(axis, scene, trips=True)
+    name_lines(axis, [(name, colour, dash) for name, (_, colour, dash) in curves.items()])
+    return figure
+
+
+def by_gauges(history: AbstractHistory, incident: str, transmission: str, law: Specimen) -> hopkinson.Curve | None:
+    """Return the curve that the probes of two bars give by three waves; None where they are no such bars."""
+    diameter = float(np.sqrt(4.0 * law.area / np.pi))
+    with suppress(ImpactlabError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RunWarning)  # the caption has the end of the curve
+        test = hopkinson.of_history(history, incident, transmission)
+        return hopkinson.evaluate(test, hopkinson.Specimen(law.length, diameter))
+    return None
+
+
+@drawn
+def stress_strain(history: AbstractHistory, contact: str, law: Specimen, gauges: hopkinson.Curve | None) -> Figure:
+    """Return the stress of a specimen over its strain: of its law, in the run, and by the gauges on both bars."""
+    times = page_times(history.duration)
+    gap, force = history.evaluate(times, f"gap:{contact}"), history.evaluate(times, f"force:{contact}")
+    strain, stress = (gap[0] - gap) / law.length, force / law.area
+    curves = {
+        "law, slow": (*law.loading_curve(float(strain.max())), MUTED, "-", 4.0),
+        "specimen": (strain, stress, INK, "-", 1.4),
+    }
+    if gauges is not None:
+        curves["by three waves"] = (gauges.strain, gauges.stress, PALETTE[1], "--", 1.4)
+    figure, ((axis,),) = grid(1, 1, 2.8, Margins(right=room_beside(curves), top=upper_margin(curves)))
+    for x, y, colour, dash, width in curves.values():
+        axis.plot(100.0 * x, 1e-6 * y, color=colour, linestyle=dash, linewidth=width)
+    axis.set_xlabel("strain  [%]")
+    axis.set_ylabel("stress  [MPa]")
+    name_lines(axis, [(name, colour, dash) for name, (_, _, colour, dash, _) in curves.items()])
+    return figure

@@ -1,0 +1,101 @@
+"""The Lagrange diagram: the load of all bodies end to end, place to the right and time upwards, events marked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory
+from impactlab.prefixes import Unit, scaled
+from impactlab.report.figures.signals import UNITS
+from impactlab.report.figures.stage import frames, layout, shown_load
+from impactlab.report.figures.style import INK, MUTED, PAPER, Margins, clock, drawn, grid, is_narrow
+from impactlab.scene.problem import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MEANING = {"stress": "stress σ", "torque": "torque T", "displacement": "deflection u"}
+
+
+def has_waves(history: AbstractHistory, scene: Scene) -> bool:
+    """Return whether the history has the load of a body at the frames of a page."""
+    return any(entry["load"] is not None for entry in frames(history, scene).values())
+
+
+@drawn
+def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
+    """Return the diagram of a history; of a body whose fields it does not keep only the contacts are drawn."""
+    spots, time = layout(scene), clock(scene)
+    loads = {name: entry["load"] for name, entry in frames(history, scene).items() if entry["load"] is not None}
+    elastic = {name: body for name, body in scene.elastic.items() if name in loads}
+    quantities = dict.fromkeys(shown_load(body) for body in elastic.values())
+    whole = max((spots[name].x + body.length for name, body in elastic.items()), default=1.0)
+    place = scaled("m", whole)
+    figure, ((axis,),) = grid(1, 1, 2.6 if is_narrow() else 3.6, Margins(top=0.3, right=0.9 * len(quantities) + 0.15))
+    for number, quantity in enumerate(quantities):
+        shown = {name: loads[name] for name, body in elastic.items() if shown_load(body) == quantity}
+        largest = max(float(np.max(np.abs(load))) for load in shown.values() if load is not None)
+        unit = scaled(UNITS[quantity], largest)
+        for name, load in shown.items():
+            if load is None:
+                continue
+            left = spots[name].x / place.size
+            image = axis.imshow(
+                load / unit.size,
+                origin="lower",
+                aspect="auto",
+                extent=(left, left + elastic[name].length / place.size, 0.0, scene.duration / time.size),
+                cmap="RdBu_r",
+                vmin=-largest / unit.size or -1.0,
+                vmax=largest / unit.size or 1.0,
+                interpolation="none",
+            )
+            axis.text(
+                left + 0.5 * elastic[name].length / place.size,
+                1.02,
+                name,
+                transform=axis.get_xaxis_transform(),
+                ha="center",
+                va="bottom",
+                fontsize=7.5,
+                color=MUTED,
+            )
+        inches = axis.get_position().width * figure.get_figwidth()
+        bar = figure.colorbar(
+            image, cax=axis.inset_axes((1.0 + (0.12 + 0.9 * number) / inches, 0.0, 0.11 / inches, 1.0))
+        )
+        bar.set_label(f"{MEANING[quantity]}  [{unit.label}]")
+    _draw_contacts(axis, history, scene, place, time)
+    axis.set_xlim(0.0, whole / place.size)
+    axis.set_ylim(0.0, scene.duration / time.size)
+    axis.grid(visible=False)
+    axis.set_xlabel(f"place  x  [{place.label}]")
+    axis.set_ylabel(f"time  t  [{time.label}]")
+    return figure
+
+
+def _draw_contacts(axis: Axes, history: AbstractHistory, scene: Scene, place: Unit, time: Unit) -> None:
+    """Draw contacts as lines while they are closed, closings and openings as dots."""
+    spots, faces = layout(scene), {}
+    for contact in scene.contacts:
+        side = contact.left if scene.bodies[contact.left.body].length else contact.right
+        faces[contact.name] = (spots[side.body].x + side.x) / place.size
+    for span in (each for each in history.contacts if each.contact in faces):  # of many bodies some are drawn
+        ends = [span.start / time.size, span.until(scene.duration) / time.size]
+        axis.plot([faces[span.contact]] * 2, ends, color=INK, linewidth=1.6, solid_capstyle="butt", clip_on=False)
+    for event in history.events:
+        if event.kind != "impulse" and event.contact in faces:
+            fill = INK if event.kind == "close" else PAPER
+            axis.plot(
+                faces[event.contact],
+                event.time / time.size,
+                "o",
+                color=INK,
+                markerfacecolor=fill,
+                markersize=4,
+                markeredgewidth=0.9,
+                clip_on=False,
+            )

@@ -1,0 +1,190 @@
+"""Figures as files, and as SVG that stands inside a page in its colours."""
+
+from __future__ import annotations
+
+import io
+import itertools
+import math
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from impactlab.errors import CaseError
+from impactlab.report.figures.style import COLUMNS, GRID, INK, MUTED, PALETTE, PAPER, drawn
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+FORMATS = ("svg", "png", "pdf")
+PAGE_DOTS, PAPER_DOTS = 160, 400  # per inch, of PNG
+
+
+class FigureFiles(NamedTuple):
+    """How figures are written into a folder."""
+
+    formats: tuple[str, ...] = ("svg",)  # of `FORMATS`
+    width: str = ""  # "one" or "two" columns of a journal; empty: as on the page
+    every: bool = False  # True: also those that a page shows live alone
+
+
+def figure_files(formats: str | None, width: str | None, folder: Path | None = Path()) -> FigureFiles:
+    """Return how figures are written from the words of a command: ``svg,pdf`` and ``one``; all of them if one is given.
+
+    Raises
+    ------
+    CaseError
+        If a format or a width is not known, or figures are asked for and there is no ``folder`` for them.
+    """
+    if folder is None and (formats or width):
+        option = "--figures" if formats else "--width"
+        raise CaseError(f"{option} without --out: there is no folder for figures", remedy="Add --out DIR.", path=option)
+    names = tuple(dict.fromkeys(name.strip() for name in (formats or "svg,png").split(",")))
+    for option, given, known in (("--figures", names, FORMATS), ("--width", (width,) if width else (), (*COLUMNS,))):
+        wrong = [name for name in given if name not in known]
+        if wrong:
+            raise CaseError(
+                f"{option} has no value {wrong[0][:40]!r}", remedy=f"Allowed: {', '.join(known)}.", path=option
+            )
+    return FigureFiles(names, width or "", every=True) if formats or width else FigureFiles()
+
+
+class Plate(NamedTuple):
+    """A figure of a page, with its title and how to read it."""
+
+    name: str  # of its files
+    title: str
+    caption: str
+    figure: Figure
+
+
+def saved_plates(folder: Path, plates: Iterable[Plate]) -> tuple[list[dict[str, str]], str]:
+    """Write the figures of a page into its folder ``figures``; return them for its template, and their style rules."""
+    (folder / "figures").mkdir(exist_ok=True)
+    made, drawings = [], []
+    for name, title, caption, figure in plates:
+        made.append({"name": name, "title": title, "caption": caption})
+        drawings.append(inline(save(figure, folder / "figures", name), f"{title}. {caption}".strip()))
+    figures, rules = with_classes(drawings)
+    return [{**plate, "svg": svg} for plate, svg in zip(made, figures, strict=True)], rules
+
+
+@drawn
+def to_svg(figure: Figure) -> str:
+    """Return a figure as SVG text; the same figure gives the same bytes."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    return buffer.getvalue()
+
+
+@drawn
+def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("svg", "png")) -> str:
+    """Write ``name.svg``, ``name.png`` or ``name.pdf``, by the formats, into the folder and return the SVG text."""
+    svg = to_svg(figure)
+    if "svg" in formats:
+        (folder / f"{name}.svg").write_text(svg, encoding="utf-8")
+    if "png" in formats:
+        dots = PAGE_DOTS if figure.get_figwidth() > max(COLUMNS.values()) else PAPER_DOTS
+        figure.savefig(folder / f"{name}.png", dpi=dots, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
+    if "pdf" in formats:
+        figure.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
+    return svg
+
+
+THEMED = {INK: "ink", MUTED: "muted", GRID: "line", PAPER: "paper"} | {c: f"c{i}" for i, c in enumerate(PALETTE)}
+"""Colours that a page sets itself, lighter on a dark page, by the names of its variables."""
+
+
+def inline(svg: str, label: str) -> str:
+    """Return SVG text fit to stand inside a page: themed by its variables, sized by its column, ids that clash removed.
+
+    Parameters
+    ----------
+    label : str
+        Description of the figure for screen readers.
+    """
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>", "", body, flags=re.DOTALL)
+    body = re.sub(
+        r'(<svg[^>]*?) width="[^"]*" height="[^"]*"|(<svg[^>]*?) height="[^"]*" width="[^"]*"', r"\1\2", body, count=1
+    )
+    used = set(re.findall(r"#([\w.-]+)", body))
+    body = re.sub(r' id="([\w.-]+)"', lambda m: m.group(0) if m.group(1) in used else "", body)
+    for colour, variable in THEMED.items():
+        body = body.replace(colour, f"var(--{variable})")
+    body = body.replace("font-family: 'DejaVu Sans'", "font-family: inherit").replace("'DejaVu Sans'", "inherit")
+    text = label.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    return compact(body.replace("<svg", f'<svg role="img" aria-label="{text}"', 1))
+
+
+NUMBER = re.compile(r"-?\d+\.\d{2,}")
+
+
+def compact(svg: str) -> str:
+    """Return SVG text with coordinates to a tenth of a point, paths in steps, without groups of one thing."""
+    svg = re.sub(r' d="([^"]*)"', lambda path: f' d="{_steps(path.group(1))}"', svg)
+    svg = re.sub(r' (?:points|x|y|width|height|transform|viewBox)="[^"]*"', lambda match: _short(match.group()), svg)
+    svg = re.sub(r">\s+<", "><", svg).replace("xlink:href", "href")
+    svg = re.sub(r' transform="rotate\(-0 [^"]*"| xmlns:xlink="[^"]*"| version="[^"]*"|<g/>|<defs></defs>', "", svg)
+    svg = re.sub(r"\b([mp])([0-9a-f]{5})[0-9a-f]{5}\b", r"\1\2", svg)
+    before = ""
+    while before != svg:
+        before, svg = svg, re.sub(r"<g>(<(\w+)[^<>]*(?:/>|>[^<>]*</\2>))?</g>", r"\1", svg)
+    return svg
+
+
+def _short(text: str) -> str:
+    return NUMBER.sub(lambda number: f"{float(number.group()):.1f}".removesuffix(".0"), text)
+
+
+MAX_STRAY = 2.5  # tenths of a point, by which a curve may stray from its points
+MAX_RUN = 24  # points that one straight line may stand for
+
+
+def _steps(path: str) -> str:
+    """Return a path of straight lines as steps from point to point, in tenths of a point; another one rounded."""
+    if not re.fullmatch(r"[ML\d\s.z-]*", path):
+        return " ".join(_short(path).split())
+    text = ""
+    for line, closed in re.findall(r"M([^Mz]*)(z?)", path):
+        points = [(round(10 * float(x)), round(10 * float(y))) for x, y in re.findall(r"(-?[\d.]+) (-?[\d.]+)", line)]
+        kept = _straightened(points)
+        text += f"M{_tenths(kept[0][0])}{_tenths(kept[0][1], apart=True)}" + "l" * (len(kept) > 1)
+        for (x, y), (to_x, to_y) in itertools.pairwise(kept):
+            text += _tenths(to_x - x, apart=text[-1].isdigit()) + _tenths(to_y - y, apart=True)
+        text += closed
+    return text
+
+
+def _straightened(points: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return the points without those that lie within `MAX_STRAY` of the line between the ones kept."""
+    kept, last, at = points[:1], 0, 2
+    while at < len(points):
+        (x, y), (to_x, to_y) = points[last], points[at]
+        long = max(1.0, math.hypot(to_x - x, to_y - y))
+        off = max(abs((to_x - x) * (q - y) - (to_y - y) * (p - x)) / long for p, q in points[last + 1 : at])
+        back = any((p - x) * (to_x - p) + (q - y) * (to_y - q) < 0 for p, q in points[last + 1 : at])
+        if off > MAX_STRAY or back or at - last > MAX_RUN:
+            last = at - 1
+            kept.append(points[last])
+        at += 1
+    return [*kept, points[-1]] if len(points) > 1 else kept
+
+
+def _tenths(number: int, *, apart: bool = False) -> str:
+    """Return a number of tenths as text, with a space before it where it must stand apart from one before."""
+    text = f"{number / 10:g}"
+    text = text.replace("0.", ".", 1) if abs(number) < 10 else text
+    return text if text.startswith("-") or not apart else f" {text}"
+
+
+def with_classes(figures: Sequence[str]) -> tuple[list[str], str]:
+    """Return inlined figures with classes in place of their style attributes, and the rules of those classes."""
+    names: dict[str, str] = {}
+
+    def named(match: re.Match[str]) -> str:
+        return f' class="{names.setdefault(match.group(1), f"s{len(names)}")}"'
+
+    changed = [re.sub(r' style="([^"]*)"', named, svg) for svg in figures]
+    return changed, "\n".join(f".{name}{{{rule}}}" for rule, name in names.items())

@@ -1,0 +1,109 @@
+"""A mechanism to scale: the figure at the start, where contacts begin and at the end, and the motion on a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory
+from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, drawn, grid
+from impactlab.scene.bodies import Mechanism
+from impactlab.scene.problem import Scene
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MAX_DRAWN = 6  # contacts whose beginning is drawn
+MARGIN = 0.12  # of the size of the mechanism, around it
+
+
+def joints(history: AbstractHistory, mechanism: Mechanism, times: Array) -> Array:
+    """Return the places of ground hinge, joints and end, (n_times, n_links + 1, 2) [m]; links are drawn straight."""
+    angles = np.array([history.evaluate(times, f"angle:{link.name}") for link in mechanism.links])
+    lengths = np.array([link.length for link in mechanism.links])
+    steps = lengths[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=2)
+    return np.concatenate((np.zeros((1, len(times), 2)), np.cumsum(steps, axis=0))).transpose(1, 0, 2)
+
+
+def chains(scene: Scene) -> list[Mechanism]:
+    """Return the mechanisms of a scene that can be drawn: chains of links."""
+    return [body for body in scene.bodies.values() if isinstance(body, Mechanism)]
+
+
+def met(scene: Scene) -> list[dict[str, Any]]:
+    """Return contacts of chains as page.js draws them: the place on a link, the direction, and the other body."""
+    found = []
+    for number, contact in enumerate(scene.contacts):
+        for here, there, sign in ((contact.left, contact.right, 1), (contact.right, contact.left, -1)):
+            body, other = scene.bodies[here.body], scene.bodies[there.body]
+            if isinstance(body, Mechanism):
+                mark = body.marks[int(here.x)]
+                share = mark.x / body.links[mark.link].length
+                found.append(
+                    {"contact": number, "chain": body.name, "link": mark.link, "share": share, "along": mark.along}
+                    | {"sign": sign, "kind": other.kind, "name": other.name}
+                )
+    return found
+
+
+def moving(
+    axis: Axes, history: AbstractHistory, mechanisms: Sequence[Mechanism], times: Array, mark: str
+) -> Callable[[int], None]:
+    """Draw mechanisms to scale, lines marked as moving; return the function that moves them to one of the times."""
+    drawn_at = []
+    for mechanism in mechanisms:
+        places = joints(history, mechanism, times)
+        if mechanism.slide is not None:
+            axis.axhline(mechanism.slide, color=MUTED, linewidth=0.6)
+        axis.plot(places[:, -1, 0], places[:, -1, 1], color=MUTED, linewidth=0.8, linestyle=":")
+        (line,) = axis.plot([], [], color=INK, linewidth=2.5, marker="o", markersize=5, gid=mark)
+        drawn_at.append((line, places))
+    every = np.concatenate([places.reshape(-1, 2) for _, places in drawn_at])
+    low, high = every.min(axis=0), every.max(axis=0)
+    room = MARGIN * float((high - low).max())
+    axis.set_xlim(low[0] - room, high[0] + room)
+    axis.set_ylim(low[1] - room, high[1] + room)
+    axis.set_aspect("equal")
+    axis.axis("off")
+
+    def step(number: int) -> None:
+        for line, places in drawn_at:
+            line.set_data(places[number].T)
+
+    return step
+
+
+@drawn
+def positions(history: AbstractHistory, scene: Scene, name: str) -> Figure:
+    """Return the mechanism at the start, where contacts begin, and at the end, with the path of its end between."""
+    mechanism = scene.bodies[name]
+    if not isinstance(mechanism, Mechanism):
+        raise TypeError(f"{name} is not a mechanism")
+    path = joints(history, mechanism, np.linspace(0.0, history.duration, 200))[:, -1]
+    begun = [span.start for span in history.contacts if name in _bodies(scene, span.contact)][:MAX_DRAWN]
+    figure, ((axis,),) = grid(1, 1, 3.2, Margins())
+    axis.plot(path[:, 0], path[:, 1], color=MUTED, linewidth=0.8, linestyle=":", label="path of the end")
+    for time, colour, width, label in (
+        (0.0, MUTED, 2.0, "start"),
+        *((time, PALETTE[0], 1.2, "contact begins" if number == 0 else "_") for number, time in enumerate(begun)),
+        (history.duration, INK, 2.0, "end"),
+    ):
+        places = joints(history, mechanism, np.array([time]))[0]
+        axis.plot(places[:, 0], places[:, 1], color=colour, linewidth=width, marker="o", markersize=4, label=label)
+    if mechanism.slide is not None:
+        axis.axhline(mechanism.slide, color=MUTED, linewidth=0.6)
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.margins(MARGIN)
+    axis.set_xlabel("x in m")
+    axis.set_ylabel("y in m")
+    axis.legend(loc="best", fontsize=8, frameon=False)
+    return figure
+
+
+def _bodies(scene: Scene, contact: str) -> tuple[str, str]:
+    found = next(each for each in scene.contacts if each.name == contact)
+    return found.left.body, found.right.body
