@@ -144,7 +144,7 @@ class Views:
         ImpactlabError
             If the file has another ending, or ffmpeg is missing.
         """
-        films = above("report.animation")
+        films = above("report.figures.animation")
         if path is not None:
             films.write(self, Path(path), seconds)
             return None
