@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from impactlab.history import sampling
     from impactlab.refine.references import reference_record
     from impactlab.report import choice as choices
-    from impactlab.report import compare_report, console, film_files, output, provenance, run_report
-    from impactlab.report.figures import figure_files
+    from impactlab.report import compare_report, console, output, provenance, run_report
+    from impactlab.report.figures import figure_files, film_files
     from impactlab.sweeps import axes, given_twice
     from impactlab.testing import verdict as verdicts
 else:

@@ -27,9 +27,8 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine import search, trial
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
-from impactlab.refine.descriptions import beam_families, suitable
-from impactlab.refine.descriptions import rods as descriptions
 from impactlab.refine.descriptions.contact_times import rise_time
+from impactlab.refine.descriptions.rods import beam_families, rods, suitable
 from impactlab.refine.descriptions.suitable import for_choice
 from impactlab.refine.errors import level_errors
 from impactlab.refine.errors.distances import counted, difference
@@ -438,8 +437,8 @@ def test_rods_whose_transits_are_no_multiples_keep_what_is_stated():
 def test_an_exact_choice_marches_once(monkeypatch):
     """The march whose cost is counted is the run itself, and nothing else is described before it ends."""
     marches, described = [], []
-    begin, stepped = descriptions.begin, suitable._stepped
-    monkeypatch.setattr(descriptions, "begin", lambda *asked: marches.append(asked) or begin(*asked))
+    begin, stepped = rods.begin, suitable._stepped
+    monkeypatch.setattr(rods, "begin", lambda *asked: marches.append(asked) or begin(*asked))
     monkeypatch.setattr(suitable, "_stepped", lambda asked: described.append(asked) or stepped(asked))
     monkeypatch.setattr("impactlab.exact.solve.build", None)
     scene = struck(AdditionDeletion())

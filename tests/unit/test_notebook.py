@@ -20,8 +20,7 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.errors import ImpactlabError
-from impactlab.report import film_files
-from impactlab.report.figures import animation
+from impactlab.report.figures import animation, film_files
 
 CASES = Path(__file__).parents[2] / "cases"
 
