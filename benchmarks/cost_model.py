@@ -26,9 +26,9 @@ from impactlab import simulate
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.power_law import Hertz
 from impactlab.errors import ImpactlabError
+from impactlab.refine.descriptions import cost
 from impactlab.refine.descriptions.beams import continuous
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.descriptions.rods import cost
 from impactlab.refine.descriptions.suitable import for_choice, stepped
 from impactlab.scene import Beam, BeamSegment, Body, Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.facts import beams_of

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from impactlab.refine import out_of_reach
 from impactlab.refine.convergence import Study
+from impactlab.refine.descriptions import suitable
 from impactlab.refine.descriptions.cost import FIXED_S
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.descriptions.rods import suitable
 from impactlab.refine.errors.level_errors import allowed
 from impactlab.scene.method import Simulation
 

@@ -27,8 +27,8 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine import search, trial
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
+from impactlab.refine.descriptions import beam_families, rods, suitable
 from impactlab.refine.descriptions.contact_times import rise_time
-from impactlab.refine.descriptions.rods import beam_families, rods, suitable
 from impactlab.refine.descriptions.suitable import for_choice
 from impactlab.refine.errors import level_errors
 from impactlab.refine.errors.distances import counted, difference

@@ -23,7 +23,8 @@ from impactlab.metrics.third_bodies import Periods
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.printing import counted
-from impactlab.refine.descriptions.rods import contact_times, modelled_as
+from impactlab.refine.descriptions import contact_times
+from impactlab.refine.descriptions.rods import modelled_as
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.sweeps import quantities

@@ -13,7 +13,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics.norms import midpoints
 from impactlab.models.modal import Modal
-from impactlab.refine.descriptions.rods import meshed_modes
+from impactlab.refine.descriptions import meshed_modes
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
 from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.simulate import driver

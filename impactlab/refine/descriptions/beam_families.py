@@ -21,6 +21,7 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.absorbing import SENT_BACK, SENT_BACK_LUMPED
 from impactlab.models.mesh.beam_elements import lumped, matrices
+from impactlab.refine.descriptions import cost
 from impactlab.refine.descriptions.beam_modes import COARSEST, UNIT, BeamModesFamily, counted_share, rises
 from impactlab.refine.descriptions.beams import (
     STEPS,
@@ -31,7 +32,7 @@ from impactlab.refine.descriptions.beams import (
     shortest_time,
 )
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.descriptions.rods import cost, modelled_as, recorded
+from impactlab.refine.descriptions.rods import modelled_as, recorded
 from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of

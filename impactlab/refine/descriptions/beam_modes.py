@@ -17,11 +17,12 @@ from impactlab.history.base import AbstractHistory
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
+from impactlab.refine.descriptions import cost, meshed_modes
 from impactlab.refine.descriptions.beams import MAX_DENSE_ELEMENTS, STEPS, is_lossy, modal_model, shortest_time
 from impactlab.refine.descriptions.contact_times import times_of
 from impactlab.refine.descriptions.cost import Cost
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.descriptions.rods import cost, meshed_modes, modelled_as, recorded
+from impactlab.refine.descriptions.rods import modelled_as, recorded
 from impactlab.refine.errors import left_out
 from impactlab.refine.errors.distances import counted
 from impactlab.refine.errors.smooth_touch import are_soft, stated_alone

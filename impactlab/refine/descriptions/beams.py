@@ -17,9 +17,10 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.absorbing import SENT_BACK
 from impactlab.models.modal import Modal
+from impactlab.refine.descriptions import cost
 from impactlab.refine.descriptions.contact_times import shortest_rise
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.descriptions.rods import MIN_FINENESS, cost, modelled_as
+from impactlab.refine.descriptions.rods import MIN_FINENESS, modelled_as
 from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of

@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 from impactlab.exact.cost import StartedMarch
 from impactlab.history.base import AbstractHistory
+from impactlab.refine.descriptions import cost
 from impactlab.refine.descriptions.cost import Cost
-from impactlab.refine.descriptions.rods import cost
 from impactlab.scene.method import Simulation
 
 RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of fineness between neighbouring levels: no step is a multiple of another

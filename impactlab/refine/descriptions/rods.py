@@ -28,10 +28,10 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.bar_elements import elements_per_segment
+from impactlab.refine.descriptions import cost
 from impactlab.refine.descriptions.contact_times import shortest_rise
 from impactlab.refine.descriptions.cost import Cost
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.descriptions.rods import cost
 from impactlab.refine.descriptions.rows_of_beads import row_of_beads, serves
 from impactlab.scene.facts import (
     delay_unit,

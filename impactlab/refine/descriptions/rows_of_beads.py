@@ -10,9 +10,9 @@ import math
 
 from impactlab.contact.power_law import Hertz
 from impactlab.integrators.central_difference import CentralDifference
+from impactlab.refine.descriptions import cost
 from impactlab.refine.descriptions.contact_times import shortest_rise
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.descriptions.rods import cost
 from impactlab.scene.method import Method, Simulation, StepRule, laws_of
 from impactlab.scene.problem import RECORDS
 from impactlab.scene.sizes import default_records

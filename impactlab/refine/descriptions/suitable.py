@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact.setup.contact_kinds import balanced, first_gap, massless
+from impactlab.refine.descriptions import beam_families, beams, resting_touches, rods
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.descriptions.rods import beam_families, beams, resting_touches, rods
 from impactlab.scene.facts import bare_beam, beams_of, changes, rods_of
 from impactlab.scene.method import Simulation, laws_of
 from impactlab.scene.problem import Scene

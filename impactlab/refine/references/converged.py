@@ -13,9 +13,9 @@ from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics import norms
 from impactlab.refine.convergence import Study, finest_error
+from impactlab.refine.descriptions import beams as beam_descriptions
 from impactlab.refine.descriptions.description import RATIO, Description
 from impactlab.refine.descriptions.rods import MIN_FINENESS
-from impactlab.refine.descriptions.rods import beams as beam_descriptions
 from impactlab.refine.descriptions.suitable import has_unique_solution, stepped
 from impactlab.refine.references.reference_record import CONVERGED, FULL_BUDGET_S, Reference, physics_key
 from impactlab.scene.facts import beams_of, changes
