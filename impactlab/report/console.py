@@ -14,16 +14,16 @@ from impactlab.history.base import SERIOUS
 from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
 from impactlab.printing import plain
-from impactlab.report.comparison import solution_words
 from impactlab.scene.method import Simulation, is_exact
 
 if TYPE_CHECKING:
     from impactlab.numerics import addresses
-    from impactlab.report import choice
+    from impactlab.report import choice, comparison
     from impactlab.simulate.stepping import loop
 else:  # they load numba or the drivers, which `check` and the listings need not
     addresses = lazy("impactlab.numerics.addresses")
-    choice, loop = lazy("impactlab.report.choice"), lazy("impactlab.simulate.stepping.loop")
+    choice, comparison = lazy("impactlab.report.choice"), lazy("impactlab.report.comparison")
+    loop = lazy("impactlab.simulate.stepping.loop")
 
 MAX_LINES = 12  # of events, contacts or collisions that are printed; an impulse law may have thousands
 MAIN_ERRORS = (
@@ -144,7 +144,7 @@ def _errors(summary: Mapping[str, Any]) -> list[str]:
     if summary["method"]["dt"] is None and of_motion == 0.0:
         return ["  errors    none: this is the exact solution"]
     known = errors.get("reference_uncertainty")
-    against = solution_words(errors["reference"]) + (f" (known to {known:.1g})" if known else "")
+    against = comparison.solution_words(errors["reference"]) + (f" (known to {known:.1g})" if known else "")
     main = [f"{key.replace('_', ' ')} {_percent(shown[key])}" for key in MAIN_ERRORS if key in shown]
     rest = ["more: --json"] if len(main) < len(shown) else []
     return [f"  errors    against {against}: " + ", ".join(main + rest)]
