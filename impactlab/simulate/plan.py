@@ -136,11 +136,13 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
                 )
             transits.append(model.shortest_transit(model.meshed(body, faces_of(scene, body.name))))
         if not transits:
-            raise CaseError("courant needs a rod with a mesh", remedy="Give dt.", path="solve.step")
+            raise CaseError(
+                "courant needs a rod with a mesh", remedy="Give solve.step: {dt: ...} in seconds.", path="solve.step"
+            )
         return rule.courant * min(transits)
     highest = max((body.system.rule_frequency for body in built.values()), default=0.0)
     if highest == 0.0:
-        text = "no body vibrates here, so that points_per_period sets no step"
+        text = "no dt is given, and no body vibrates here whose shortest period could set the step (points_per_period)"
         raise CaseError(text, remedy="Give solve.step: {dt: ...} in seconds.", path="solve.step")
     return 2.0 * math.pi / highest / (rule.points_per_period or 10.0)
 

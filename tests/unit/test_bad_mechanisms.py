@@ -163,7 +163,7 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     ({"solve.models": {"crank": FINE}}, "solve.models.crank", "'crank' is a link", "Remove it"),
     ({"solve.duration": {"round_trips": 2}}, "solve.duration", "this case has none", "in seconds"),
     ({"solve.round_trips_of": "rod"}, "solve.round_trips_of", "is a link and has no round trip", "this case"),
-    ({"solve.step": {"courant": 1.0}}, "solve.step", "courant needs a rod with a mesh", "Give dt"),
+    ({"solve.step": {"courant": 1.0}}, "solve.step", "courant needs a rod with a mesh", "dt: ..."),
     (
         {"solve": {"duration": 1.0e-3, "tolerance": 1.0e-2}},
         "solve.tolerance",
