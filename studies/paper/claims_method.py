@@ -62,7 +62,7 @@ def section_numbers() -> Finding:
 @row(
     "4",
     "Eqs. 18, 19, p. 772",
-    "A messenger at c dt from the face tells the wave that arrives one step later.",
+    "A messenger at $c\\,\\Delta t$ from the face tells the wave that arrives one step later.",
     "-",
     CONFIRMED,
 )
@@ -291,7 +291,7 @@ def step_rule() -> Finding:
     return Finding(
         f"$\\Delta t = T/{values['steps_10']:.0f}$, $T/{values['steps_40']:.0f}$, $T/{values['steps_70']:.0f}$ with "
         f"10, 40, 70 "
-        "modes. $2d + 1$ is mode d + 1 of the clamped-free rod, a little on the safe side; but the mesh is stiffer "
+        "modes. $2d + 1$ is mode $d + 1$ of the clamped-free rod, a little on the safe side; but the mesh is stiffer "
         f"at its upper end: its own highest mode gets {values['points_10']:.1f}, {values['points_40']:.1f} points "
         f"(10/10, 40/40) and {values['points_70']:.1f} (70 of 100)",
         values,

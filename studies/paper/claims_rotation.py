@@ -159,7 +159,7 @@ def first_force_depends() -> Finding:
         "phase and group speeds do, the front does not: it runs at $c$ and brings $Z v_0$ at every rate. The front "
         "reaches "
         f"the clamped end after {arrivals[0]:.4f} T at rest and {arrivals[1]:.4f} T at {RATE:g} rad/s, and after one "
-        f"step the force is {forces[0]:.4f} and {forces[1]:.4f} Z v0 (1000 lumped elements)",
+        f"step the force is {forces[0]:.4f} and {forces[1]:.4f} $Z v_0$ (1000 lumped elements)",
         {"force": forces[1] / forces[0] - 1.0, "arrival": arrivals[1] - arrivals[0]},
         abs(forces[1] / forces[0] - 1.0) < 2e-4 and abs(arrivals[1] - arrivals[0]) < 1e-9,
     )
