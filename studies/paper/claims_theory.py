@@ -139,7 +139,7 @@ def wave_relation() -> Finding:
 @row(
     "3",
     "Eq. 5, p. 769",
-    "Until the reflection returns, the stress is $s_0\\,e^{-\\sqrt{E\\rho}\\,t/M}$, $M$ the mass per section, which "
+    "Until the reflection returns, the stress is $s_0\\,e^{-\\sqrt{E\\rho}\\,t/M}$, $M$ the mass per area, which "
     "is $s_0\\,e^{-2t/T}$ here.",
     "$s_0 = \\rho c v_0$",
     CONFIRMED,
