@@ -114,7 +114,7 @@ def test_probes_and_further_contacts_take_two_runs():
         assert len(levels_of(api.solve(*other))) > 1
 
 
-def test_bends_are_second_differences_of_overlap_and_force():
+def test_second_differences_of_overlap_and_force():
     history = api.solve(*struck(1e-3))
     force = records_of(history).force(0, hard=False)
     forces, overlap = force.record[1:, force.column], -force.record[:, force.column + 1]
@@ -128,7 +128,7 @@ def test_bends_are_second_differences_of_overlap_and_force():
         np.linalg.norm(np.diff(np.append([0.0, 0.0], forces), 2)) / size,
         math.sqrt(np.mean(bend**2)),
     )
-    assert force.bends(1e9, 1.5) == pytest.approx(expected, rel=1e-9)
+    assert force.second_differences(1e9, 1.5) == pytest.approx(expected, rel=1e-9)
 
 
 def test_modes_that_cannot_keep_a_tolerance_leave_it_to_others():
