@@ -41,6 +41,7 @@ suppress_warnings = ["config.cache"]  # functions among the settings of the gall
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath", "smartquotes"]
 myst_heading_anchors = 4
+smartquotes_action = "qe"  # no dashes: two hyphens begin an option
 bibtex_bibfiles = ["../impactlab/citations.bib"]
 bibtex_default_style = "unsrt"
 bibtex_reference_style = "author_year"

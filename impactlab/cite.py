@@ -88,7 +88,7 @@ def _entries_of(package: str) -> dict[str, str]:
     """Return the entries of the citations.bib of a package by key; none where there is no such file."""
     try:
         text = files(package).joinpath("citations.bib").read_text(encoding="utf-8")
-    except (ImportError, TypeError, OSError):  # a lone module, or a package without sources
+    except (ImportError, TypeError, AttributeError, OSError):  # a script, a lone module, a package without sources
         return {}
     found = re.findall(r"^@\w+\{.*?^\}", text, flags=re.MULTILINE | re.DOTALL)
     return {_key_of(entry): entry for entry in found}

@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of an output whose disk is full
+MIN_BEGINNING = 3  # letters of a name that may be the beginning of another one
+MIN_LIKENESS = 0.65  # of difflib: with 0.6 'acceleration' is taken for 'rotation'
 MAX_COMPARED = 80  # characters of a name whose nearest ones are looked for
 MAX_OTHERS = 3  # further faults of a file that a message shows
 
@@ -74,9 +76,47 @@ class ImpactlabError(Exception):
         return f"{place}{where}{self.text}"
 
 
+OTHER_WORDS = {
+    "absorbing": "infinite",
+    "ball": "mass",
+    "bar": "rod",
+    "encastre": "clamped",
+    "explicit": "central_difference",
+    "fem": "finite_element",
+    "fixed": "clamped",
+    "floor": "wall",
+    "ground": "wall",
+    "hard": "addition_deletion",
+    "implicit": "newmark",
+    "kelvin_voigt": "penalty",
+    "leapfrog": "central_difference",
+    "linear": "penalty",
+    "non_reflecting": "infinite",
+    "particle": "mass",
+    "point_mass": "mass",
+    "rigid": "mass addition_deletion clamped",
+    "rigid_body": "mass",
+    "simply_supported": "pinned",
+    "sphere": "mass",
+    "spring": "penalty",
+    "velocity_verlet": "central_difference",
+    "verlet": "central_difference",
+}
+"""Words of other programs and of textbooks for kinds of bodies, ends and parts: those of a case."""
+
+
 def closest(name: str, names: Iterable[str]) -> str:
-    """Return `` Did you mean 'x'?`` for the nearest of the names, or nothing."""
-    close = get_close_matches(name[:MAX_COMPARED], list(names), n=1)
+    """Return `` Did you mean 'x'?`` for the nearest of the names, or the one with that meaning; or nothing."""
+    known, word = list(names), name[:MAX_COMPARED].strip().lower()
+    head, colon, pair = name.partition(":")
+    turned = f"{head}{colon}{'|'.join(reversed(pair.split('|')))}"  # a contact b|a, where a|b is known
+    close = [other for other in known if other.lower() == word or (other == turned and "|" in pair)]
+    if not close:
+        meant = OTHER_WORDS.get(word.replace(" ", "_").replace("-", "_"), "").split()
+        close = [other for other in meant if other in known]
+    close = close or get_close_matches(name[:MAX_COMPARED], known, n=1, cutoff=MIN_LIKENESS)
+    if not close and len(word) >= MIN_BEGINNING:
+        close = [other for other in known if other.startswith(word)]
     return f" Did you mean {close[0]!r}?" if close else ""
 
 

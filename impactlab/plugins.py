@@ -112,7 +112,9 @@ class Registry:
             return known  # type: ignore[no-any-return]
         entries = [entry for entry in self.entries if entry.group == group.name and entry.name == name]
         if not entries:
-            raise PluginError(self._unknown(group, name), remedy=self._installed(group))
+            text, installed = self._unknown(group, name), self._installed(group)
+            hint = "" if "Did you mean" in text or ": it is" in text else " If a plugin has it, install the plugin."
+            raise PluginError(text, remedy=installed + hint)
         if len(entries) > 1:
             homes = sorted(f"{entry.distribution} ({entry.value})" for entry in entries)
             others = sorted({entry.distribution for entry in entries} - {"impactlab"})
@@ -202,6 +204,10 @@ def fault_of(part: Any, group: Group) -> str:
     if inspect.isabstract(part):
         missing = ", ".join(sorted(vars(part)["__abstractmethods__"]))
         return f"it does not define {missing}"
+    if group is LAWS and not isinstance(getattr(part, "needs", None), frozenset):
+        return "its class has no frozenset `needs`: write needs = frozenset({Level.POSITION}), for example"
+    if unset := _unset(part):
+        return f"its class does not set {', '.join(unset)}"
     if not dataclasses.is_dataclass(part) or not part.__dataclass_params__.frozen:  # type: ignore[attr-defined]
         return "it is not a frozen dataclass (write @dataclass(frozen=True) above it)"
     for field in dataclasses.fields(part):
@@ -210,6 +216,12 @@ def fault_of(part: Any, group: Group) -> str:
         if field.name == "kind":
             return "its field 'kind' has a name that cases use for the part itself"
     return "" if describe(part) else "its class has no docstring, whose first line a listing shows"
+
+
+def _unset(part: type[Any]) -> list[str]:
+    """Return the class facts that a base class declares and that have no value."""
+    declared = [(name, kind) for base in part.__mro__ for name, kind in vars(base).get("__annotations__", {}).items()]
+    return [name for name, kind in declared if "ClassVar" in str(kind) and not hasattr(part, name)]
 
 
 def _fault_of_function(part: Any, group: Group) -> str:

@@ -39,7 +39,7 @@ met against its quickest way.
 ## Time to reach an error
 
 The paper's case: a mass as heavy as the rod, two contacts, 0 to 3 T. And a rod of steel and brass under a mass of
-0.8 kg on meshes of equal length, so that no step h/c is exact anywhere. A setting reaches an error when all of these
+0.8 kg on meshes of equal length, so that no step $h/c$ is exact anywhere. A setting reaches an error when all of these
 stay below it against the exact solution: displacement of the mass and of the face (relative, L2), the first lasting
 opening (in T), velocity of the mass at the end (in its first one). Per program the quickest setting of its scan, as in
 all such scans with some luck where errors cross zero. Set-up (meshes, modes, factors) is not in the times. Package

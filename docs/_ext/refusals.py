@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +13,9 @@ import impactlab
 from impactlab.casefile.values.faults import FIX_VALUE
 
 PACKAGE = Path(impactlab.__file__).parent
+CODE = re.compile(
+    r"(`[^`]+`|(?<![\w-])--(?:[a-z][a-z-]*|…)(?: '[^']*')?)"
+)  # in a message: a command, an option with its value
 ERRORS = ("CaseError", "PairingError", "PluginError", "StepError", "ImpactlabError", "refuse", "failure")
 PACKAGES = {
     "Reading a case file": ("casefile",),
@@ -115,8 +119,18 @@ def page() -> str:
 
 
 def plain(text: str) -> str:
-    """Return a text that Markdown shows as it is."""
-    text = " ".join(text.split())
+    """Return a text that Markdown shows as it is, with options and commands as code, whose quotes stay straight."""
+    pieces = CODE.split(" ".join(text.split()))
+    return "".join(as_code(each) if CODE.fullmatch(each) else escaped(each) for each in pieces)
+
+
+def as_code(text: str) -> str:
+    """Return a command or an option as code in a table."""
+    return "`" + text.strip("`").replace("|", "\\|") + "`"
+
+
+def escaped(text: str) -> str:
+    """Return a text with its signs of Markdown escaped."""
     for sign in "\\|<>*_[]{}$`":
         text = text.replace(sign, "\\" + sign)
     return text

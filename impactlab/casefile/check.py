@@ -226,7 +226,7 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
             allowed = "nothing: it never moves" if kind == "wall" else "displacement, velocity"
             raise CaseError(
                 f"the {kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {allowed}",
-                remedy="Probe a rod or a beam, or another quantity.",
+                remedy="Probe a rod or a beam, or another quantity. Contact forces are recorded without a probe.",
                 path=f"{path}.quantity",
             )
         elif probe.at != 0.0:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import gc
 import io
+import re
 import sys
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
@@ -29,6 +31,8 @@ from impactlab.cli.reporting import CommandFailed, left_without_output, output_f
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
 
+SETTING = ("--set", "--over", "--vary", "--parameters")  # options that take PATH=VALUE
+UNIT = re.compile(r"[a-zA-Zµ%][\w*/^µ]{0,7}")
 MIN_COLLECTED = 200_000
 """New objects (some 20 MB) before cycles are collected: by the default of 700, libraries load a sixth slower."""
 
@@ -165,9 +169,19 @@ def _run() -> None:
     except CommandFailed:
         raise
     except SystemExit as leaving:
+        if leaving.code == 2 and (advice := quotes_for(sys.argv)):
+            print(advice, file=sys.stderr)
         if leaving.code == 2 and "--json" in sys.argv:  # typer has printed the reason on standard error
             print_failure(None, CaseError("the command line is wrong", remedy="See standard error, or --help."))
         raise
+
+
+def quotes_for(arguments: Sequence[str]) -> str:
+    """Return the advice to quote a value whose unit the shell has split off, or nothing."""
+    for option, value, unit in zip(arguments, arguments[1:], arguments[2:], strict=False):
+        if option in SETTING and "=" in value and value[-1].isdigit() and UNIT.fullmatch(unit):
+            return f"A value with a space needs quotes: {option} '{value} {unit}'."
+    return ""
 
 
 def _check_surroundings() -> None:

@@ -22,11 +22,10 @@ if TYPE_CHECKING:
     from impactlab.refine.references import reference_record
     from impactlab.report import choice as choices
     from impactlab.report import compare_report, console, output, provenance, run_report
-    from impactlab.report.figures import animation, figure_files
+    from impactlab.report.figures import figure_files, film_files
     from impactlab.sweeps import axes, given_twice
     from impactlab.testing import verdict as verdicts
 else:
-    animation = lazy("impactlab.report.figures.animation")
     api = lazy("impactlab.api")
     axes = lazy("impactlab.sweeps.axes")
     bench_report = lazy("impactlab.bench.report.write")
@@ -41,6 +40,7 @@ else:
     edit = lazy("impactlab.casefile.edit")
     figure_files = lazy("impactlab.report.figures.figure_files")
     files = lazy("impactlab.files")
+    film_files = lazy("impactlab.report.figures.film_files")
     fits = lazy("impactlab.fits")
     given_twice = lazy("impactlab.sweeps.given_twice")
     grid = lazy("impactlab.bench.grid")
@@ -61,7 +61,6 @@ else:
     verdicts = lazy("impactlab.testing.verdict")
 
 __all__ = [
-    "animation",
     "api",
     "axes",
     "bench_report",
@@ -76,6 +75,7 @@ __all__ = [
     "edit",
     "figure_files",
     "files",
+    "film_files",
     "fits",
     "given_twice",
     "grid",

@@ -8,11 +8,11 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import (
-    animation,
     api,
     console,
     figure_files,
     files,
+    film_files,
     output,
     provenance,
     run_report,
@@ -55,7 +55,7 @@ def animate(
 ) -> None:
     """Run a case and write it as a film: the bodies coloured by their load, and the diagram of their waves."""
     with reporting(case, as_json=False):
-        animation.check_target(out)
+        film_files.check_target(out)
         loaded = load(case, sets, method, variant)
         console.log_compiling()
         with console.progress() as show:

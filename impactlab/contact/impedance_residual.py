@@ -34,10 +34,16 @@ class ImpedanceResidual(AbstractContactLaw):
     gains_energy = 0.1
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        rods = [facts for facts in (left, right) if facts.kind == "rod"]
+        if not rods:
+            needs_waves("impedance_residual", left, right)
+            raise PairingError(
+                "impedance_residual stands for the axial modes that the model of a rod leaves out, and this contact "
+                f"has no rod: on its left is a {left.kind}, on its right a {right.kind}",
+                remedy="Use addition_deletion, penalty or hertz; on a beam also dispersive_identification.",
+            )
         compliance, dashes = 0.0, 0.0
-        for facts in (left, right):
-            if facts.kind != "rod":
-                continue
+        for facts in rods:
             if math.isnan(facts.impedance):
                 raise PairingError(
                     "impedance_residual needs the impedance of a rod, and the rod has none here",
@@ -49,7 +55,6 @@ class ImpedanceResidual(AbstractContactLaw):
                 compliance += facts.left_out
                 dashes += 1.0 / facts.impedance
         if compliance == 0.0:
-            needs_waves("impedance_residual", left, right)
             raise PairingError(
                 "impedance_residual represents modes that are left out, and no body of this contact leaves any out",
                 remedy="Use modal with basis eigenvectors and fewer modes than its mesh has, or addition_deletion.",

@@ -21,7 +21,10 @@ STIFFNESS = (
     "K, force per indentation to the power n; of spheres and rounded ends that of "
     "impactlab.granular.sphere_stiffness(young, poisson, radius)"
 )
-TOO_STIFF = "the power law's tangent stiffness passed the stability limit of an explicit step: 4 over m/N of the faces"
+TOO_STIFF = (
+    "the power law's tangent stiffness passed the stability limit of an explicit step at this overlap, 4 over the "
+    "compliance of the faces in a step"
+)
 SLOW = Noted(
     slot=2,
     code="slow_touch",

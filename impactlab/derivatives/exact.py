@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactlab import api
 from impactlab.casefile import Case
@@ -54,14 +55,13 @@ class Derivatives(NamedTuple):
     slopes: Slopes
     by: str  # tangent or differences
     edges: Sequence[Edge]
-    of_runs: Slopes | None = (
-        None  # differences of runs, where tangents show a kink: a front may pass the end of the run
-    )
+    of_runs: Slopes | None = None  # differences of runs, where those of histories along tangents are doubtful
+    doubtful: NDArray[np.bool_] | None = None  # (values,), of which they are taken
 
     def at(self, number: int) -> tuple[tuple[float, float, float, float], bool, str]:
         """Return derivative, error and both sides of a value, whether it has a kink, and how it was found."""
         slopes, by = self.slopes, self.by
-        if self.of_runs is not None and slopes.kink[number]:
+        if self.of_runs is not None and self.doubtful is not None and self.doubtful[number]:
             slopes, by = self.of_runs, DIFFERENCES
         middle, error, below, above = (float(of[number]) for of in slopes[:4])
         return (middle, error, below, above), bool(slopes.kink[number]), by
@@ -117,14 +117,20 @@ def derivatives(
         if at_edge or parts or passes_end(solved, number):
             found.append(Derivatives(_of_runs(case, parameter, values, base, history, distance), DIFFERENCES, near))
             continue
-        by_tangents = _of_tangents(case, parameter, number, values, solved)
-        by_runs = _of_runs(case, parameter, values, base, history, distance) if by_tangents.kink.any() else None
-        found.append(Derivatives(by_tangents, TANGENT, near, by_runs))
+        by_tangents, doubtful = _of_tangents(case, parameter, number, values, solved)
+        by_runs = _of_runs(case, parameter, values, base, history, distance) if doubtful.any() else None
+        found.append(Derivatives(by_tangents, TANGENT, near, by_runs, doubtful))
     return found
 
 
-def _of_tangents(case: Case, parameter: Parameter, number: int, values: Quantities, solved: Solved) -> Slopes:
-    """Return derivatives by formulas, and from histories moved along tangents where there is none."""
+def _of_tangents(
+    case: Case, parameter: Parameter, number: int, values: Quantities, solved: Solved
+) -> tuple[Slopes, NDArray[np.bool_]]:
+    """Return derivatives by formulas, from histories moved along tangents where there is none, and which are doubtful.
+
+    Where fronts meet, one of which moves, a history that is moved may jump between them: a peak there has two
+    derivatives, and only both of its sides show it. A front may pass the end of the run, too.
+    """
 
     def beside(step: float) -> Array | None:
         try:
@@ -148,10 +154,14 @@ def _of_tangents(case: Case, parameter: Parameter, number: int, values: Quantiti
             if beside(sign * width) is None:
                 side[:] = np.nan
     by_formula = Slopes(direct, error, below, above, np.zeros(len(base)))
-    if np.all(np.isfinite(direct) | np.isnan(base)):
-        return by_formula
-    by_moving = _narrowed(beside, base, width, parameter.scale)
-    return Slopes(*(np.where(np.isnan(direct), other, own) for own, other in zip(by_formula, by_moving, strict=True)))
+    by_moving = by_formula
+    is_moved = np.isnan(direct) & np.isfinite(base)
+    if is_moved.any():
+        by_moving = _narrowed(beside, base, width, parameter.scale)
+    pairs = zip(by_formula, by_moving, strict=True)
+    found = Slopes(*(np.where(np.isnan(direct), other, own) for own, other in pairs))
+    one_sided = np.isnan(found.below) != np.isnan(found.above)
+    return found, np.logical_or(found.kink, np.logical_and(is_moved, one_sided))
 
 
 def sequence(history: AbstractHistory) -> list[tuple[str, str]]:

@@ -93,8 +93,9 @@ def blow_of(history: AbstractHistory) -> Blow:
     drill = drill_of(history.scene)
     law = history.method.laws[drill.rock.name]
     loop = loop_of(history, drill.rock, law)
+    first = _first_force(loop, 0.0 if history.dt is None else MIN_SHARE)
     if history.contacts:
-        _warn_if_too_short(loop, drill, _left(history, drill.hammer))
+        _warn_if_too_short(loop, first, drill, _left(history, drill.hammer))
     else:
         named = " and ".join(repr(name) for name in drill.hammer)
         warn(
@@ -107,7 +108,7 @@ def blow_of(history: AbstractHistory) -> Blow:
     return Blow(
         work=work,
         efficiency=work / drill.kinetic_energy,
-        first_pass=_first_pass(loop, drill) / drill.kinetic_energy,
+        first_pass=_first_pass(loop, first, drill) / drill.kinetic_energy,
         peak_force=float(loop.force.max()),
         deepest=deepest,
         final=_final(history, law, drill.rock, loop),
@@ -151,12 +152,13 @@ def _work(history: AbstractHistory, rock: Contact, time: Array) -> Array:
     return np.interp(time, ends, np.concatenate(([0.0], done)))
 
 
-def _warn_if_too_short(loop: Loop, drill: Drill, left: float) -> None:
+def _warn_if_too_short(loop: Loop, first: float | None, drill: Drill, left: float) -> None:
     """Issue a `DoubtfulResult` if a run ends before the first pass does, or while the bit goes deeper.
 
-    A pass is over early where the bit no longer presses and the hammer has no energy ``left`` [J].
+    ``first`` is the instant of the first force [s]. A pass is over early where the bit no longer presses and the hammer
+    has no energy ``left`` [J].
     """
-    ends, first = float(loop.time[-1]), _first_force(loop)
+    ends = float(loop.time[-1])
     acts = (
         abs(float(loop.force[-1])) > MIN_SHARE * float(np.abs(loop.force).max())
         or left > MIN_SHARE * drill.kinetic_energy
@@ -179,15 +181,17 @@ def _warn_if_too_short(loop: Loop, drill: Drill, left: float) -> None:
         )
 
 
-def _first_force(loop: Loop) -> float | None:
-    """Return the instant before the first force on the rock [s]; None without a force."""
-    pressed = np.flatnonzero(loop.force > 0.0)
+def _first_force(loop: Loop, share: float) -> float | None:
+    """Return the instant before the first force on the rock [s], above a share of the largest; None without a force.
+
+    In an explicit scheme each step carries a trace of a wave into the next element, faster than the wave itself.
+    """
+    pressed = np.flatnonzero(loop.force > share * max(0.0, float(loop.force.max())))
     return float(loop.time[max(0, pressed[0] - 1)]) if pressed.size else None
 
 
-def _first_pass(loop: Loop, drill: Drill) -> float:
+def _first_pass(loop: Loop, first: float | None, drill: Drill) -> float:
     """Return the work [J] until the wave of the first force on the rock has gone through the rods and back."""
-    first = _first_force(loop)
     return 0.0 if first is None else float(np.interp(first + drill.round_trip, loop.time, loop.work))
 
 

@@ -46,17 +46,16 @@ def peak_in(m: MarchArrays, r: int, row: int, best: float) -> float:
         here = value(a, n, y)
         if here > high:
             high, place = here, i
-    best = max(best, high)
-    if 0 < place < count:
-        low, most = math.cos(math.pi * (count - place + 1) / count), math.cos(math.pi * (count - place - 1) / count)
-        y = math.cos(math.pi * (count - place) / count)
-        for _ in range(6):
-            slope, down = derivatives(a, n, y)
-            if down >= 0.0:
-                break
-            y = min(max(y - slope / down, low), most)
-        best = max(best, value(a, n, y))
-    return best
+    # The largest value may lie beside an end of the piece, too: after a front that only bends the curve.
+    low = math.cos(math.pi * min(count, count - place + 1) / count)
+    most = math.cos(math.pi * max(0, count - place - 1) / count)
+    y = math.cos(math.pi * (count - place) / count)
+    for _ in range(6):
+        slope, down = derivatives(a, n, y)
+        if down >= 0.0:
+            break
+        y = min(max(y - slope / down, low), most)
+    return max(best, high, value(a, n, y))
 
 
 @EXACT_PART

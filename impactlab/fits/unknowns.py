@@ -47,9 +47,8 @@ def read_bounds(text: str) -> tuple[str, tuple[Any, Any]]:
     path, equals, ends = (part.strip() for part in text.partition("="))
     low, colon, high = (part.strip() for part in ends.partition(":"))
     if not equals or not colon or not path or not low or not high:
-        raise CaseError(
-            f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy="Write bodies.hammer.mass=1:4, for example."
-        )
+        remedy = f"Write {path[:80] or 'bodies.hammer.mass'}=LOW:HIGH, the range in which it is sought."
+        raise CaseError(f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy=remedy)
     return path, (parse_value(low), parse_value(high))
 
 

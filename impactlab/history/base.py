@@ -66,7 +66,7 @@ class LinkResult(NamedTuple):
 
     name: str
     pieces: int
-    set: float | None  # m, the largest of its pieces; None of a law without one
+    set: float | None  # m, that of its pieces which is largest in size; None of a law without one
     largest: float  # N, of the sum of the pieces
     smallest: float  # N, negative where it pulled
     loss: float  # J

@@ -248,7 +248,10 @@ def read(path: Path, group: str | None = None) -> xarray.Dataset:
         with library.open_dataset(path, group=group, engine="h5netcdf") as opened:
             dataset: xarray.Dataset = opened.load()
     except (OSError, ValueError, KeyError) as error:
-        raise ImpactlabError(f"'{path}' is not a NetCDF file with a run", remedy=str(error)[:300]) from error
+        text = f"'{path}' is not a NetCDF file with a run: {str(error)[:300]}"
+        raise ImpactlabError(
+            text, remedy="Give the history.nc that `run --out` wrote, or a file of to_netcdf."
+        ) from error
     if dataset.attrs.get("impactlab_format") != FORMAT:
         raise ImpactlabError(
             f"'{path}' holds no run in format {FORMAT} of impactlab", remedy="Write it again with this version."

@@ -132,6 +132,8 @@ class SampledHistory(AbstractHistory):
         return self.link_impulses[contact] if contact in self.link_impulses else super().impulse_of(contact)
 
     def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
+        if self.dt is not None and channel.partition(":")[0] in ("energy", "momentum"):  # lines between fewer instants
+            start, end = instants_around(self.energy.time, start, end)
         return instants_around(self.time, start, end)
 
     def energy_ends(self) -> EnergyEnds:

@@ -144,11 +144,10 @@ class Views:
         ImpactlabError
             If the file has another ending, or ffmpeg is missing.
         """
-        films = above("report.figures.animation")
         if path is not None:
-            films.write(self, Path(path), seconds)
+            above("report.figures.film_files").write(self, Path(path), seconds)
             return None
-        made: FuncAnimation = films.animate(self, seconds)
+        made: FuncAnimation = above("report.figures.animation").animate(self, seconds)
         return made
 
     def _repr_html_(self) -> str:

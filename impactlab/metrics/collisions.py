@@ -358,8 +358,8 @@ def _agreement(bodies: str, by_name: Mapping[str, Sequence[Mapping[str, Any]]]) 
     if resolved:
         sums = [sum(float(each["impulse"]) for each in group) for group in by_name.values()]
         within = max(abs(each - sums[0]) for each in sums) / abs(sums[0]) if sums[0] else 0.0
-        text = f"{bodies}: number of sub-impacts {next(iter(counts.values()))} by all {len(counts)} methods, "
-        text += f"impulses agree within {100.0 * within:.2g} %"
+        found = counted(next(iter(counts.values())), "sub-impact")
+        text = f"{bodies}: {found} by all {len(counts)} methods, impulses differ by at most {100.0 * within:.2g} %"
     else:
         listed = ", ".join(f"{count} by {name}" for name, count in counts.items())
         text = f"{bodies}: methods disagree on the number of sub-impacts: {listed}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from impactlab.errors import CaseError, PairingError
+from impactlab.errors import CaseError, PairingError, PluginError
 from impactlab.mechanisms.base import AbstractMechanism
 from impactlab.mechanisms.chain import Chain
 from impactlab.mechanisms.model import MechanismModel
@@ -45,7 +45,7 @@ def build_body(
         )
     if isinstance(body, Beam):
         _check_rest(body, gravity)
-        return model.build_beam(body, gravity, faces)
+        return _in_coordinates(model, model.build_beam(body, gravity, faces), "build_beam")
     if model.theory and not isinstance(body, Rod):
         raise PairingError(
             f"theory '{model.theory}' applies to rods, but '{body.name}' is a {body.kind}",
@@ -58,7 +58,18 @@ def build_body(
             remedy="Give its kind the wave equation (`WaveBody`), or a model that builds it.",
             path=f"solve.models.{body.name}",
         )
-    return model.build(body.waves, gravity if body.falls else 0.0, faces)
+    return _in_coordinates(model, model.build(body.waves, gravity if body.falls else 0.0, faces), "build")
+
+
+def _in_coordinates(model: AbstractRodModel, built: AbstractDiscreteModel, by: str) -> AbstractDiscreteModel:
+    """Return a body that a model built; raise `PluginError` where it is none."""
+    if not isinstance(built, AbstractDiscreteModel):
+        raise PluginError(
+            f"`{by}` of model '{kind_of(model)}' returned {str(built)[:40]}",
+            remedy="It must return an AbstractDiscreteModel (impactlab.models.base).",
+            path="solve.model",
+        )
+    return built
 
 
 def _check_rest(beam: Beam, gravity: float) -> None:

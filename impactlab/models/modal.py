@@ -78,6 +78,8 @@ class Modal(AbstractRodModel):
 
     def __post_init__(self) -> None:
         check_order(self.order, self.mass)
+        if self.elements is None:
+            self._check_analytic()
         if self.residual and not (self.basis.free_end and self.mass != "redistributed"):
             raise CaseError(
                 "residual stands for eigenvectors left out of a body whose faces have mass; given are basis "
@@ -93,6 +95,17 @@ class Modal(AbstractRodModel):
             )
         if self.residual:
             object.__setattr__(self, "citations", (*type(self).citations, "MacNeal1971"))
+
+    def _check_analytic(self) -> None:
+        """Raise `CaseError` where an option of the mesh is given without one: analytic modes would ignore it."""
+        for name, default in (("mass", "consistent"), ("order", 1)):
+            if (given := getattr(self, name)) != default:
+                raise CaseError(
+                    f"{name} is {given}, an option of the mesh behind the modes; without elements the modes are "
+                    "analytic, and it has no effect",
+                    remedy=f"Give elements: 200, for example, or leave out {name}.",
+                    path=name,
+                )
 
     @property
     def has_mesh(self) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import dis
 import logging
+import re
 import threading
 from collections.abc import Callable, Iterator
 from multiprocessing import parent_process
@@ -293,6 +294,8 @@ def _fault(error: Exception) -> str:
         names = [name for record in (Port, Reply, Side) for name, *_ in record._fields_]
         return f"its records have no field {error.args[0]!r}.{closest(str(error.args[0]), names)}"
     said = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("Failed in")]
+    if said and re.match("No conversion from .* to none", said[0]):
+        return "it returns a value; it must return nothing, and write into its records, as in reply.force = ..."
     return said[0] if said else type(error).__name__
 
 

@@ -303,6 +303,12 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return decorated
 
 
+def digest_of(made: Any) -> str:
+    """Return the digest of a function that numba made: that of its files, if it is kept on disk."""
+    files = getattr(made._cache, "_cache_file", None)
+    return files.fingerprint if isinstance(files, KernelFile) else fingerprint(made.py_func, made.targetoptions)
+
+
 def is_missing(entry: Any) -> bool:
     """Return whether the present kernel is not on disk, where it could be kept."""
     files = getattr(getattr(entry, "_cache", None), "_cache_file", None)

@@ -14,8 +14,8 @@ from numba import types
 from numba.core.registry import CPUDispatcher
 
 from impactlab.numerics.addresses import FAST
-from impactlab.numerics.cache import kept
-from impactlab.numerics.part_code import as_parts
+from impactlab.numerics.cache import digest_of, kept
+from impactlab.numerics.part_code import as_parts, named_by
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -38,7 +38,7 @@ class OnceCompiled(CPUDispatcher):
     def compile(self, sig: Any) -> Any:
         """Compile a function for a signature as a part of its callers, or read it from disk."""
         context: Any = self.targetctx
-        with as_parts(context.codegen()):
+        with as_parts(context.codegen()), named_by(digest_of(self)):
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:

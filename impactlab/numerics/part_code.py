@@ -8,18 +8,22 @@ part has a wrapper for Python after all, its machine code is made when that is f
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Iterator
 from typing import Any
 
 import llvmlite.binding as llvm
+from numba.core.bytecode import FunctionIdentity
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock, require_global_compiler_lock
 
 Library: Any = JITCodeLibrary
+Identity: Any = FunctionIdentity
 locked: Any = require_global_compiler_lock
 compiler_lock: Any = global_compiler_lock
 parsed: Any = llvm.parse_bitcode
 IN_BITCODE = "bitcode"  # numba's word for a kernel on disk that holds intermediate code alone
+SHORT = 12  # hexadecimal digits of a digest in a name
 
 
 class WithoutEnvironments:
@@ -98,3 +102,20 @@ def as_parts(generator: Any) -> Iterator[None]:
             yield
         finally:
             generator._library_class = before
+
+
+@contextlib.contextmanager
+def named_by(digest: str) -> Iterator[None]:
+    """Name the function that is compiled inside by a digest of its content, in hexadecimal digits.
+
+    Numba numbers functions in the order in which a process compiles them. Of a part that another process has compiled,
+    too, a caller would then hold two copies under two names, and its machine code, and the last bits of its sums, would
+    follow from the order in which code was compiled. Functions that are compiled for the one inside keep numbers.
+    """
+    with compiler_lock:
+        before = Identity._unique_ids
+        Identity._unique_ids = itertools.chain((int(digest[:SHORT], 16),), before)
+        try:
+            yield
+        finally:
+            Identity._unique_ids = before

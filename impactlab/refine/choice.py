@@ -11,6 +11,7 @@ from impactlab.errors import CaseError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.choice import Candidate, Choice, Ladder
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
+from impactlab.plugins import kind_of
 from impactlab.refine import out_of_reach, search
 from impactlab.refine.convergence import Level, Study
 from impactlab.refine.descriptions.suitable import exact_for
@@ -19,7 +20,7 @@ from impactlab.refine.errors.level_errors import allowed
 from impactlab.refine.ladder import Outcome, candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.ranking import priority
 from impactlab.refine.studies import in_turn, studies_of
-from impactlab.scene.method import Method, Simulation
+from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.simulate.checks import add_warnings
 from impactlab.types import Progress
@@ -33,7 +34,7 @@ def first_guess(scene: Scene, method: Method) -> Simulation:
         return exact.simulation(0)
     studies, why = studies_of(request)
     if not studies:
-        raise _nothing_serves(why, studies)
+        raise _nothing_serves(request, why, studies)
     study = min(studies, key=priority)
     return study.description.simulation(study.wanted)
 
@@ -69,7 +70,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     if not is_met and (refused := out_of_reach.refusal(allowed(method), studies, best, search.BUDGET_S)):
         raise refused
     if best is None:
-        raise failed[0] if failed else _nothing_serves(why, studies)
+        raise failed[0] if failed else _nothing_serves(request, why, studies)
     study, level = best
     history, description = level.history, study.description
     tried = candidates(studies or [study], study, level)
@@ -116,7 +117,7 @@ def _ladder(tried: list[Outcome], others: Iterable[Study], seconds: float, why: 
     return [*(outcome() for outcome in tried), *beside, *not_served(why)]
 
 
-def _nothing_serves(why: str, studies: list[Study]) -> CaseError:
+def _nothing_serves(request: Simulation, why: str, studies: list[Study]) -> CaseError:
     if studies:
         reasons = "; ".join(f"{study.description.name}: {study.closed}" for study in studies)
         return CaseError(
@@ -124,8 +125,18 @@ def _nothing_serves(why: str, studies: list[Study]) -> CaseError:
             remedy="Give a shorter duration, or model, integrator and step of your own.",
             path="solve.tolerance",
         )
+    remedy = "Give the contact a law with a stiffness, or law, model, integrator and step in place of the tolerance."
+    for contact, law in zip(request.scene.contacts, laws_of(*request), strict=True):
+        if law.two_sided and why:
+            why = (
+                f"{why}. Methods with steps have no error estimate here, as {contact.name} is joined ('{kind_of(law)}')"
+            )
+            remedy = (
+                "Give model, integrator and step in place of the tolerance, or laws that the exact solver supports."
+            )
+            break
     return CaseError(
         f"no method within a tolerance suits this scene: {why or 'its contacts have no unique solution'}",
-        remedy="Give the contact a law with a stiffness, or law, model, integrator and step in place of the tolerance.",
+        remedy=remedy,
         path="solve.tolerance",
     )

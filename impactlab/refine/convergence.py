@@ -61,6 +61,8 @@ class Level:
     check: Check = no_check  # of its balances, left to be called
     gain: float = 0.0  # of the reference energy, once it was checked
     alone: bool = False  # whether its own records state its error
+    by_two: bool = False  # whether that is by those of a coarser run, too
+    by_steps: float = math.inf  # error by its steps, that its own records state
 
 
 class Reach(NamedTuple):
@@ -84,6 +86,7 @@ class Study:
     falling: dict[int, float] = field(default_factory=dict)  # estimated errors by fineness, each when it was the finest
     reach: Reach | None = None  # None as long as nothing is known
     magnified: float = 1.0  # by which touches magnify an error
+    takes_two: bool = False  # whether a first run has not stated its error by itself
     failures: int = 0  # levels that ended as failed
     order_share: float = MIN_ORDER_SHARE  # of the declared order, that the estimate from two levels assumed
     first: Level | None = None  # whose set-up serves those that differ in their step alone

@@ -33,6 +33,13 @@ def is_sure(studies: list[Study], met: tuple[Study, Level] | None) -> bool:
     return min((study.expected_s for study in studies if not study.closed), default=math.inf) <= MAX_SURE_S
 
 
+def begins_alone(studies: list[Study]) -> bool:
+    """Return whether the first run of the preferred description says what it costs to keep the tolerance."""
+    if len(studies) != 1 or studies[0].levels or studies[0].closed or studies[0].takes_two:
+        return False
+    return math.isfinite(studies[0].description.alone)
+
+
 def is_worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study]) -> bool:
     """Return whether a study promises a much cheaper run than one within the tolerance, and trying it costs little.
 

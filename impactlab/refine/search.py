@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Iterable
 
@@ -9,10 +10,11 @@ from impactlab.errors import ImpactlabError, StepError
 from impactlab.refine import out_of_reach
 from impactlab.refine.convergence import Level, Study
 from impactlab.refine.descriptions.cost import FIXED_S
-from impactlab.refine.descriptions.description import MAX_ALONE_S, Description
+from impactlab.refine.descriptions.description import RATIO, Description
 from impactlab.refine.descriptions.rods import EXACT_ERROR
-from impactlab.refine.errors.level_errors import DONE, UNSEEN, allowed, estimate_errors, holds_alone, keeps_energy
-from impactlab.refine.ranking import EXACT_ADVANTAGE, best_of, is_sure, is_worth_trying, priority
+from impactlab.refine.errors.level_errors import DONE, UNSEEN, allowed, estimate_errors, keeps_energy
+from impactlab.refine.errors.touched_once import estimate_alone
+from impactlab.refine.ranking import EXACT_ADVANTAGE, begins_alone, best_of, is_sure, is_worth_trying, priority
 from impactlab.refine.studies import begun, learn
 from impactlab.refine.trial import no_check
 from impactlab.scene.method import Simulation
@@ -21,7 +23,6 @@ from impactlab.types import Progress
 BUDGET_S = 3.0  # s of predicted solving that may go into one choice
 PROBE_S = 0.05  # s of predicted solving, at most, of the first trial of a description
 MAX_FAILURES = 3  # levels of a description that may fail
-MAX_AGAIN = 1.3  # times the predicted cost of a run, of one in its place that states its error by itself
 FINER = 3  # times the fineness of a level that failed is that of the next: the coarser one beside it is finer, too
 
 
@@ -71,7 +72,7 @@ def _best_run(
         best = best_of(study, best, tolerance)
     while True:
         met = best is not None and best[1].error <= tolerance
-        if not is_sure(studies, best if met else None):
+        if not begins_alone(studies) and not is_sure(studies, best if met else None):
             studies += others
         waiting = [study for study in studies if not study.closed]
         if not waiting:
@@ -139,8 +140,8 @@ def _failed(study: Study, fineness: int, error: StepError) -> None:
 def _tried(study: Study, request: Simulation, progress: Progress | None) -> None:
     """Run the next level, the first time one that is coarser, too; estimate errors and set the next fineness.
 
-    The finer one comes first where its modes are of use to the coarser one. It is left out where the coarser one, or
-    one that costs little more, states an error within the tolerance by itself.
+    The finer one comes first where its modes are of use to the coarser one. Where the records of one run state its
+    error, it is alone, and says how fine the next one must be.
     """
     description = study.description
     if not description.unit:
@@ -150,23 +151,23 @@ def _tried(study: Study, request: Simulation, progress: Progress | None) -> None
     if study.levels:
         alone = all(level.alone for level in study.levels)
         level = study.run(study.next, progress, checked=False)
-        if alone and holds_alone(study, level, request):
+        if alone and estimate_alone(study, level, request):
             return
     else:
+        first = 0 if study.failures or study.takes_two else description.first_alone(allowed(request.method))
+        if first:
+            level = study.run(min(first, study.next), progress, checked=False)
+            if not estimate_alone(study, level, request):  # others may be preferred to two runs
+                study.takes_two = True
+                if RATIO * level.fineness < description.coarser(study.next)[0]:
+                    study.levels.remove(level)  # too coarse for an estimate beside another one
+                elif study.next < RATIO * level.fineness:
+                    study.next = description.whole(math.ceil(RATIO**2 * level.fineness))
+            return
         coarser = description.coarser(study.next)[0]
         study.next = finer = max(study.next, description.whole(coarser + 1))
-        if not description.alike:
-            study.run(finer, progress, checked=False)
-        level = study.run(coarser, progress, checked=False)
-        if description.alike:
-            if holds_alone(study, level, request):
-                return
-            if study.next < finer and study.seconds <= min(MAX_AGAIN * description.seconds(coarser), MAX_ALONE_S):
-                level = study.run(study.next, progress, checked=False)
-                if holds_alone(study, level, request):
-                    return
-                study.levels.remove(level)  # too near the other one for an estimate
-            study.run(finer, progress, checked=False)
+        for fineness in (coarser, finer) if description.alike else (finer, coarser):
+            study.run(fineness, progress, checked=False)
     estimate_errors(study, request)
 
 

@@ -56,6 +56,12 @@ def _cheap(description: Description, start: int) -> int:
     return description.whole(low)
 
 
+def _predicted(study: Study, fineness: int) -> float:
+    """Return the error that a run of a study was predicted to state."""
+    alone = all(level.alone for level in study.levels)
+    return study.description.error(fineness) * (study.description.alone if alone else 1.0)
+
+
 def learn(studies: list[Study], tolerance: float) -> None:
     """Begin untried descriptions as much finer as the tried ones, at their best, are wrong beyond their predictions.
 
@@ -64,7 +70,7 @@ def learn(studies: list[Study], tolerance: float) -> None:
     known = [study for study in studies if study.reach is not None]
     if not known:
         return
-    ratios = [study.reach.error / study.description.error(study.reach.fineness) for study in known if study.reach]
+    ratios = [study.reach.error / _predicted(study, study.reach.fineness) for study in known if study.reach]
     ratio = min(max(min(ratios), 1.0), MAX_LEARNT)
     for study in studies:
         if study.description.unit and not study.levels and not study.failures:

@@ -12,6 +12,7 @@ from impactlab.refine.errors.distances import counted, difference
 from impactlab.refine.references import reference
 from impactlab.refine.search import find_best, show_order
 from impactlab.refine.studies import studies_of
+from impactlab.report.comparison import solution_words
 from impactlab.report.summary import method
 from impactlab.scene.method import Simulation
 
@@ -83,7 +84,8 @@ def choice_lines(choice: Mapping[str, Any]) -> list[str]:
 def ladder_text(document: Mapping[str, Any]) -> str:
     """Return the document of `choose` as text."""
     choice = document["choice"]
-    against = document["reference"] or "nothing: no reference converged"
+    found = document["reference"]
+    against = solution_words(found) if found else "nothing: no reference converged"
     known = document["reference_uncertainty"]
     title = f"{document['case']}: tolerance {document['tolerance']:g}, measured against {against}"
     lines = [title + (f" (known to {known:.1g})" if known else ""), "", *_table(document["ladder"]), ""]

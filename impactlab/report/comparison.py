@@ -41,11 +41,22 @@ COLUMNS: Mapping[str, str] = {
     "solve": "ms",
     "warnings": "",
 }
-"""The columns of the table of a comparison, with their units."""
+"""The columns of the table of a comparison, with their units; see `units_of`."""
+
+
+def units_of(comparison: Mapping[str, Any]) -> dict[str, str]:
+    """Return the columns with their units: times in round trips T, in s of a scene without rods and beams."""
+    in_trips = any(row["summary"].get("round_trip") for row in comparison["rows"])
+    return {name: "s" if unit == "T" and not in_trips else unit for name, unit in COLUMNS.items()}
+
+
+def solution_words(reference: str) -> str:
+    """Return the reference of errors in words: a converged solution, or the exact one under any of its names."""
+    return "a converged solution" if reference == "converged" else "the exact solution"
 
 
 def table_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return one row per method, keys as in `COLUMNS`; text, number or None. Shares are in %, times in T.
+    """Return one row per method, keys as in `COLUMNS`; text, number or None, in the units of `units_of`.
 
     A row that failed has ``failure`` and nothing else but its name.
     """
@@ -60,17 +71,18 @@ def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
         reason = place + " ".join(str(fault.get("text", "")).split())
         return row | {"failure": f"{summary['status']}: {reason}".strip(": ")}
     used, errors = summary["method"], summary["errors"] or {}
+    trip = float(summary.get("round_trip") or 1.0)
     openings = [event["time"] for event in summary["events"] if event["kind"] == "open"]
     kicks = [span["kicks"] for span in summary["contacts"] if span.get("kicks") is not None]
     return row | {
         "model": ", ".join(dict.fromkeys(model_label(model) for model in used["models"].values())),
         "law": ", ".join(dict.fromkeys(law["kind"] for law in used["laws"])),
         "integrator": used["integrator"]["kind"] if used["integrator"] else None,
-        "dt": in_round_trips(used["dt"], summary),
+        "dt": used["dt"] and used["dt"] / trip,
         "mass": _percent(errors.get("mass_displacement")),
         "face": _percent(errors.get("face_displacement")),
         "impulse": _percent(errors.get("impulse")),
-        "first opening": in_round_trips(openings[0], summary) if openings else None,
+        "first opening": openings[0] / trip if openings else None,
         "contacts": f"{sum(kicks)} kicks" if kicks else len(summary["contacts"]),
         "gain": _percent(summary["energy"]["largest_gain"]),
         "loss": _percent(summary["energy"]["largest_loss"]),
@@ -113,19 +125,20 @@ def cell(value: Any) -> str:
 
 
 ROUNDING = 1e-6  # %, below which a table gives this bound
+MIN_FIXED = 0.1  # T or s, of an opening that is written with four places
 
 
-def headings() -> list[str]:
+def headings(comparison: Mapping[str, Any]) -> list[str]:
     """Return the headings of the table, units behind them."""
-    return [f"{name} [{unit}]" if unit else name for name, unit in COLUMNS.items()]
+    return [f"{name} [{unit}]" if unit else name for name, unit in units_of(comparison).items()]
 
 
 def cells(row: Mapping[str, Any]) -> list[str]:
-    """Return a row of `table_rows` as text; the opening gets four places, shares of rounding none."""
+    """Return a row of `table_rows` as text; the opening with four digits, shares of rounding without any."""
     texts = {name: cell(row[name]) for name in COLUMNS}
     texts |= {name: f"<{cell(ROUNDING)}" for name, unit in COLUMNS.items() if unit == "%" and _rounding(row[name])}
-    if row["first opening"] is not None:
-        texts["first opening"] = f"{row['first opening']:.4f}"
+    if (opening := row["first opening"]) is not None:
+        texts["first opening"] = f"{opening:.4f}" if opening >= MIN_FIXED else f"{opening:.4g}"
     return list(texts.values())
 
 
@@ -149,27 +162,35 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
     for row in rows:
         if "failure" not in row:
             row["warnings"] = ", ".join(code for code in row["warnings"].split(", ") if code not in shared)
-    names, left_out = list(COLUMNS), []
-    lines = _aligned(rows, names)
+    names, left_out, named = list(COLUMNS), [], headings(comparison)
+    lines = _aligned(rows, names, named)
     for name in NARROW:
         if width is None or max(map(len, lines)) <= width:
             break
         names.remove(name)
         left_out.append(name)
-        lines = _aligned(rows, names)
+        lines = _aligned(rows, names, named)
     reference = comparison["reference"]
-    title = f"{comparison['case']}: {counted(len(rows), 'method')}" + (f" against {reference}" if reference else "")
-    below = agreement_texts(comparison.get("collisions", ()))
+    against = f" against {solution_words(reference)}" if reference else ""
+    title = f"{comparison['case']}: {counted(len(rows), 'method')}{against}"
+    below = [] if reference else [f"errors {text}" for text in _no_errors(comparison)]
+    below += agreement_texts(comparison.get("collisions", ()))
     below += [f"all methods: {code}" for code in shared]
     below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []
     return "\n".join([title, "", *lines, *below])
 
 
-def _aligned(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> list[str]:
-    """Return headings, a rule and the rows of `table_rows` as aligned lines of the named columns."""
+def _no_errors(comparison: Mapping[str, Any]) -> list[str]:
+    """Return why the methods have no errors, each reason once."""
+    found = ((row["summary"].get("reference") or {}).get("text") for row in comparison["rows"])
+    return list(dict.fromkeys(text for text in found if text))
+
+
+def _aligned(rows: Sequence[Mapping[str, Any]], names: Sequence[str], headed: Sequence[str]) -> list[str]:
+    """Return headings, a rule and the rows of `table_rows` as aligned lines; ``headed`` are those of all columns."""
     places = [list(COLUMNS).index(name) for name in names]
     body = [[row["method"], row["failure"]] if "failure" in row else [cells(row)[i] for i in places] for row in rows]
-    full = [[headings()[i] for i in places], *(line for line in body if len(line) == len(names))]
+    full = [[headed[i] for i in places], *(line for line in body if len(line) == len(names))]
     widths = [max(len(line[i]) for line in full) for i in range(len(names))]
     widths[0] = max([widths[0], *(len(line[0]) for line in body)])
     text = {i for i, name in enumerate(names) if name in ("method", "model", "law", "integrator", "warnings")}

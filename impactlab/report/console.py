@@ -18,11 +18,12 @@ from impactlab.scene.method import Simulation, is_exact
 
 if TYPE_CHECKING:
     from impactlab.numerics import addresses
-    from impactlab.report import choice
+    from impactlab.report import choice, comparison
     from impactlab.simulate.stepping import loop
 else:  # they load numba or the drivers, which `check` and the listings need not
     addresses = lazy("impactlab.numerics.addresses")
-    choice, loop = lazy("impactlab.report.choice"), lazy("impactlab.simulate.stepping.loop")
+    choice, comparison = lazy("impactlab.report.choice"), lazy("impactlab.report.comparison")
+    loop = lazy("impactlab.simulate.stepping.loop")
 
 MAX_LINES = 12  # of events, contacts or collisions that are printed; an impulse law may have thousands
 MAIN_ERRORS = (
@@ -36,6 +37,10 @@ MAIN_ERRORS = (
 ROUNDING = 1e-11  # of a share: less is written as 0
 UNITS_AT_END = {
     "position": "m", "velocity": "m/s", "momentum": "N s", "energy": "J", "angles": "rad", "rates": "rad/s",
+}  # fmt: skip
+UNITS_DERIVED = {
+    "mass": "kg", "round_trip": "s", "wave_speed": "m/s", "impedance": "N s/m", "bending_stiffness": "N m2",
+    "shear_speed": "m/s", "stretch": "m", "tip_radius": "m", "root_stress": "Pa", "rate": "rad/s", "radius": "m",
 }  # fmt: skip
 MANY_LAWS = 4  # from which the laws of contacts are counted by kind
 STEADY = (
@@ -137,9 +142,9 @@ def _errors(summary: Mapping[str, Any]) -> list[str]:
         return []
     of_motion = max((value for key, value in shown.items() if key != "momentum_error"), default=None)
     if summary["method"]["dt"] is None and of_motion == 0.0:
-        return [f"  errors    none: this is the exact solution ({errors['reference']})"]
+        return ["  errors    none: this is the exact solution"]
     known = errors.get("reference_uncertainty")
-    against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
+    against = comparison.solution_words(errors["reference"]) + (f" (known to {known:.1g})" if known else "")
     main = [f"{key.replace('_', ' ')} {_percent(shown[key])}" for key in MAIN_ERRORS if key in shown]
     rest = ["more: --json"] if len(main) < len(shown) else []
     return [f"  errors    against {against}: " + ", ".join(main + rest)]
@@ -179,27 +184,27 @@ def verdict_text(document: Mapping[str, Any]) -> str:
         declared = "" if figure["declared"] is None else f" (declared {figure['declared']:.4g})"
         remark = f"; {figure['remark']}" if figure["remark"] else ""
         lines.append(f"  {'ok    ' if figure['ok'] else 'FAILED'}  {figure['name']}: {value}{declared}{remark}")
-    failed = sum(not found["ok"] for found in (*document["properties"], *document["measured"]))
-    lines.append(
-        f"{document['status']}: {failed} of {len(document['properties'])} properties failed" if failed else "ok"
-    )
+    every = [*document["properties"], *document["measured"]]
+    failed = sum(not found["ok"] for found in every)
+    lines.append(f"{document['status']}: {failed} of {len(every)} checks failed" if failed else "ok")
     return "\n".join(lines)
 
 
-def tree_text(tree: Any, indent: int = 0) -> str:
-    """Return nested plain values as indented text, in the manner of a case file."""
+def tree_text(tree: Any, indent: int = 0, derived: bool = False) -> str:
+    """Return nested plain values as indented text, in the manner of a case file; derived values with their units."""
     pad = "  " * indent
     lines = []
     for key, value in tree.items():
         if isinstance(value, Mapping) and value:
-            lines += [f"{pad}{key}:", tree_text(value, indent + 1)]
+            lines += [f"{pad}{key}:", tree_text(value, indent + 1, derived or key == "derived")]
         elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
             lines.append(f"{pad}{key}:")
             for item in value:
                 lines.append(f"{pad}  -")
                 lines.append(tree_text(item, indent + 2))
         else:
-            lines.append(f"{pad}{key}: {_plain(value)}")
+            unit = f"  # {UNITS_DERIVED[key]}" if derived and key in UNITS_DERIVED else ""
+            lines.append(f"{pad}{key}: {_plain(value)}{unit}")
     return "\n".join(lines)
 
 

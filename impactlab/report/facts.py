@@ -20,7 +20,7 @@ from impactlab.report.comparison import cell, in_round_trips, model_label
 from impactlab.report.figures.style import scaled
 from impactlab.report.summary import STEPPED, has_numbers
 from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
-from impactlab.scene.method import laws_of
+from impactlab.scene.method import Method, laws_of
 from impactlab.scene.problem import Contact, Scene
 
 Units = Mapping[str, Any]  # of options by name: a unit, or the units of the options of a record
@@ -63,6 +63,12 @@ def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, st
     if scene.gravity:
         facts.append(("gravity", f"{scene.gravity:.4g} m/s²"))
     return facts
+
+
+def joined_in(scene: Scene, method: Method) -> set[str]:
+    """Return the names of the contacts of a scene that are joined from the start; of several of one name, that name."""
+    laws = zip(scene.contacts, laws_of(scene, method), strict=True)
+    return {contact.group or contact.name for contact, law in laws if law.two_sided}
 
 
 def _once(facts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
@@ -175,18 +181,26 @@ def _units(part: Any) -> Units:
     return found
 
 
-def method_facts(summary: Mapping[str, Any], units: Sequence[Units] = ()) -> list[tuple[str, str]]:
-    """Return how a run was computed as (name, words); ``units`` of the options of its laws are those of `units_of`."""
+def method_facts(
+    summary: Mapping[str, Any], units: Sequence[Units] = (), contacts: Sequence[str] = ()
+) -> list[tuple[str, str]]:
+    """Return how a run was computed as (name, words).
+
+    ``units`` of the options of its laws are those of `units_of`; with the names of its ``contacts`` each of several
+    laws is given with the contact that has it.
+    """
     used = summary["method"]
     stepped = used.get("stepping", STEPPED) if used["dt"] and not used["integrator"] else ""
     models = {name: ", ".join(filter(None, (model_label(each), stepped))) for name, each in used["models"].items()}
     if len(models) > 1 and len(set(models.values())) == 1:
         models = {"all bodies": next(iter(models.values()))}
     facts = [(f"model of {name}", model) for name, model in models.items()]
-    laws = Counter(map(_options, used["laws"], units or itertools.repeat(NO_UNITS)))
-    facts += [
-        ("contact law", words if count == 1 else f"{words}, at {count} contacts") for words, count in laws.items()
-    ]
+    every = list(map(_options, used["laws"], units or itertools.repeat(NO_UNITS)))
+    laws, names = Counter(every), dict(zip(every, contacts, strict=False))
+    for words, count in laws.items():
+        alone = count == 1 and len(laws) > 1 and words in names
+        label = f"law of {names[words].replace('|', ' | ')}" if alone else "contact law"
+        facts.append((label, words if count == 1 else f"{words}, at {count} contacts"))
     without = f"none: {stepped or 'solved from event to event'}"
     facts.append(("integrator", _options(used["integrator"]) if used["integrator"] else without))
     if used["dt"]:

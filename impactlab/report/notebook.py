@@ -158,7 +158,7 @@ def of_comparison(
     document: Mapping[str, Any], rows: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory]
 ) -> str:
     """Return a comparison as HTML: table, figure, warnings."""
-    headings = page_headings()
+    headings = page_headings(document)
     lines = []
     for row in page_rows(document):
         if "failure" in row:

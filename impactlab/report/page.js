@@ -281,7 +281,8 @@ function drawStage() {
   const rows = [-Infinity, -Infinity, -Infinity];
   for (const body of [...data.bodies].sort((a, b) => a.x + a.length / 2 - b.x - b.length / 2 || a.icons - b.icons)) {
     const place = body.beside && byName[body.beside];
-    const x = place ? view.px(place.x + body.at, place.icons) : view.px(body.x + body.length * (body.kind === "beam" ? 0.15 : 0.5), body.icons) + (body.length ? 0 : icon / 2) + (place ? 0 : apart(body));
+    const middle = () => view.px(body.x + body.length * (body.kind === "beam" ? 0.15 : 0.5), body.icons) + apart(body);
+    const x = place ? view.px(place.x + body.at, place.icons) : body.length ? middle() : faceOf(body, 0, state.time) + icon / 2; // names of masses go with them
     const text = body.velocity ? `${body.name}, ${said(body.velocity, "m/s")}` : body.name;
     const half = pen.measureText(text).width / 2 + 5, mid = Math.max(half, Math.min(view.width - half, x));
     const free = rows.findIndex((end) => end < mid - half), row = Math.max(0, free);

@@ -67,7 +67,7 @@ def write_run(
         command="run",
         options="",
         kicker="impactlab · one run",
-        method=facts.method_facts(summary, facts.units_of(history)),
+        method=facts.method_facts(summary, facts.units_of(history), [each.name for each in scene.contacts]),
         findings=findings(summary),
         table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
         traces=[trace],

@@ -7,7 +7,7 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from impactlab.report.comparison import COLUMNS, cells, headings, table_rows
+from impactlab.report.comparison import COLUMNS, cells, headings, table_rows, units_of
 
 JUDGED = ("mass", "face", "impulse")
 """The columns in which the smallest value is the best."""
@@ -27,9 +27,10 @@ class Cell(NamedTuple):
     value: float | None = None  # to sort by; None of a text
 
 
-def page_headings() -> list[tuple[str, str, bool]]:
+def page_headings(comparison: Mapping[str, Any]) -> list[tuple[str, str, bool]]:
     """Return the headings of the page's table: name, unit, and whether numbers stand below."""
-    return [(name, COLUMNS[name], name not in TEXT) for name in FIRST]
+    units = units_of(comparison)
+    return [(name, units[name], name not in TEXT) for name in FIRST]
 
 
 def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -67,7 +68,7 @@ def _number(value: Any) -> float | None:
 
 def markdown(comparison: Mapping[str, Any]) -> str:
     """Return the table in Markdown; numbers stand at the right."""
-    lines = [headings(), ["---" if name in TEXT else "---:" for name in COLUMNS]]
+    lines = [headings(comparison), ["---" if name in TEXT else "---:" for name in COLUMNS]]
     for row in table_rows(comparison):
         failed = [row["method"], row.get("failure", ""), *[""] * (len(COLUMNS) - 2)]
         lines.append(failed if "failure" in row else cells(row))
@@ -82,7 +83,7 @@ def comma_separated(comparison: Mapping[str, Any]) -> str:
     """Return the table as CSV with full digits; a missing value is an empty cell, a failure stands last."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow([*headings(), "failure"])
+    writer.writerow([*headings(comparison), "failure"])
     for row in table_rows(comparison):
         values = ["" if row[name] is None else row[name] for name in COLUMNS]
         writer.writerow([*values, row.get("failure", "")])

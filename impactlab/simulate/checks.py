@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
 
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.energy import MIN_ENERGY
@@ -41,7 +42,7 @@ SLOW_LOSS_WARN, LONG_RUN, STEADY = 0.02, 100_000, 0.25
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
 STIFFER_LINK = "Give a stiffer or shorter link, or several that are clamped to each other."
-SMALLER_STEP = "Give a smaller step, or another law."
+SMALLER_STEP = "Give a smaller step, an implicit integrator such as midpoint, or another law."
 RETURNED = (
     "dampers gave back {share:.2g} % of the reference energy: the step is long beside the decay of damped modes, and "
     "the scheme overshoots their velocities"
@@ -52,6 +53,7 @@ OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
+PERIODS_WARN, PERIOD_TOL = 10, 1e-6  # of contact within one step each, from which a law seems not to report them
 
 Failure = Callable[..., StepError]  # of a text and a remedy; time, step and history are set
 
@@ -66,7 +68,7 @@ def add_warnings(history: AbstractHistory) -> None:
         if span.kicks is not None and span.kicks > KICKS_WARN:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             found.append(Warned("chatter", text))
-    found += noted_by_laws(history)
+    found += [*noted_by_laws(history), *closed_within_steps(history)]
     found += [*mechanisms.warnings(history), *probes.after(history)]
     found += approximate_modes.warnings(history)
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
@@ -78,10 +80,9 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_gain", RETURNED.format(share=100 * returned)))
     loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
     if beyond(history, loss, LOSS_WARN):
-        text = (
-            f"{100 * loss:.2g} % of the reference energy was lost without a formula: to the scheme, or to a law whose "
-            "reply does not count it as `dissipated`"
-        )
+        text = f"{100 * loss:.2g} % of the reference energy was lost without a formula, as by the damping of the scheme"
+        if own := own_laws(laws.values()):
+            text += f"; or law {own} does not report it as `stored` or `dissipated`"
         found.append(Warned("energy_loss", text))
     elif beyond(history, loss, SLOW_LOSS_WARN):
         found += slow_loss(history, loss)
@@ -116,6 +117,40 @@ def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
         for noted in laws[contact.name].noted:
             if count := int(memory[noted.slot]):
                 yield Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}")
+
+
+def closed_within_steps(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Yield a warning for each law of a plugin whose contacts all begin and end within one step.
+
+    That is what the loop sees of a law which presses the faces and never sets `in_contact`.
+    """
+    laws = history.method.laws
+    if history.dt is None or all(map(is_built_in, set(map(type, laws.values())))):
+        return
+    for contact in history.scene.contacts:
+        law = laws[contact.name]
+        if law.two_sided or not law.answers_force or is_built_in(type(law)):
+            continue
+        spans = history.spans(contact.name)
+        longest = max((span.until(history.duration) - span.start for span in spans), default=0.0)
+        if len(spans) >= PERIODS_WARN and longest <= (1.0 + PERIOD_TOL) * history.dt:
+            name = kind_of(law)
+            text = (
+                f"{contact.name}: each of {len(spans)} periods of contact lasts one step at most. Law '{name}' must "
+                "set reply.in_contact to 1.0 in each step at whose end the faces are still in contact; `impactlab "
+                f"plugins --check {name}` tests it"
+            )
+            yield Warned("chatter", text)
+
+
+def is_built_in(kind: type[AbstractContactLaw]) -> bool:
+    """Return whether a class of laws comes with impactlab."""
+    return kind.__module__.startswith("impactlab.")
+
+
+def own_laws(laws: Iterable[AbstractContactLaw]) -> str:
+    """Return the names of the laws that do not come with impactlab, quoted; empty if all do."""
+    return ", ".join(sorted({f"'{kind_of(law)}'" for law in laws if not is_built_in(type(law))}))
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -190,8 +225,8 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         raise failure(stuck, remedy=REACH_FURTHER)
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
-        own_laws = {kind_of(law) for law in laws if not type(law).__module__.startswith("impactlab.")}
-        advice = "".join(f" Or law '{name}' returns NaN: impactlab plugins --check {name}" for name in sorted(own_laws))
+        own = own_laws(laws)
+        advice = f" Or law {own} returns NaN, which `impactlab plugins --check` finds." if own else ""
         raise failure(text, remedy=stiffer_link(history) or f"Give a smaller step, or a softer contact.{advice}")
     if not all_finite(assembly.memory.record[: clock.n_records]):
         raise failure("a displacement or force is not a finite number", remedy=LOST_DIGITS)
@@ -230,6 +265,8 @@ def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
     laws = laws_of(assembly.scene, assembly.acting)
     of_laws = " ".join(dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy))
     remedy = of_laws or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
+    if own := own_laws(laws):
+        remedy += f" Law {own} must report what it holds as `stored`, and declare what it may gain as `gains_energy`."
     return pushed_out(history) or stiffer_link(history) or remedy
 
 

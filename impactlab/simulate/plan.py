@@ -136,11 +136,13 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
                 )
             transits.append(model.shortest_transit(model.meshed(body, faces_of(scene, body.name))))
         if not transits:
-            raise CaseError("courant needs a rod with a mesh", remedy="Give dt.", path="solve.step")
+            raise CaseError(
+                "courant needs a rod with a mesh", remedy="Give solve.step: {dt: ...} in seconds.", path="solve.step"
+            )
         return rule.courant * min(transits)
     highest = max((body.system.rule_frequency for body in built.values()), default=0.0)
     if highest == 0.0:
-        text = "no body vibrates here, so that points_per_period sets no step"
+        text = "no dt is given, and no body vibrates here whose shortest period could set the step (points_per_period)"
         raise CaseError(text, remedy="Give solve.step: {dt: ...} in seconds.", path="solve.step")
     return 2.0 * math.pi / highest / (rule.points_per_period or 10.0)
 
@@ -186,20 +188,23 @@ def _by_default(scene: Scene, method: Method) -> bool:
 
 
 def check_yielding(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> None:
-    """Raise `CaseError` where a wall meets a mechanism that drives alone move, under a law that needs a motion."""
-    given = {
-        name
-        for name, body in built.items()
-        if isinstance(body.model, MechanismModel) and body.model.count == len(body.model.packed.drives)
-    }
+    """Raise `CaseError` where a wall meets a face that drives alone move, under a law that needs a motion."""
+    mechanisms = {name: body.model for name, body in built.items() if isinstance(body.model, MechanismModel)}
+    if not mechanisms:
+        return
+    given = {name for name, model in mechanisms.items() if model.count == len(model.packed.drives)}
     for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(scene, method), strict=True)):
-        names = {contact.left.body, contact.right.body}
-        if not (law.hard or law.moves_faces) or not names & given:
+        if not (law.hard or law.moves_faces):
             continue
-        if all(name in given or not scene.bodies[name].moves for name in names):
+        followed = [point.body in given or scene.bodies[point.body].is_driven(point.x) for point in contact.faces]
+        if any(followed) and all(
+            follows or not scene.bodies[point.body].moves
+            for follows, point in zip(followed, contact.faces, strict=True)
+        ):
+            there = "" if any(point.body in given for point in contact.faces) else " from the ground to there"
             raise CaseError(
-                f"no force can change the motion of the faces of {contact.name}: all links are rigid and follow their "
-                f"drives, and law '{kind_of(law)}' finds its force from a change of the motion",
+                f"no force can change the motion of the faces of {contact.name}: all links{there} are rigid and "
+                f"follow their drives, and law '{kind_of(law)}' finds its force from a change of the motion",
                 remedy="Give a beam as a link, a mass instead of the wall, or a law of the gap, such as hertz.",
                 path=f"contacts.{number}",
             )

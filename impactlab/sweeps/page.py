@@ -7,6 +7,7 @@ import json
 import re
 import shlex
 import zlib
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +35,9 @@ CAPTION_LINE = "Dashed lines stand between different sequences of contacts; poin
 CAPTION_MAP = "Lines are edges between different sequences of contacts; points without values are hatched."
 
 
-def write_page(folder: Path, found: xarray.Dataset, scene: Scene, origin: Provenance, again: str) -> None:
+def write_page(
+    folder: Path, found: xarray.Dataset, scene: Scene, origin: Provenance, again: str, links: Collection[str] = ()
+) -> None:
     """Write ``index.html``, ``figures/``, ``case.yaml`` and ``citations.bib`` of a sweep.
 
     Parameters
@@ -49,6 +52,8 @@ def write_page(folder: Path, found: xarray.Dataset, scene: Scene, origin: Proven
         Title, source, command and case of the sweep.
     again : str
         The command that runs the case, to which the settings of a point are added.
+    links : collection of str
+        Names of the contacts that are joined from the start.
     """
     dims = [str(dim) for dim in found["status"].dims]
     is_drawn = dims != ["point"] and len(dims) <= 2
@@ -72,7 +77,7 @@ def write_page(folder: Path, found: xarray.Dataset, scene: Scene, origin: Proven
         kicker=f"impactlab · a sweep of {found['status'].size:,} points",
         origin=origin,
         sketch=sketch(scene),
-        facts=[*_facts(found), *facts.scene_facts(scene)],
+        facts=[*_facts(found), *facts.scene_facts(scene, links)],
         plates=[{**each, "panels": panels[each["name"]]} for each in drawn],
         rules=rules,
         every=every,

@@ -200,7 +200,7 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
     if is_counted:
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         if np.ptp(counts) < 2:  # ticks of a narrower axis would not be whole
-            axes.set_ylim(counts.min() - 1.0, counts.max() + 1.0)
+            axes.set_ylim(counts.min() - (1.0 if counts.min() > 0.0 else 0.2), counts.max() + 1.0)
     handles = []
     for number in sorted(range(len(tables)), key=lambda number: number in named):
         has_name = number in named

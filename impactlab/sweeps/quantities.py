@@ -82,6 +82,11 @@ def asked(
             times = tuple(float(time) for time in name.times)
             found.append(WantedQuantity(name.channel, unit, name.channel, "time", times))
             continue
+        if name not in registry.names(QUANTITIES) and name.partition(":")[0] in UNITS:
+            text = f"{shown(name)} is a channel over time, not a quantity with one value"
+            channel = name if ":" in name else f"{name}:BODY@X"
+            remedy = f'In Python give il.Sampled("{channel}", times), and take the largest of its values.'
+            raise CaseError(text, remedy=remedy)
         function = registry.load(QUANTITIES, name)
         over = getattr(function, "over", WHOLE)
         over = over if over in (CONTACT, PAIR, BODY, LINK) else WHOLE

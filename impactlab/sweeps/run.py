@@ -16,6 +16,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.errors import CaseError, ImpactlabError, SweepError
 from impactlab.jobs.whole_files import whole
+from impactlab.report.facts import joined_in
 from impactlab.report.provenance import of_case
 from impactlab.scene.problem import Scene
 from impactlab.sweeps import axes
@@ -94,7 +95,8 @@ def sweep(
     expect_case(case, "sweep")
     needed()
     if (over is None) == (points is None):
-        raise CaseError("a sweep takes axes or listed points", remedy="Give one of the two: over or points.")
+        remedy = "Give one of the two: over or points (--over PATH=VALUES or --points FILE.csv)."
+        raise CaseError("a sweep takes axes or listed points", remedy=remedy)
     part = None if shard is None else read_shard(shard)
     path = None if out is None else Path(out)
     if path is None and part is not None:
@@ -225,7 +227,8 @@ def write(folder: Folder, found: xarray.Dataset, made: Sweep, command: str, repe
         found.to_netcdf(draft, engine="h5netcdf")
     with whole(folder.path / "table.csv") as draft:
         write_table(found, draft)
-    write_page(folder.path, found, made.case.scene(), of_case(made.case, command), repeat)
+    scene, method = made.case.simulation()
+    write_page(folder.path, found, scene, of_case(made.case, command), repeat, joined_in(scene, method))
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from pathlib import Path
 
 from impactlab.jobs.whole_files import write_whole
@@ -27,8 +28,11 @@ INDICES = (
 )
 
 
-def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenance) -> None:
-    """Write ``index.html`` and ``figures/`` of an uncertainty into its folder."""
+def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenance, links: Collection[str] = ()) -> None:
+    """Write ``index.html`` and ``figures/`` of an uncertainty into its folder.
+
+    ``links`` are the names of the contacts that are joined from the start.
+    """
     plates, rules = saved_plates(folder, _figures(found))
     text = rendered(
         "impactlab.uncertainties",
@@ -37,7 +41,7 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
         kicker=f"impactlab · {found.samples:,} samples of {_numbers(len(found.uncertain))}",
         origin=origin,
         sketch=sketch(scene),
-        facts=[*_facts(found), *facts.scene_facts(scene)],
+        facts=[*_facts(found), *facts.scene_facts(scene, links)],
         plates=plates,
         rules=rules,
         tables=found.tables,

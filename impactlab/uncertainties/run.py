@@ -17,6 +17,7 @@ from impactlab.casefile.text.words import closest, shown
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.jobs.whole_files import write_whole
 from impactlab.measurement.inputs import in_si, listed
+from impactlab.report.facts import joined_in
 from impactlab.report.provenance import of_case
 from impactlab.sweeps import Sampled, sweep
 from impactlab.sweeps.run import kept_in
@@ -129,4 +130,4 @@ def _write(folder: Path, found: Uncertainty, case: Case, command: str) -> None:
     scene = case.scene()
     with contextlib.suppress(ImpactlabError):
         scene = at_means(case, found.uncertain).scene()
-    write_page(folder, found, scene, of_case(case, command))
+    write_page(folder, found, scene, of_case(case, command), joined_in(*case.simulation()))

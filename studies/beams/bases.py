@@ -278,15 +278,16 @@ contact of Lankarani and Nikravesh, which Lee and Yoon use):
 
 **{lee_yoon}**
 Ritz vectors hold the static answer to the load from the first one on; mode shapes miss a share of it that falls as
-1/N^3. Craig and Bampton's coordinates with that of the contact hold it too, and eigenvectors with the striker attached
-also gain on mode shapes. {others}
+$1/N^3$. Craig and Bampton's coordinates with that of the contact hold it too, and eigenvectors with the striker
+attached also gain on mode shapes. {others}
 
 ## Wu and Haug: only the neighbourhood of the contact moves at first
 
 WuHaug1990 cut the beam into substructures and describe the struck one finely, because only what lies near the contact
 is excited at first. A hard mass in the middle of a pinned beam of 2 m, a twentieth of its weight. Root mean square
-error of its velocity [v0] against the endless beam, erfcx(kappa sqrt t), until it has lost 57 % of it; and how much of
-the beam's motion (sum of v^2) lies outside the middle quarter when a quarter of that time is over:
+error of its velocity [$v_0$] against the endless beam, $\\operatorname{{erfcx}}(\\kappa\\sqrt t)$, until it has lost
+57 % of it; and how much of the beam's motion (sum of $v^2$) lies outside the middle quarter when a quarter of that time
+is over:
 
 {first_moments}
 
@@ -298,16 +299,17 @@ first scene above the error of the force is {later}.
 ## Palas and others: with all modes, an impulse moves only the point that it strikes
 
 Palas1992. The generalised impulse-momentum equations give each mode its share of an impulse at once: the velocity jumps
-by J sum phi_i(x) phi_i(x0), all over the beam. Wu and Haug call that impossible; Palas and others answer that with all
-modes the jump is local. A mass of the beam's own strikes the middle of a pinned beam, restitution 1, analytic modes:
+by $J\\sum_i\\phi_i(x)\\,\\phi_i(x_0)$, all over the beam. Wu and Haug call that impossible; Palas and others answer
+that with all modes the jump is local. A mass of the beam's own strikes the middle of a pinned beam, restitution 1,
+analytic modes:
 
 {kicks}
 
 ![Velocities after a kick](figures/beam_bases_kicks.svg)
 
-**Both are right.** With few modes the whole beam moves at once. The width falls as 1/N, and the motion beyond L/10 as
-1/N too. But with it goes the mass that takes part, so that impulse and energy vanish as 1/N: with all modes one kick
-moves one point, and nothing is transferred. The momentum of an impact on a beam takes time, and many kicks.
+**Both are right.** With few modes the whole beam moves at once. The width falls as $1/N$, and the motion beyond $L/10$
+as $1/N$ too. But with it goes the mass that takes part, so that impulse and energy vanish as $1/N$: with all modes one
+kick moves one point, and nothing is transferred. The momentum of an impact on a beam takes time, and many kicks.
 """
 
 

@@ -100,7 +100,7 @@ def local_jump() -> Finding:
     checked = bases.first_kick_of_a_run(40) / some.impulse - 1.0
     return Finding(
         f"the width at half height falls from {some.width:.3f} L with 40 modes to {many.width:.4f} L with 320, and "
-        f"the motion beyond L/10 from {percent(some.far)} to {percent(many.far)}: both as 1/N. So do the impulse "
+        f"the motion beyond $L/10$ from {percent(some.far)} to {percent(many.far)}: both as $1/N$. So do the impulse "
         f"({some.impulse / bases.KICKED.mass:.3f} to {many.impulse / bases.KICKED.mass:.4f} M v0) and the energy "
         "given: with all modes one kick moves one point and transfers nothing",
         {"width_40": some.width, "width_320": many.width, "far_40": some.far, "far_320": many.far, "run": checked},
@@ -134,10 +134,10 @@ def lateral_inertia() -> Finding:
         for channel in ("position:hammer", "displacement:rod@0")
     )
     return Finding(
-        f"in the example (round section, Poisson's ratio 0.3, nu r = {1e3 * lateral:.2f} mm) Love's rod moves the "
+        f"in the example (round section, Poisson's ratio 0.3, $\\nu r$ = {1e3 * lateral:.2f} mm) Love's rod moves the "
         f"mass by {percent(mass)} and the face by {percent(face)} otherwise over 3 T, by 40 modes of each. A hard "
         f"mass then loses {percent(1.0 - 1.0 / (1.0 + lateral / SEGMENT.length))} of its velocity at once, to the "
-        "mass rho A nu r of a Love rod's face, which Eq. 22 does not know",
+        "mass $\\rho A\\,\\nu r$ of a Love rod's face, which Eq. 22 does not know",
         {"mass": mass, "face": face, "at_once": 1.0 - 1.0 / (1.0 + lateral / SEGMENT.length)},
         1e-4 < mass < 0.05,
     )

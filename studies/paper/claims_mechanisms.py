@@ -140,7 +140,8 @@ def effective_mass() -> Finding:
     bent, near = returned(effective), returned(0.1)
     return Finding(
         f"the effective mass is needed, and enough for rigid links: the two-link arm of 1.032 kg meets its stop with "
-        f"1/(J M^-1 J) = {effective:.4f} kg, and with the damper made for it and restitution 0.5 it returns with "
+        f"$1/(\\mathbf J^\\mathsf T\\mathbf M^{{-1}}\\mathbf J)$ = {effective:.4f} kg, and with the damper made for it "
+        f"and restitution 0.5 it returns with "
         f"{right:.4f} of its speed; with the mass of its hand {hand:.2f}, with its whole mass {whole:.2f}. With a "
         f"flexible forearm the first contact returns {bent:.2f}, with the damper for the mass of the hand {near:.2f}: "
         f"in so short a time only the hand and the end of the forearm answer, and vibration takes energy that our "
@@ -174,10 +175,12 @@ def pressure_of_a_link() -> Finding:
     kept = Burst(CRANK, 0.0076, light, {"contacts.0.law": {"kind": "addition_deletion"}}).history
     same = float(np.max(np.abs(kept.evaluate(start + times, "velocity:block") / (block * speed) - 1.0)))
     return Finding(
-        f"they follow from it with the angle of the rod: on its slide the end moves along x, its wave along the rod, "
-        f"so the first force is Z cos2(angle) v0, here {share:.3f} Z v0. Without a slider's mass the speed of the "
+        f"they follow from it with the angle $\\theta$ of the rod: on its slide the end moves along x, its wave "
+        f"along the rod, "
+        f"so the first force is $Z v_0\\cos^2\\theta$, here {share:.3f} $Z v_0$. Without a slider's mass the speed "
+        f"of the "
         f"struck block rises by that impedance to {percent(inclined)} until the "
-        f"reflection comes (hard contact, 40 axial modes); by Z alone it is wrong by up to {percent(plain)}. With a "
+        f"reflection comes (hard contact, 40 axial modes); by $Z$ alone it is wrong by up to {percent(plain)}. With a "
         f"slider of 0.5 kg a hard blow starts with an impulse between two masses, which no wave gives. The constraint "
         f"technique itself (`addition_deletion`, whole steps) has the same speeds to {percent(same)}, and gains "
         f"{percent(kept.energy.largest_gain)} of energy",

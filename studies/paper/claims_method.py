@@ -62,7 +62,7 @@ def section_numbers() -> Finding:
 @row(
     "4",
     "Eqs. 18, 19, p. 772",
-    "A messenger at c dt from the face tells the wave that arrives one step later.",
+    "A messenger at $c\\,\\Delta t$ from the face tells the wave that arrives one step later.",
     "-",
     CONFIRMED,
 )
@@ -99,7 +99,8 @@ def equation_15() -> Finding:
 
     coarse, fine = worst(1000.5), worst(2000.5)
     return Finding(
-        f"fed with the exact wave, the stress is right to {coarse:.1e} s0 at dt = T/1000, and to half of that at half "
+        f"fed with the exact wave, the stress is right to {coarse:.1e} $s_0$ at $\\Delta t = T/1000$, and "
+        "to half of that at half "
         "the step: first order",
         {"coarse": coarse, "fine": fine},
         1.8 < coarse / fine < 2.2 and coarse < 0.01,
@@ -109,7 +110,8 @@ def equation_15() -> Finding:
 @row(
     "4",
     "Eq. 15, p. 772",
-    "The same law in the form the package uses: F = (V_left - V_right)/(Y_left + Y_right).",
+    "The same law in the form the package uses: $F = (V_\\text{left} - V_\\text{right})/(Y_\\text{left} + "
+    "Y_\\text{right})$.",
     "-",
     CONFIRMED,
 )
@@ -135,7 +137,8 @@ def equation_20() -> Finding:
     t = midpoints(ours.duration)
     apart = float(np.abs(ours.evaluate(t, FORCE) - right.evaluate(t, FORCE)).max()) / Z
     return Finding(
-        "only by the velocity that the balance itself carries, (sI - sII)/(rho c): then it is Eq. 15 to rounding. "
+        "only by the velocity that the balance itself carries, $(s_I - s_{II})/(\\rho c)$: then it is Eq. 15 to "
+        "rounding. "
         "With the face velocity read from the modes it fails: mass displacement wrong by "
         + ", ".join(percent(value, 3) for value in wrong.values())
         + " with 10, 40, 100 modes of as many elements",
@@ -147,7 +150,7 @@ def equation_20() -> Finding:
 @row(
     "4",
     "Eq. 22, p. 772",
-    "On contact the new wave is sI = rho c v0.",
+    "On contact the new wave is $s_I = \\rho c v_0$.",
     "s0",
     CONFIRMED,
 )
@@ -155,7 +158,8 @@ def equation_22() -> Finding:
     first = at(computed(modal(10, 10, PLAIN)), FORCE, 1e-6) / Z
     dt = (computed(modal(10, 10, PLAIN)).dt or 0.0) / T
     return Finding(
-        f"as the value before the first step; the force of the first step is s0/(1 + 2 dt/T) = {first:.4f} s0 "
+        f"as the value before the first step; the force of the first step is $s_0/(1 + 2\\,\\Delta t/T)$ = "
+        f"{first:.4f} $s_0$ "
         "(10 modes)",
         {"first": first},
         abs(first - 1.0 / (1.0 + 2.0 * dt)) < 1e-9,
@@ -165,8 +169,8 @@ def equation_22() -> Finding:
 @row(
     "4",
     "Section 4, p. 773",
-    "The impact ends when the new wave sI turns negative.",
-    "sI(t) < 0",
+    "The impact ends when the new wave $s_I$ turns negative.",
+    "$s_I(t) < 0$",
     CORRECTED,
 )
 def ends_by_new_wave() -> Finding:
@@ -182,9 +186,11 @@ def ends_by_new_wave() -> Finding:
     literal = error(computed(modal(10, 10, Equation15("new_wave", "printed"))), MASS)
     kept = error(computed(modal(10, 10, Equation15())), MASS)
     return Finding(
-        f"when the whole stress sI + sII does (as Eqs. 10 and 13 say). sI alone is negative from {zero:.3f} T on, and "
+        f"when the whole stress $s_I + s_{{II}}$ does (as Eqs. 10 and 13 say). $s_I$ alone is negative from "
+        f"{zero:.3f} T on, and "
         f"all through the second contact (at most {largest:.2f} s0). With 10 of 10 modes the mass displacement is "
-        f"wrong by {percent(kept)} with the stress, {percent(whole)} with sI, and {percent(literal)} with sI if each "
+        f"wrong by {percent(kept)} with the stress, {percent(whole)} with $s_I$, and {percent(literal)} with $s_I$ "
+        f"if each "
         "new touch also starts from Eq. 22 alone",
         {"zero": zero, "largest": largest, "stress": kept, "new_wave": whole, "literal": literal},
         zero < 1.3 and largest < 0.0 and whole > 5.0 * kept,
@@ -238,7 +244,7 @@ def messenger_per_mode() -> Finding:
         "rounding), so the arriving waves together are the free velocity of the face. That works if the balance "
         f"divides by what the same modes answer: mass displacement error {percent(error(good[10], MASS))} and "
         f"{percent(error(good[40], MASS))} with 10 and 40 analytic modes, second contact found with 10; dividing by "
-        f"1/(rho c A) it fails ({percent(bad, 3)}). An Euler-Bernoulli beam has no such impedance",
+        f"$1/(\\rho c A)$ it fails ({percent(bad, 3)}). An Euler-Bernoulli beam has no such impedance",
         {"apart": apart, "modes_10": error(good[10], MASS), "modes_40": error(good[40], MASS), "rod": bad},
         apart < 1e-12 and error(good[10], MASS) < 0.02 and found is not None and bad > 1.0,
     )
@@ -260,15 +266,22 @@ def constants() -> Finding:
     assert isinstance(hammer, Mass)
     area = 2.133 / (7.9e3 * 0.3)
     return Finding(
-        f"A = {area:.0e} m2: only that gives 2.133 kg = rho A L (the exponent may be our copy's). Then c = "
-        f"{SEGMENT.wave_speed:.4f} m/s, T = {1e6 * T:.4f} us, rho c A = {Z:.3f} N s/m, first force {Z / 1e3:.5f} kN, "
+        f"$A$ = {area:.0e} m2: only that gives $\\rho A L$ = 2.133 kg (the exponent may be our copy's). Then $c$ = "
+        f"{SEGMENT.wave_speed:.4f} m/s, $T$ = {1e6 * T:.4f} us, $\\rho c A$ = {Z:.3f} N s/m, first force "
+        f"{Z / 1e3:.5f} kN, "
         f"largest {1e-3 * Z * peak(exact()):.5f} kN",
         {"area": area, "wave_speed": SEGMENT.wave_speed, "T": T, "Z": Z, "peak": Z * peak(exact())},
         abs(area - SEGMENT.area) < 1e-12 and abs(SEGMENT.mass - 2.133) < 1e-9,
     )
 
 
-@row("5", "Eq. 24, p. 774", "Ten steps in the shortest period, w_max = (2 d + 1) pi c/(2 L).", "T_min/10", REMARK)
+@row(
+    "5",
+    "Eq. 24, p. 774",
+    "Ten steps in the shortest period, $\\omega_\\text{max} = (2d + 1)\\,\\pi c/(2L)$.",
+    "$T_\\text{min}/10$",
+    REMARK,
+)
 def step_rule() -> Finding:
     values: dict[str, float] = {}
     for elements, modes in ((10, 10), (40, 40), (100, 70)):
@@ -276,8 +289,9 @@ def step_rule() -> Finding:
         dt = computed(modal(elements, modes, PLAIN)).dt or 0.0
         values[f"steps_{modes}"], values[f"points_{modes}"] = T / dt, 2.0 * math.pi / highest / dt
     return Finding(
-        f"dt = T/{values['steps_10']:.0f}, T/{values['steps_40']:.0f}, T/{values['steps_70']:.0f} with 10, 40, 70 "
-        "modes. (2 d + 1) is mode d + 1 of the clamped-free rod, a little on the safe side; but the mesh is stiffer "
+        f"$\\Delta t = T/{values['steps_10']:.0f}$, $T/{values['steps_40']:.0f}$, $T/{values['steps_70']:.0f}$ with "
+        f"10, 40, 70 "
+        "modes. $2d + 1$ is mode $d + 1$ of the clamped-free rod, a little on the safe side; but the mesh is stiffer "
         f"at its upper end: its own highest mode gets {values['points_10']:.1f}, {values['points_40']:.1f} points "
         f"(10/10, 40/40) and {values['points_70']:.1f} (70 of 100)",
         values,
@@ -360,7 +374,9 @@ def messenger_share() -> Finding:
     law = 2.0 / math.pi * sine_integral
     analytic, mesh, forty, whole = share(None, 70), share(100, 70), share(100, 40), share(100, 100)
     return Finding(
-        f"through d analytic modes (2/pi) Si(w_max dt) = {law:.2f} of it, whatever d ({analytic:.2f} with 70); "
+        f"through $d$ analytic modes $(2/\\pi)\\operatorname{{Si}}(\\omega_\\text{{max}}\\,\\Delta t)$ = {law:.2f} "
+        f"of it, whatever $d$ "
+        f"({analytic:.2f} with 70); "
         f"through 70 or 40 of 100 eigenvectors of a mesh {mesh:.2f} or {forty:.2f}; through all of them {whole:.2f}. "
         "The next step is short of as much again, so the force dies unless the residual is added",
         {"law": law, "analytic": analytic, "mesh_70": mesh, "mesh_40": forty, "whole": whole},

@@ -156,7 +156,8 @@ def grazing() -> Finding:
     inside, outside = (len(spans(exact(alpha))) for alpha in (1.0106, 1.0108))
     warned = any(warning.code == "near_grazing" for warning in exact().warnings)
     return Finding(
-        f"{percent(margin)} more is enough; or a rod {1.07:g} % heavier than the mass: {inside} contacts at alpha = "
+        f"{percent(margin)} more is enough; or a rod {1.07:g} % heavier than the mass: {inside} contacts at "
+        f"$\\alpha$ = "
         f"1.0106, {outside} at 1.0108. A run of the case warns `near_grazing`",
         {"margin": margin, "inside": inside, "outside": outside},
         0.0 < margin < 0.02 and (inside, outside) == (2, 1) and warned,
@@ -299,7 +300,7 @@ def longer() -> Finding:
     ratio = 2.0 * event(exact(), 1)
     speed = -at(exact(), SPEED, 3.0)
     return Finding(
-        f"{ratio:.2f} transit times L/c. An instantaneous rigid impact without loss would send the mass back "
+        f"{ratio:.2f} transit times $L/c$. An instantaneous rigid impact without loss would send the mass back "
         f"at 1 v0; it leaves with {speed:.3f} v0",
         {"ratio": ratio},
         ratio > 1.0,

@@ -45,10 +45,12 @@ def rotation_alone_disperses() -> Finding:
     love = 1.0 - 1.0 / math.sqrt(1.0 + (lateral * tenth) ** 2)
     mesh = (tenth * SEGMENT.length / 100.0) ** 2 / 24.0
     return Finding(
-        "in the theory of rods it is: omega2 = c2 k2 - Omega2 for a guided rod, at rest none. It is the smallest one "
+        "in the theory of rods it is: $\\omega^2 = c^2k^2 - \\Omega^2$ for a guided rod, at rest none. It is the "
+        "smallest one "
         f"in practice: at {RATE:g} rad/s the longest wave of the paper's rod is {percent(1.0 - turned)} slower, while "
-        f"the lateral inertia of a round section (nu = 0.3) slows its tenth mode by {percent(love)}, and 100 elements "
-        f"by {percent(mesh)}. A rod that is free to bend has the other sign, phase speeds above c "
+        f"the lateral inertia of a round section ($\\nu = 0.3$) slows its tenth mode by {percent(love)}, and 100 "
+        f"elements "
+        f"by {percent(mesh)}. A rod that is free to bend has the other sign, phase speeds above $c$ "
         "([page](../rotation.md))",
         {"still": still - 1.0, "turned": 1.0 - turned, "lateral": love, "mesh": mesh},
         abs(still - 1.0) < 1e-15 and 6e-6 < 1.0 - turned < 8e-6 < 1e-3 * love,
@@ -76,7 +78,7 @@ def grows_with_the_rate() -> Finding:
     ratios = {plane: apart(plane, 20.0) / apart(plane, 10.0) for plane in ("rod", "flap", "chord")}
     sizes = {f"at_60_{plane}": apart(plane, 60.0) for plane in ratios}
     return Finding(
-        "as Omega2: twice the rate gives "
+        "as $\\Omega^2$: twice the rate gives "
         + ", ".join(f"{value:.3f}" for value in ratios.values())
         + " times the discrepancy (guided rod; beam of steel, 1 m x 20 mm x 5 mm, in the flap and in the chord plane, "
         f"waves of 0.2 m in its middle). At 60 rad/s it is {percent(sizes['at_60_rod'])}, "
@@ -119,8 +121,10 @@ def elements_show_less() -> Finding:
     consistent, lumped = shares("consistent"), shares("lumped")
     beam, light = (stiffened(elements, mass) / stiffened(400, "consistent") for mass in ("consistent", "lumped"))
     return Finding(
-        "of axial waves it is a matter of the mass matrix: Omega2 M shifts omega2 of each mode of a mesh by the very "
-        "Omega2 of the rod, so its frequency by Omega2/(2 omega). A consistent mass makes omega too large and the "
+        "of axial waves it is a matter of the mass matrix: $\\Omega^2\\mathbf M$ shifts $\\omega^2$ of each mode of "
+        "a mesh by the very "
+        "$\\Omega^2$ of the rod, so its frequency by $\\Omega^2/(2\\omega)$. A consistent mass makes $\\omega$ too "
+        "large and the "
         f"dispersion too small, mode by mode: {consistent[0]:.4f}, {consistent[9]:.3f}, {consistent[19]:.3f} of the "
         f"exact one (modes 1, 10, 20 of 20 elements). A lumped mass does the reverse: {lumped[0]:.4f}, "
         f"{lumped[9]:.3f}, {lumped[19]:.3f}. In bending, where the tension stiffens short waves, both show less: modes "
@@ -152,9 +156,10 @@ def first_force_depends() -> Finding:
         moved = np.abs(history.evaluate(t, "stress:rod@0")) > 0.0
         arrivals.append(float(t[np.argmax(moved)]) / T)
     return Finding(
-        "phase and group speeds do, the front does not: it runs at c and brings Z v0 at every rate. The front reaches "
+        "phase and group speeds do, the front does not: it runs at $c$ and brings $Z v_0$ at every rate. The front "
+        "reaches "
         f"the clamped end after {arrivals[0]:.4f} T at rest and {arrivals[1]:.4f} T at {RATE:g} rad/s, and after one "
-        f"step the force is {forces[0]:.4f} and {forces[1]:.4f} Z v0 (1000 lumped elements)",
+        f"step the force is {forces[0]:.4f} and {forces[1]:.4f} $Z v_0$ (1000 lumped elements)",
         {"force": forces[1] / forces[0] - 1.0, "arrival": arrivals[1] - arrivals[0]},
         abs(forces[1] / forces[0] - 1.0) < 2e-4 and abs(arrivals[1] - arrivals[0]) < 1e-9,
     )

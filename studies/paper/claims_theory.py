@@ -50,7 +50,7 @@ def contact_element() -> Finding:
     soft = penetration(computed(modal(100, 40, Penalty(Relative(1.0)))))
     stiff = penetration(computed(modal(100, 40, Penalty(Relative(100.0)))))
     return Finding(
-        f"deepest {soft:.1e} v0 T with a spring of EA/h, {stiff:.1e} with one 100 times stiffer (100 elements, "
+        f"deepest {soft:.1e} v0 T with a spring of $EA/h$, {stiff:.1e} with one 100 times stiffer (100 elements, "
         "40 modes)",
         {"soft": soft, "stiff": stiff},
         soft > stiff > 0.0,
@@ -102,9 +102,9 @@ def first_kick() -> Finding:
         kicks[modes] = first / rod_of(scene_of().scene).mass
     closed = {modes: 2.0 / (1.0 + 2.0 * modes) for modes in kicks}
     return Finding(
-        "the first impulse falls as 2/(1 + 2 d), to nothing: "
+        "the first impulse falls as $2/(1 + 2d)$, to nothing: "
         + ", ".join(f"{kick:.4f}" for kick in kicks.values())
-        + " m v0 with d = 10, 40, 160 modes",
+        + " m v0 with $d$ = 10, 40, 160 modes",
         {f"modes_{modes}": kick for modes, kick in kicks.items()},
         all(abs(kicks[modes] - closed[modes]) < 1e-9 for modes in kicks),
     )
@@ -116,7 +116,7 @@ def first_kick() -> Finding:
 @row(
     "3",
     "Eqs. 2, 4, p. 768-769",
-    "Stress and velocity of a section change by s = rho c v as a wave passes (sign of the travel direction).",
+    "Stress and velocity of a section change by $s = \\rho c\\,v$ as a wave passes (sign of the travel direction).",
     "-",
     CONFIRMED,
 )
@@ -131,14 +131,17 @@ def wave_relation() -> Finding:
         later = history.evaluate(t + way, f"velocity:rod@{stop}")
         later = later + sign * history.evaluate(t + way, f"stress:rod@{stop}") / STRESS
         worst = max(worst, float(np.abs(here - later).max()))
-    return Finding("v +- s/(rho c) is constant along its characteristic, to rounding", {"worst": worst}, worst < 1e-11)
+    return Finding(
+        "$v \\pm s/(\\rho c)$ is constant along its characteristic, to rounding", {"worst": worst}, worst < 1e-11
+    )
 
 
 @row(
     "3",
     "Eq. 5, p. 769",
-    "Until the reflection returns, the stress is s0 exp(-sqrt(E rho) t/M), which is s0 exp(-2 t/T) here.",
-    "s0 = rho c v0",
+    "Until the reflection returns, the stress is $s_0\\,e^{-\\sqrt{E\\rho}\\,t/M}$, $M$ the mass per area, which "
+    "is $s_0\\,e^{-2t/T}$ here.",
+    "$s_0 = \\rho c v_0$",
     CONFIRMED,
 )
 def first_interval() -> Finding:
@@ -151,7 +154,8 @@ def first_interval() -> Finding:
 @row(
     "3",
     "Eq. 9, p. 769",
-    "In the second interval the wave that leaves is s1 = s0(t) + s0 exp(-2(t/T - 1)) (1 + 4(1 - t/T)).",
+    "In the second interval the wave that leaves is $s_1 = s_0(t) + s_0\\,e^{-2(t/T - 1)}\\bigl(1 + 4(1 - "
+    "t/T)\\bigr)$.",
     "-",
     CONFIRMED,
 )
@@ -163,7 +167,7 @@ def second_interval() -> Finding:
     worst = float(np.abs(out - formula).max())
     most = peak(exact())
     return Finding(
-        f"the same to rounding; so the largest contact stress is 2 + e^-2 = {most:.6f} rho c v0, at t = T",
+        f"the same to rounding; so the largest contact stress is $2 + e^{{-2}}$ = {most:.6f} $\\rho c v_0$, at $t = T$",
         {"worst": worst, "peak": most},
         worst < 1e-11 and abs(most - 2.0 - math.exp(-2.0)) < 1e-11,
     )
@@ -187,8 +191,8 @@ def clamped_reflection() -> Finding:
     heavy = reflected(1e-3, 0.25)
     return Finding(
         f"only the front does: the reflected share of the arriving wave is {front:.2f} at T, {quarter:z.2f} at 1.25 T "
-        f"and {opening:.2f} at the opening (1 - 4 (t/T - 1)). The mass balance of Eq. 7, which the paper then uses, "
-        f"is right; the clamped end is its limit of a heavy mass ({heavy:.3f} at 1.25 T for alpha = 0.001)",
+        f"and {opening:.2f} at the opening ($1 - 4(t/T - 1)$). The mass balance of Eq. 7, which the paper then uses, "
+        f"is right; the clamped end is its limit of a heavy mass ({heavy:.3f} at 1.25 T for $\\alpha = 0.001$)",
         {"front": front, "quarter": quarter, "opening": opening, "heavy": heavy},
         abs(front - 1.0) < 1e-6 and abs(quarter) < 1e-9 and opening < -1.0 and heavy > 0.99,
     )

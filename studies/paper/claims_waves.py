@@ -42,7 +42,7 @@ def at_rest() -> Finding:
     values = {f"stress_{i + 8}": ahead(printed, t, "stress", STRESS) for i, t in enumerate(SNAPSHOTS[:2])}
     values["moved_9"] = ahead(printed, SNAPSHOTS[1], "displacement", T)
     return Finding(
-        "exactly at rest in the continuous rod. With 70 of 100 modes more than L/10 ahead of the front the stress "
+        "exactly at rest in the continuous rod. With 70 of 100 modes more than $L/10$ ahead of the front the stress "
         f"ripples by up to {values['stress_8']:.2f} s0 (Fig. 8) and {values['stress_9']:.2f} s0 (Fig. 9), while "
         f"sections move by less than {values['moved_9']:.0e} v0 T: fast short waves of the mesh",
         values | {"exact": true},
@@ -62,7 +62,7 @@ def captions() -> Finding:
     transit = SEGMENT.length / SEGMENT.wave_speed
     front = 3.49e-5 / transit
     return Finding(
-        f"the wave reaches the clamped end at L/c = {1e6 * transit:.2f} us; at 34.9 us its front is at {front:.2f} L "
+        f"the wave reaches the clamped end at $L/c$ = {1e6 * transit:.2f} us; at 34.9 us its front is at {front:.2f} L "
         "(the times look like 2 T/15 and 0.3 T). Fig. 10's caption repeats Fig. 9's; we draw it at "
         f"{1e6 * SNAPSHOTS[2]:.0f} us, when the reflected front is back at {2.0 - SNAPSHOTS[2] / transit:.3f} L",
         {"transit": transit, "front": front},

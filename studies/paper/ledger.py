@@ -28,10 +28,10 @@ beams*, Mechanism and Machine Theory 34 (1999) 765-780 (EscalonaMayoDominguez199
 put to a run of this package. The page is written from those runs, and the script stops if a verdict is no longer
 supported by its numbers. The paper's figures, drawn again: [figures](figures/README.md).
 
-Units: T = 2L/c, v0 = 1 m/s, s0 = rho c v0. Errors are relative L2 errors over 3 T against the exact solution of the
-continuous rod. "10 of 10" means 10 modes of 10 elements. Unless a row says otherwise the scheme is Newmark with ten
-points in the shortest period, as in the paper. *Residual* adds the quasi-static stress of the modes left out to what
-the messenger reads (our extension)."""
+Units: $T = 2L/c$, $v_0$ = 1 m/s, $s_0 = \\rho c v_0$. Errors are relative L2 errors over $3\\,T$ against the exact
+solution of the continuous rod. "10 of 10" means 10 modes of 10 elements. Unless a row says otherwise the scheme is
+Newmark with ten points in the shortest period, as in the paper. *Residual* adds the quasi-static stress of the modes
+left out to what the messenger reads (our extension)."""
 
 ROWS.sort(key=lambda item: item.section)  # stable: within a section in the order of the modules
 

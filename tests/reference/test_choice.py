@@ -27,8 +27,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine import search, trial
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
-from impactlab.refine.descriptions import beam_families, suitable
-from impactlab.refine.descriptions import rods as descriptions
+from impactlab.refine.descriptions import beam_families, rods, suitable
 from impactlab.refine.descriptions.contact_times import rise_time
 from impactlab.refine.descriptions.suitable import for_choice
 from impactlab.refine.errors import level_errors
@@ -300,7 +299,7 @@ def test_the_ladder_is_measured_and_falls():
                 assert rung["estimated_error"] <= 10.0 * rung["measured_error"]
             assert rung["predicted_error"] / 30.0 < rung["measured_error"] < 30.0 * rung["predicted_error"]
     text = ladder_text(document)
-    assert "measured against converged" in text
+    assert "measured against a converged solution" in text
     assert all(rung["candidate"] in text for rung in document["ladder"])
 
 
@@ -438,8 +437,8 @@ def test_rods_whose_transits_are_no_multiples_keep_what_is_stated():
 def test_an_exact_choice_marches_once(monkeypatch):
     """The march whose cost is counted is the run itself, and nothing else is described before it ends."""
     marches, described = [], []
-    begin, stepped = descriptions.begin, suitable._stepped
-    monkeypatch.setattr(descriptions, "begin", lambda *asked: marches.append(asked) or begin(*asked))
+    begin, stepped = rods.begin, suitable._stepped
+    monkeypatch.setattr(rods, "begin", lambda *asked: marches.append(asked) or begin(*asked))
     monkeypatch.setattr(suitable, "_stepped", lambda asked: described.append(asked) or stepped(asked))
     monkeypatch.setattr("impactlab.exact.solve.build", None)
     scene = struck(AdditionDeletion())

@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from impactlab.cli import app
+from impactlab.errors import closest
 from tests.unit.case_texts import PAPER
 
 MODES = PAPER.replace("finite_element, elements: 20", "modal, elements: 20, modes: 20")
@@ -318,6 +319,23 @@ def test_unknown_method_names_those_there_are(folder):
     assert "the case has no method 'fin'. Did you mean 'fine'?" in message
     assert "Methods of this case: base, fine." in message
     assert "has no method 'fin'" in refused(["compare", "case.yaml", "--methods", "base,fin"], folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "names", "meant"),
+    [
+        ("Bar", ["rod", "bar"], "bar"),
+        ("bar", ["mass", "rod"], "rod"),
+        ("fixed", ["free", "clamped"], "clamped"),
+        ("spring", ["hertz", "penalty"], "penalty"),
+        ("force:b|a", ["force:b|c", "force:a|b"], "force:a|b"),
+        ("strain", ["stress:rod@0.5", "strain:rod@0.5"], "strain:rod@0.5"),
+        ("peak", ["impulse", "peak_force"], "peak_force"),
+        ("acceleration", ["rotation", "velocity"], None),
+    ],
+)
+def test_the_name_that_is_meant(name, names, meant):
+    assert closest(name, names) == (f" Did you mean {meant!r}?" if meant else "")
 
 
 def test_fault_in_a_method_names_the_line_of_the_method(folder):

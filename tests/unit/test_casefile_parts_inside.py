@@ -102,6 +102,8 @@ def test_a_block_without_a_kind_is_no_basis(tmp_path, given, shown):
             "solve.model.mass: mass 'redistributed' applies only to",
         ),
         ("{kind: modal, elements: 9, mass: redistributed, order: 3}", "Allowed: order 1"),
+        ("{kind: modal, modes: 9, mass: lumped}", "solve.model.mass: mass is lumped, an option of the mesh behind"),
+        ("{kind: modal, modes: 9, order: 2}", "solve.model.order: order is 2, an option of the mesh behind the modes"),
     ],
 )
 def test_wrong_options_of_models_are_refused(tmp_path, model, text):

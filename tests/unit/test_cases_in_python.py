@@ -280,7 +280,8 @@ def test_unknown_keys_are_refused_where_they_are_written(made, said):
         ("solve", "time", "Did you mean 'duration'?"),
         ("solve", "T_end", "Did you mean 'duration'?"),
         ("solve", "timestep", "In a case it is 'dt'. It stands inside 'step': write step: {dt: ..., ...}."),
-        ("solve", "dx", "In a case it is 'elements'"),
+        ("solve", "dx", "In a case it is 'elements' (their number). It stands elsewhere: write solve: {model: "),
+        ("rod", "time_step", "In a case it is 'dt'. It stands elsewhere: write solve: {step: {dt: ...}}."),
         ("", "t_end", "It stands inside 'solve': write solve: {duration: ..., ...}."),
         ("rod", "E", "In a case it is 'young'. It stands inside 'material': write material: {young: ..., ...}."),
         ("rod", "youngs_modulus", "write material: {young: ..., ...}."),
@@ -298,3 +299,16 @@ def test_keys_as_other_programs_call_them_name_those_of_a_case(where, given, sai
     with pytest.raises(il.CaseError) as refused:
         il.Case.from_dict(blocks)
     assert said in refused.value.text
+
+
+@pytest.mark.parametrize("given", ["x", "g", "radius", "rho"])
+def test_an_unknown_key_of_a_law_is_not_taken_for_a_key_of_another_block(given):
+    """`x` was answered with "In a case it is 'at'", the place of a probe."""
+    bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
+    law = {"kind": "hertz", "stiffness": 1e9, given: 1.0}
+    solve = {"duration": 1e-3, "integrator": {"kind": "midpoint"}, "step": {"dt": 1e-6}}
+    with pytest.raises(il.CaseError) as refused:
+        il.Case(bodies=bodies, contacts=[il.Contact("ball", "wall", law)], solve=solve).simulation()
+    assert f"the key '{given}' is not known here" in refused.value.text
+    assert "In a case" not in refused.value.text
+    assert "stiffness" in refused.value.remedy

@@ -25,7 +25,7 @@ def invoke(*arguments: str):
 def test_choose_prints_the_ladder_for_people():
     out = invoke("choose", PAPER, "--tolerance", "1e-2", *HERTZ)
     assert out.exit_code == 0
-    assert "tolerance 0.01, measured against converged (known to" in out.output
+    assert "tolerance 0.01, measured against a converged solution (known to" in out.output
     assert "stepped delay line" in out.output
     assert "refused: continuous, from event to event" in out.output
 

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from impactlab import __version__, api, drilling, granular, piling
 from impactlab.casefile import load_case
-from impactlab.cli import app
+from impactlab.cli import app, quotes_for
 from impactlab.errors import CaseError, StepError
 from impactlab.report import output
 
@@ -454,3 +454,17 @@ def test_an_output_on_a_full_disk_is_told_in_one_message(arguments: list[str]) -
     told = "the output could not be written: [Errno 28] No space left on device\nMake room, or write elsewhere.\n"
     assert done.stderr.endswith(told)
     assert done.stderr.count(told) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "advice"),
+    [
+        ("run a.yaml --set bodies.rod.length=3 mm", "needs quotes: --set 'bodies.rod.length=3 mm'."),
+        ("run --set bodies.rod.length=3 a.yaml --foo", ""),
+        ("run --set bodies.rod.length=3 axial_impact --foo", ""),
+    ],
+)
+def test_a_value_whose_unit_the_shell_split_off_is_named_with_its_quotes(arguments, advice):
+    """It was answered with "unexpected extra argument(s) (mm)"."""
+    assert quotes_for(arguments.split()).endswith(advice)
+    assert bool(quotes_for(arguments.split())) == bool(advice)

@@ -22,6 +22,7 @@ from impactlab.metrics.collisions import agreements, collisions, sentence
 from impactlab.metrics.third_bodies import Periods
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
+from impactlab.printing import counted
 from impactlab.refine.descriptions import contact_times
 from impactlab.refine.descriptions.rods import modelled_as
 from impactlab.scene import Mass, Wall
@@ -168,7 +169,7 @@ def test_two_models_agree_on_count_and_impulse(label: str, count: int) -> None:
     assert said["resolved"]
     assert set(said["counts"].values()) == {count}
     assert said["impulses_within"] < 1e-3
-    assert f"number of sub-impacts {count} by all 2 methods" in said["text"]
+    assert f"{counted(count, 'sub-impact')} by all 2 methods" in said["text"]
 
 
 def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
@@ -365,7 +366,7 @@ def test_impulses_agree_within_a_share_in_per_cent() -> None:
         return {"status": "completed", "contacts": [], "collisions": [one]}
 
     (said,) = agreements([("fine", summary(1.0)), ("coarse", summary(1.1))])
-    assert said["text"].endswith("impulses agree within 10 %")
+    assert said["text"].endswith("impulses differ by at most 10 %")
     assert said["impulses_within"] == pytest.approx(0.1)
 
 

@@ -122,6 +122,24 @@ def test_impedance_residual_is_not_a_spring_of_what_a_static_basis_leaves_out() 
         run(*rod_between_walls(ImpedanceResidual(), ExactModal(), model))
 
 
+def test_impedance_residual_on_a_beam_names_the_bodies_and_laws_for_them() -> None:
+    """It asked for fewer modes of a body that has no axial ones."""
+    case = il.load_case("sphere_on_beam").with_("contacts.0.law", {"kind": "impedance_residual"})
+    with pytest.raises(PairingError, match="on its left is a mass, on its right a beam") as refused:
+        il.run(case)
+    assert "dispersive_identification" in str(refused.value.remedy)
+
+
+def test_a_coarse_contact_of_rigid_bodies_asks_for_a_smaller_step_alone() -> None:
+    """It asked for more elements or modes, of a ball and a wall."""
+    bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
+    contacts = [il.Contact("ball", "wall", {"kind": "hertz", "stiffness": 1e9})]
+    solve = {"duration": 5e-3, "integrator": {"kind": "midpoint"}, "step": {"dt": 1e-3}}
+    (warned,) = il.run(il.Case(bodies=bodies, contacts=contacts, solve=solve)).warnings
+    assert warned.code == "coarse_contact"
+    assert warned.text.endswith("or more; give a smaller step")
+
+
 def test_the_pushes_of_open_contacts_agree() -> None:
     """Two open Nitsche contacts on one rod took one sweep: their pushes depended on which was evaluated first."""
     rod = Rod("rod", (UNIT,), FREE, FREE, displacement=lambda x: 0.01 * (x - 0.5))

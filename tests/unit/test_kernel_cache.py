@@ -43,6 +43,27 @@ def solved(system):
 
 print(solved(np.array([[3.0, 1.0, 1.0], [1.0, 3.0, 2.0]])).hex(), halved(1.0 / 3.0).hex())
 """
+NAMES = """
+import sys
+from impactlab.numerics.compiling import ENTRY, HELPER, PART
+
+@HELPER
+def doubled(x):
+    return 2.0 * x
+
+@PART
+def squared(x):
+    return x * x
+
+@ENTRY
+def fourth(x):
+    return squared(squared(x)) + doubled(x)
+
+if "other code first" in sys.argv:
+    doubled(1.0)
+fourth(1.0)
+print([each.fndesc.mangled_name for made in (doubled, squared) for each in made.overloads.values()])
+"""
 FINGERPRINTS = """
 from impactlab.exact import march
 from impactlab.simulate.stepping import located, loop
@@ -261,3 +282,14 @@ def test_compiled_code_outlives_a_reinstall_of_the_same_version(tmp_path: Path) 
 def test_the_names_of_the_loops_files_differ_from_process_to_process(tmp_path: Path) -> None:
     one, other = (started("-c", FINGERPRINTS, cwd=tmp_path, seed=seed) for seed in ("0", "1"))
     assert result(one) == result(other)
+
+
+@pytest.mark.slow
+def test_parts_are_named_by_the_order_in_which_a_process_compiles(tmp_path: Path) -> None:
+    (tmp_path / "names.py").write_text(NAMES)
+    said = []
+    for order in ("as they are called", "other code first"):
+        (tmp_path / order).mkdir()
+        said.append(result(started("-m", "names", order, cwd=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / order))))
+    assert "doubled" in said[0] and "squared" in said[0]  # noqa: PT018
+    assert said[0] == said[1]

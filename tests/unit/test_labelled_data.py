@@ -21,6 +21,7 @@ from impactlab.files import open_netcdf, read_netcdf, write_netcdf, write_tables
 from impactlab.history import AbstractHistory, sampling
 from impactlab.history.sampled import SampledHistory
 from impactlab.history.sampling import file_times, frame_times, page_times
+from impactlab.metrics.collisions import collisions
 from impactlab.scene.method import Simulation
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -279,3 +280,13 @@ def test_a_file_without_texts_gives_a_page(tmp_path: Path, struck: AbstractHisto
     missing = CliRunner().invoke(app, ["report", str(tmp_path / "none.nc"), "--out", str(tmp_path / "page")])
     assert missing.exit_code == 2
     assert "there is no file" in missing.output
+
+
+def test_a_file_gives_no_energies_of_collisions_that_its_run_does_not_give(tmp_path: Path) -> None:
+    # Energies of a stepped run are lines between fewer instants than a file has: a shorter collision lies on one line.
+    history = il.run(il.load_case("slider_crank"))
+    history.to_netcdf(tmp_path / "run.nc")
+    again = il.open_netcdf(tmp_path / "run.nc")
+    [one], [other] = (collisions(each.scene, each) for each in (history, again))
+    assert (one.energy_lost, other.energy_lost) == (None, None)
+    assert other.energy_given == pytest.approx(one.energy_given, rel=1e-6)

@@ -238,6 +238,22 @@ def test_what_a_run_says_of_its_links() -> None:
     assert shaft.largest <= 8 * 2.5e3 * (1.0 + 0.1 * 10.0)
 
 
+@pytest.mark.parametrize("model", ["finite_element", "continuous"])
+def test_the_set_of_a_link_is_that_of_the_piece_that_moved_furthest_either_way(model: str) -> None:
+    """With its faces in the other order a link has the other sign of set and force, and nothing else."""
+    found = []
+    for faces in (("rod.along(0.2, 1)", "ground"), ("ground", "rod.along(0.2, 1)")):
+        soil = SMITH | {"rule": "viscous"}
+        made = case(il.Contact(*faces, soil, pieces=4, name="shaft"))
+        if model == "continuous":
+            made = made.with_("solve", {"duration": "1 ms", "model": {"kind": model}})
+        found.append(il.run(made).links[0])
+    one, other = found
+    assert other.set == pytest.approx(-one.set, rel=1e-9)
+    assert abs(one.set) == max(abs(each) for each in one.sets)
+    assert (other.largest, other.smallest) == pytest.approx((-one.smallest, -one.largest), rel=1e-9)
+
+
 JOINTS = st.one_of(
     st.builds(
         lambda capacity, quake, damping, rule, tension: {

@@ -9,7 +9,7 @@ import pytest
 from impactlab import simulate
 from impactlab.contact.penalty import Penalty
 from impactlab.refine.convergence import Level
-from impactlab.refine.descriptions.beam_modes import BeamModes
+from impactlab.refine.descriptions.beam_modes import BeamModesFamily
 from impactlab.refine.errors.level_errors import MAX_UNMAGNIFIED, magnified_by_touches
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
 from impactlab.scene.method import Simulation, StepRule, Tolerance
@@ -18,14 +18,14 @@ from impactlab.testing.scenes import simulation
 SEGMENT = BeamSegment(0.3, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0)
 
 
-def family(duration: float) -> BeamModes:
+def family(duration: float) -> BeamModesFamily:
     """Return the modes for a ball that meets the tip of a cantilever once or several times."""
     beam = Beam("beam", (SEGMENT,), End("clamped"), End("free"), tension=682.25)
     bodies = {"ball": Mass("ball", 0.041982, 0.066402), "beam": beam}
     contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.3, "beam.at"), 4.1637e-4)
     law = Penalty(stiffness=1690539.4)
     scene = simulation("touches", bodies, (contact,), duration, None, StepRule(dt=1e-6), law=law)
-    return BeamModes(Simulation(*scene.but(tolerance=Tolerance(1e-3))))
+    return BeamModesFamily(Simulation(*scene.but(tolerance=Tolerance(1e-3))))
 
 
 @pytest.mark.parametrize(("duration", "touches"), [(0.0069, 1), (0.01572, 4)])
@@ -45,7 +45,7 @@ def test_as_many_more_modes_are_taken_as_the_error_is_magnified() -> None:
     """The error of modes left out, magnified, keeps the share of the tolerance that it had."""
     modes = family(0.01572)
     history = simulate.run(*modes.description().simulation(300))
-    plain, magnified = (BeamModes(modes.request, history, factor, 1) for factor in (1.0, 200.0))
+    plain, magnified = (BeamModesFamily(modes.request, history, factor, 1) for factor in (1.0, 200.0))
     assert magnified.wanted(300) > 1.2 * plain.wanted(300)
     assert magnified.raised == 1
     assert 200.0 * magnified.unseen(300, history) <= 0.5e-3

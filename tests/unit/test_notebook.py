@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.errors import ImpactlabError
-from impactlab.report.figures import animation
+from impactlab.report.figures import animation, film_files
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -232,7 +232,7 @@ def test_what_moves_is_all_that_changes_between_frames() -> None:
     """Pictures are drawn over one still picture: they must be those of the whole figure."""
     history = il.run(il.load_case(CASES / "rod_on_wall.yaml"), frames=240)
     figure, step, _ = animation.film(history)
-    quick = animation.pictures(figure, step, [0, 90, 200])
+    quick = film_files.pictures(figure, step, [0, 90, 200])
     for number, picture in zip((0, 90, 200), quick, strict=True):
         step(number)
         with BytesIO() as file:
@@ -287,7 +287,7 @@ def test_the_command_writes_a_film(tmp_path: Path) -> None:
 def test_films_that_cannot_be_written_are_refused_before_the_run(
     tmp_path: Path, name: str, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(animation.shutil, "which", lambda program: None)
+    monkeypatch.setattr(film_files.shutil, "which", lambda program: None)
     done = CliRunner().invoke(app, ["animate", str(CASES / "axial_impact.yaml"), "-o", str(tmp_path / name)])
     assert done.exit_code == 2
     assert text in done.output

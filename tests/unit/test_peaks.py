@@ -43,6 +43,26 @@ def test_a_kink_between_two_samples_is_the_peak(shift: float) -> None:
     assert peak_force(run, run, run.scene) == 0.0
 
 
+@pytest.mark.parametrize("stiffness", [1.0, 1.5, 2.0, 2.5])
+def test_a_peak_just_behind_a_front_is_found(stiffness: float) -> None:
+    # A striker of unit length, impedance and speed on a long bar: the front comes back from its free end at t = 2, and
+    # the force rises on until exp(-b)/b of that time after it, to exp(-exp(-b))/2 with b = 4 k (docs/hopkinson.md).
+    rod = {"area": 1.0, "material": {"young": 1.0, "density": 1.0}}
+    case = il.Case(
+        bodies={
+            "striker": il.Rod(length=1.0, velocity=1.0, **rod),
+            "bar": il.Rod(length=1.0, ends={"right": "infinite"}, **rod),
+        },
+        contacts=[il.Contact("striker.right", "bar.left", {"kind": "penalty", "stiffness": stiffness})],
+        solve={"duration": 2.5, "model": {"kind": "continuous"}},
+    )
+    [span] = il.run(case).spans("striker.right|bar.left")
+    assert span.peak_force == pytest.approx(0.5 * np.exp(-np.exp(-4.0 * stiffness)), rel=1e-13)
+    held = {"kind": "elastic_plastic", "stiffness": stiffness, "yield_force": 10.0}  # a link, which never yields
+    [link] = il.run(case.with_("contacts.0.law", held)).links
+    assert link.largest == pytest.approx(span.peak_force, rel=1e-13)
+
+
 def test_a_kink_is_sought_on_the_side_that_is_not_left_out() -> None:
     run = pushed_against_a_wall(0.0021)
     [contact] = run.scene.contacts

@@ -117,7 +117,7 @@ def test_methods_of_a_comparison_share_a_converged_reference(tmp_path):
     comparison = il.compare(case, ["base", "fine"])
     first, second = comparison.rows
     assert first.reference.history is second.reference.history
-    assert str(comparison).startswith("axial_impact: 2 methods against converged")
+    assert str(comparison).startswith("axial_impact: 2 methods against a converged solution")
 
 
 def test_what_a_reference_does_not_know_itself_is_not_told():
@@ -149,7 +149,7 @@ def test_the_command_line_shows_what_it_was_measured_against(tmp_path):
     assert "errors    not computed; --reference computes it, about " in plain.output
     asked = CliRunner().invoke(app, ["run", str(case), *settings, "--reference"])
     assert asked.exit_code == 0
-    assert "against converged (known to " in asked.output
+    assert "against a converged solution (known to " in asked.output
 
 
 def test_the_content_of_a_scene_names_its_physics_only():

@@ -8,7 +8,7 @@ import pytest
 
 import impactlab as il
 from impactlab.metrics.peaks import peak_force
-from impactlab.refine.descriptions.beam_modes import BeamModes
+from impactlab.refine.descriptions.beam_modes import BeamModesFamily
 from impactlab.scene.method import Simulation
 
 
@@ -28,7 +28,7 @@ def test_runs_of_unequal_fineness_have_unequal_steps(tolerance: float) -> None:
     error = peak_force(history, fine, history.scene)
     assert error is not None
     assert error <= history.choice.expected_error + 1e-4
-    description = BeamModes(Simulation(*case.simulation())).description()
+    description = BeamModesFamily(Simulation(*case.simulation())).description()
     transit = 1.0 / math.sqrt(1e11 / 4000.0)
     for steps in (description.whole(43), description.whole(300)):
         step = description.simulation(steps).method.step.dt

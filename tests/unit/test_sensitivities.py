@@ -574,3 +574,21 @@ def test_a_quantity_without_a_value_says_why_it_has_no_derivative(model):
     )
     assert found.find("impulse", MASS).reason == ""
     assert "does not open" in str(found)
+
+
+def test_a_gap_that_only_delays_all_fronts_changes_no_peak():
+    """Three rods alike, the first moves: its gap to the second delays the motion, and every peak stays as it is.
+
+    In the peak of the second contact fronts meet that have crossed one rod, two rods or three; a gap below zero is not
+    allowed, so that its derivative has one side.
+    """
+    rod = {"length": 1.0, "area": 1.0, "material": {"young": 1.0, "density": 1.0}}
+    bodies = {"a": il.Rod(velocity=1.0, **rod), "b": il.Rod(**rod), "c": il.Rod(**rod)}
+    spring = {"kind": "penalty", "stiffness": 2.0}
+    contacts = [il.Contact("a.right", "b.left", spring), il.Contact("b.right", "c.left", HARD)]
+    case = il.Case(bodies=bodies, contacts=contacts, solve={"model": {"kind": "continuous"}, "duration": 5.0})
+    found = il.sensitivities(case, [GAP], ["peak_force", "impulse", "first_opening"])
+    for label in ("a.right|b.left", "b.right|c.left"):
+        assert found.find("peak_force", GAP, label).derivative == pytest.approx(0.0, abs=1e-6)
+        assert found.find("impulse", GAP, label).derivative == pytest.approx(0.0, abs=1e-6)
+        assert found.find("first_opening", GAP, label).derivative == pytest.approx(1.0, abs=1e-6)  # at 1 m/s

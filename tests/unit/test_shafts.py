@@ -238,3 +238,20 @@ def test_a_shaft_that_turns_has_no_infinite_end(tmp_path: Path) -> None:
     with pytest.raises(ImpactlabError, match=r"'bar' has a twist of 0.01 rad/m at t = 0 at its infinite end") as caught:
         case_of(tmp_path, BAR=f"{OF_SHAFT}, twist: 0.01*x", RIGHT="infinite").scene()
     assert caught.value.path == "bodies.bar.twist"
+
+
+def test_a_table_of_twists_is_in_rad() -> None:
+    shaft = il.Shaft(
+        length=LENGTH,
+        section={"diameter": DIAMETER},
+        material={"shear_modulus": SHEAR, "density": DENSITY},
+        twist={"x": [0, "50 cm"], "u": ["0.5 deg", "2 mrad"]},
+    )
+    probes = [{"body": "bar", "at": x, "quantity": "twist"} for x in (0.0, LENGTH)]
+    solve = {"duration": 1e-4, "model": {"kind": "continuous"}}
+    case = il.Case(bodies={"bar": shaft}, probes=probes, solve=solve)
+    history = il.run(case)
+    start = [float(history.evaluate(0.0, f"twist:bar@{x:.6g}")) for x in (0.0, LENGTH)]
+    assert start == pytest.approx([math.radians(0.5), 2e-3], rel=1e-12)
+    with pytest.raises(ImpactlabError, match=r"'1 mm'.*rad"):
+        case.with_("bodies.bar.twist.u.1", "1 mm").simulation()

@@ -18,6 +18,7 @@ from impactlab.report.comparison import cell, comparison, table, table_rows
 from impactlab.report.console import summary_text
 from impactlab.report.facts import method_facts, units_of
 from impactlab.report.summary import describe, extremes, summarise
+from impactlab.report.table import page_rows
 from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import UNIT, mass_on_rod
@@ -149,6 +150,27 @@ def test_a_run_without_an_exact_answer_says_so() -> None:
     assert "errors    not measured" in text
 
 
+def test_times_of_rigid_bodies_are_in_seconds() -> None:
+    """Step and opening were dashes, as there is no round trip, and no error was marked as the smallest."""
+    ball, wall = il.Mass(1.0, velocity=1.0), il.Wall()
+    contact = il.Contact("ball", "wall", {"kind": "hertz", "stiffness": 1e9})
+    solve = {"duration": 5e-3, "integrator": {"kind": "midpoint"}, "step": {"dt": 1e-5}}
+    case = il.Case(bodies={"ball": ball, "wall": wall}, contacts=[contact], solve=solve)
+    document = il.compare(case.with_("methods", {"fine": {"solve.step": {"dt": 2e-6}}})).document
+    text = table(document)
+    assert "dt [s]" in text
+    assert "first opening [s]" in text
+    assert [row["dt"] for row in table_rows(document)] == [1e-5, 2e-6]
+    assert [cell.best for row in page_rows(document) for cell in row["cells"][:1]] == [False, True]
+
+
+def test_a_comparison_without_errors_gives_the_reason() -> None:
+    """Its columns of errors held dashes, without a word."""
+    summary = summarise("toy", scene(ModalLike()).scene, history())
+    text = table(comparison("toy", None, [("base", summary), ("other", summary)]))
+    assert text.count("errors not measured: no exact answer") == 1
+
+
 def test_the_summary_is_strict_json() -> None:
     spans = (ContactSpan(PAIR, np.float64(0.0), None, np.float64(np.inf), float("nan")),)
     text = json.dumps(summarise("toy", scene(ModalLike()).scene, history(contacts=spans)), allow_nan=False)
@@ -223,7 +245,7 @@ def test_a_comparison_keeps_its_failed_rows() -> None:
 
 def test_the_text_table_is_aligned_and_whole() -> None:
     lines = table(two_rows()).splitlines()
-    assert lines[0] == "toy: 2 methods against itself"
+    assert lines[0] == "toy: 2 methods against the exact solution"
     head, rule, base, hopeless = lines[2:]
     assert head.index("model") == rule.index("-", head.index("model")) == base.index("modal_like 100/40")
     assert base.split()[0] == "base"

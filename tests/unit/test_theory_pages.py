@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parents[2]
+PACKAGE, REFINE = ROOT / "impactlab", Path("refine")
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs" / "theory").glob("*.md"))}
 WITH_CHECKS = sorted(name for name, text in PAGES.items() if "```python" in text)
 
@@ -45,8 +46,9 @@ def test_the_table_lists_constants() -> None:
 
 @pytest.mark.parametrize(("names", "values", "files"), CONSTANTS, ids=[each[0] for each in CONSTANTS])
 def test_constants_have_the_values_of_the_table(names: str, values: str, files: str) -> None:
-    named = [each.removesuffix(".py").replace("/", ".") for each in re.findall(r"`([^`]+)`", files)]
-    modules = [import_module(f"impactlab.{each if '.' in each else f'refine.{each}'}") for each in named]
+    given = [Path(each) for each in re.findall(r"`([^`]+)`", files)]
+    named = [REFINE / each if (PACKAGE / REFINE / each).exists() else each for each in given]
+    modules = [import_module(".".join(("impactlab", *each.with_suffix("").parts))) for each in named]
     for name, value in zip(re.findall(r"\w+", names), values.split(", "), strict=True):
         found = [getattr(module, name) for module in modules if hasattr(module, name)]
         assert found, f"{name} is not in {files}"

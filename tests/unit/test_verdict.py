@@ -12,13 +12,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from impactlab import PluginError, StepError, plugins
+from impactlab import PairingError, PluginError, StepError, plugins
 from impactlab.cli import app
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractIntegrator, Step
+from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
+from impactlab.numerics.banded import full
 from impactlab.plugins import (
     INTEGRATORS,
     LAWS,
@@ -32,7 +34,7 @@ from impactlab.plugins import (
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import in_a_row
+from impactlab.testing.scenes import in_a_row, mass_on_rod
 from impactlab.testing.verdict import Verdict, find, verdict
 from impactlab.types import Level, Port, Reply, Start, option
 
@@ -67,6 +69,59 @@ class Glue(Spring):
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
         reply.force = reply.trial = -port.parameters[0] * port.gap
+
+
+@dataclasses.dataclass(frozen=True)
+class Silent(Spring):
+    """A spring that never reports its contact."""
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        Spring.respond(port, reply)
+        reply.in_contact = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Needless(AbstractContactLaw):
+    """A law that does not say which compliances it uses."""
+
+    citations = ("own",)
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        reply.force = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Unused(AbstractContactLaw):
+    """A law whose option never reaches its respond."""
+
+    needs = frozenset({Level.POSITION})
+    citations = ("own",)
+    stiffness: float = option(1e9, unit="N/m", description="spring")
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        reply.force = max(0.0, -port.parameters[0] * port.gap)
+
+
+@dataclasses.dataclass(frozen=True)
+class Forgets(Spring):
+    """A law whose begin returns nothing."""
+
+    def begin(self, left: Any, right: Any, dt: float) -> Any:
+        """Return nothing."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Returns(Spring):
+    """A law that returns its force."""
+
+    compiled = True
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> Any:
+        return max(0.0, -port.parameters[0] * port.gap)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -143,12 +198,38 @@ class Soft(AbstractRodModel):
         return FiniteElement(self.elements).build(dataclasses.replace(rod, segments=softer), gravity)
 
 
+@dataclasses.dataclass(frozen=True)
+class Empty(Soft):
+    """A rod whose build returns nothing."""
+
+    def build(self, rod: Any, gravity: float, faces: Any = ()) -> Any:
+        """Return nothing."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Full(Soft):
+    """A rod whose mass matrix is full."""
+
+    def build(self, rod: Any, gravity: float, faces: Any = ()) -> Any:
+        body = FiniteElement(self.elements).build(rod, gravity)
+        system = body.operators()
+        body.operators = lambda: system._replace(mass=full(system.mass))  # type: ignore[method-assign]
+        return body
+
+
 PARTS: dict[str, tuple[Group, type[Any]]] = {
     "spring": (LAWS, Spring),
     "glue": (LAWS, Glue),
+    "silent": (LAWS, Silent),
+    "needless": (LAWS, Needless),
+    "unused": (LAWS, Unused),
+    "forgets": (LAWS, Forgets),
+    "returns": (LAWS, Returns),
     "raises": (LAWS, Raises),
     "overstated": (INTEGRATORS, Overstated),
     "soft": (MODELS, Soft),
+    "empty": (MODELS, Empty),
+    "full": (MODELS, Full),
     "misnamed": (LAWS, Misnomer),
     "beyond": (LAWS, Beyond),
     "generous": (LAWS, Generous),
@@ -186,6 +267,39 @@ def test_a_law_that_pulls_is_found(found):
     assert wrong["it has a description and a source"] == "no entry in citations.bib for Nobody2031"
 
 
+@pytest.mark.parametrize("law", ["spring", "silent"])
+def test_a_law_that_never_sets_in_contact_is_found_and_its_run_warns(found, law):
+    """The run reported a contact in each of its steps, without a word."""
+    wrong = failed(verdict(law, found))
+    assert ("it reports the contact of faces that it presses" in wrong) == (law == "silent")
+    bodies, part = (Mass("ball", 1.0, 1.0), Wall("wall")), found.load(LAWS, law)(2e6)
+    history = run(*in_a_row(bodies, None, part, CentralDifference(), StepRule(dt=1e-5), duration=5e-3))
+    warned = [each.text for each in history.warnings if each.code == "chatter"]
+    assert len(warned) == (law == "silent")
+    assert all("Law 'silent' must set reply.in_contact to 1.0" in text for text in warned)
+
+
+def test_a_law_that_gains_more_than_it_declares_is_told_what_to_declare(found):
+    """Its run asked for a smaller step alone."""
+    bodies, law = (Mass("ball", 1.0, 1.0), Wall("wall")), found.load(LAWS, "spring")(2e6)
+    with pytest.raises(StepError, match="energy grew") as failed_run:
+        run(*in_a_row(bodies, None, law, ExactModal(), StepRule(dt=1e-5), duration=5e-3))
+    assert "Law 'spring' must report what it holds as `stored`, and declare" in failed_run.value.remedy
+
+
+def test_slips_of_a_first_law_are_named(found):
+    """They were an AttributeError of impactlab's own code, a line of numba's, or options without effect."""
+    with pytest.raises(PluginError, match=r"write needs = frozenset\(\{Level.POSITION\}\)"):
+        verdict("needless", found)
+    reason = failed(verdict("unused", found))["its facts have the right types"]
+    assert reason.startswith("it has options (stiffness) and no `begin`")
+    bodies = Mass("ball", 1.0, 1.0), Wall("wall")
+    for name, text in (("forgets", "`begin` of the law returned None"), ("returns", "it returns a value; it must")):
+        assert any(text in reason for reason in failed(verdict(name, found)).values())
+        with pytest.raises((PairingError, PluginError), match=text):
+            run(*in_a_row(bodies, None, found.load(LAWS, name)(2e6), ExactModal(), StepRule(dt=1e-5), duration=5e-3))
+
+
 def test_what_a_law_raises_is_told(found):
     wrong = failed(verdict("raises", found))
     assert wrong["far apart its reply is zero"] == "ValueError: no answer to this gap"
@@ -204,6 +318,15 @@ def test_a_model_that_is_too_soft_is_found(found):
         "pushed slowly it carries the force to its clamp",
         "its lowest frequencies are those of the rod",
     }
+
+
+def test_slips_of_a_first_model_are_named(found):
+    """They were an AttributeError of impactlab's own code and matrices that are not positive definite."""
+    assert "`build` returned None, and no AbstractDiscreteModel" in failed(verdict("empty", found)).values()
+    with pytest.raises(PluginError, match="`build` of model 'empty' returned None"):
+        run(*mass_on_rod(found.load(MODELS, "empty")(), Spring(2e6), ExactModal(), StepRule(dt=1e-6)))
+    reason = failed(verdict("full", found))["its matrices are bands and its rows fit them"]
+    assert reason.startswith("mass has the shape (41, 41), and must be lower bands (bandwidth + 1, 41)")
 
 
 def test_a_part_under_another_name_than_its_class_is_reported_under_a_name_that_no_case_can_load(found):

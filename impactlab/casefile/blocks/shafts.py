@@ -21,7 +21,7 @@ from impactlab.casefile.blocks.shared import (
 )
 from impactlab.casefile.text.words import listed
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import SHAPE, Allowed, EndReader, quantity
+from impactlab.casefile.values.fields import TWIST, Allowed, EndReader, quantity
 from impactlab.casefile.values.formula import Formula
 from impactlab.casefile.values.materials import NAMED
 from impactlab.errors import CaseError
@@ -111,7 +111,7 @@ class ShaftBlock(ElasticBlock):
     segments: Annotated[tuple[ShaftSegmentBlock, ...] | None, PIECES] = None
     ends: ShaftEndsBlock = Field(default=ShaftEndsBlock(), description="supports of the ends; free if not given")
     twist_rate: Annotated[float, RATE] = Field(default=0.0, description="twist rate at t = 0, uniform [rad/s]")
-    twist: Annotated[Any, SHAPE] = Field(default=None, description="twist at t = 0 [rad]: a formula of x, or a table")
+    twist: Annotated[Any, TWIST] = Field(default=None, description="twist at t = 0 [rad]: a formula of x, or a table")
 
     piece: ClassVar[type[Block]] = ShaftSegmentBlock
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "section", "material")

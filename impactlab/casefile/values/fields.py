@@ -278,39 +278,48 @@ END = EndReader("rod", ("free", "clamped", "infinite")).reader()
 BEAM_END = EndReader("beam", ("free", "clamped", "pinned", "infinite"), turns=True).reader()
 
 
-def _read_shape(value: Any) -> Any:
-    if value is None or isinstance(value, (Formula, Table)):
-        return value
-    if isinstance(value, str):
-        try:
-            parse(value)
-        except ValueError as error:
-            raise refuse(str(error)) from error
-        return value
-    if isinstance(value, numbers.Real) and not isinstance(value, bool):
-        return repr(_finite(value))
-    if isinstance(value, Mapping) and set(value) == {"x", "u"}:
-        columns = [_column(value["x"], "x"), _column(value["u"], "u")]
-        if len(columns[0]) != len(columns[1]):
-            raise refuse(
-                f"the table has {len(columns[0])} places x and {len(columns[1])} values u; give one u for each x"
-            )
-        if len(columns[0]) < 2 or any(b <= a for a, b in zip(columns[0], columns[0][1:], strict=False)):
-            raise refuse("the places x of the table do not rise; give at least two, each above the one before")
-        return Table(*columns)
-    raise refuse(
-        f"{shown(value)} is not a shape. Allowed: a formula of x such as '1e-5*cos(pi*x/L)', or {{x: [...], u: [...]}}"
-    )
+def shape(unit: str) -> Reader:
+    """Return the annotation of a shape along a body at t = 0: a formula of x, or a table of values in a unit."""
+
+    def read(value: Any) -> Any:
+        if value is None or isinstance(value, (Formula, Table)):
+            return value
+        if isinstance(value, str):
+            try:
+                parse(value)
+            except ValueError as error:
+                raise refuse(str(error)) from error
+            return value
+        if isinstance(value, numbers.Real) and not isinstance(value, bool):
+            return repr(_finite(value))
+        if isinstance(value, Mapping) and set(value) == {"x", "u"}:
+            columns = [_column(value["x"], "x", "m"), _column(value["u"], "u", unit)]
+            if len(columns[0]) != len(columns[1]):
+                raise refuse(
+                    f"the table has {len(columns[0])} places x and {len(columns[1])} values u; give one u for each x"
+                )
+            if len(columns[0]) < 2 or any(b <= a for a, b in zip(columns[0], columns[0][1:], strict=False)):
+                raise refuse("the places x of the table do not rise; give at least two, each above the one before")
+            return Table(*columns)
+        raise refuse(
+            f"{shown(value)} is not a shape. Allowed: a formula of x such as '1e-5*cos(pi*x/L)', or "
+            "{x: [...], u: [...]}"
+        )
+
+    table = object_schema({"x": _column_schema("m"), "u": _column_schema(unit)}, "x", "u")
+    formula = {"type": "string", "maxLength": 400}
+    return Reader(read, {"anyOf": [formula, {"type": "number"}, table, {"type": "null"}], "unit": unit})
 
 
-def _column(value: Any, name: str) -> tuple[float, ...]:
+def _column(value: Any, name: str, unit: str) -> tuple[float, ...]:
     if not isinstance(value, (list, tuple)):
-        raise refuse(f"{name} of the table is {shown(value)}; give a list of numbers in m")
-    metre = Allowed(unit="m", number=True)
-    return tuple(metre.read(number) for number in value)
+        raise refuse(f"{name} of the table is {shown(value)}; give a list of numbers in {unit}")
+    allowed = Allowed(unit=unit, number=True)
+    return tuple(allowed.read(number) for number in value)
 
 
-_COLUMN = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "unit": "m"}
-_TABLE = object_schema({"x": _COLUMN, "u": _COLUMN}, "x", "u")
-_FORMULA = {"type": "string", "maxLength": 400}
-SHAPE = Reader(_read_shape, {"anyOf": [_FORMULA, {"type": "number"}, _TABLE, {"type": "null"}], "unit": "m"})
+def _column_schema(unit: str) -> dict[str, Any]:
+    return {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "unit": unit}
+
+
+SHAPE, TWIST = shape("m"), shape("rad")

@@ -17,6 +17,7 @@ NAMES: Mapping[Key, str] = {
     Key("duration"): "time end_time t_end tend endtime t_final final_time tmax t_max total_time run_time",
     Key("dt"): "timestep time_step delta_t step_size stepsize",
     Key("velocity"): "v v0 v_0 speed initial_velocity initial_speed impact_velocity vel",
+    Key("velocity", "sqrt(2 g h) after a fall from a height h"): "height drop_height fall_height",
     Key("density"): "rho",
     Key("young"): "e young_modulus youngs_modulus young's_modulus youngsmodulus elastic_modulus modulus",
     Key("poisson"): "nu poissons_ratio poisson_ratio",
@@ -26,8 +27,8 @@ NAMES: Mapping[Key, str] = {
     Key("diameter", "twice the radius"): "r radius",
     Key("inertia"): "i second_moment moment_of_inertia",
     Key("mass"): "m",
-    Key("elements", "their number, of the model"): "dx n_elements num_elements nelements element_size mesh_size mesh",
-    Key("modes", "of the model"): "n_modes num_modes nmodes",
+    Key("elements", "their number"): "dx n_elements num_elements nelements element_size mesh_size mesh",
+    Key("modes"): "n_modes num_modes nmodes",
     Key("ends"): "bc bcs boundary boundary_conditions supports",
     Key("stiffness"): "k kn contact_stiffness penalty",
     Key("restitution"): "cor coefficient_of_restitution",
@@ -38,6 +39,17 @@ NAMES: Mapping[Key, str] = {
     Key("gravity"): "g",
     Key("at"): "x position place location",
 }  # fmt: skip
+HOMES = {
+    "duration": "solve: {duration: ...}",
+    "dt": "solve: {step: {dt: ...}}",
+    "elements": "solve: {model: {kind: ..., elements: ...}}",
+    "modes": "solve: {model: {kind: ..., modes: ...}}",
+    "tolerance": "solve: {tolerance: ...}",
+    "integrator": "solve: {integrator: {kind: ...}}",
+    "courant": "solve: {step: {courant: ...}}",
+    "gravity": "gravity: ..., beside bodies and solve",
+}
+"""Where keys are written that stand in one place of a case only."""
 KEYS = {name: key for key, names in NAMES.items() for name in names.split()}
 
 
@@ -47,7 +59,7 @@ def key_of_synonym(name: str) -> Key | None:
 
 
 def renamed(name: str, allowed: Iterable[str], inside: str = "") -> str:
-    """Return a sentence with the name in a case of an unknown key, or nothing.
+    """Return a sentence with the name in a case of an unknown key; nothing where its meaning is not clear.
 
     ``inside`` is the sentence on the block inside this one that has the key.
     """
@@ -57,4 +69,6 @@ def renamed(name: str, allowed: Iterable[str], inside: str = "") -> str:
     note = f" ({key.note})" if key.note else ""
     if key.name in allowed:
         return f" Did you mean {key.name!r}{note}?"
-    return f" In a case it is {key.name!r}{note}.{inside}"
+    if not inside and key.name in HOMES and len(name) > 1:  # a letter may stand for another quantity in each block
+        inside = f" It stands elsewhere: write {HOMES[key.name]}."
+    return f" In a case it is {key.name!r}{note}.{inside}" if inside else ""

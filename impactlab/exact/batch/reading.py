@@ -1,4 +1,7 @@
-"""Signals of a march at a time and their integrals, compiled: as `impactlab.exact.results.signals`, one number at a time."""
+"""Signals of a march at a time and their integrals, compiled, one number at a time.
+
+The same as `impactlab.exact.results.signals`.
+"""
 
 from __future__ import annotations
 

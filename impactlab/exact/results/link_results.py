@@ -53,16 +53,20 @@ def extremes(forces: Sequence[Signal], begin: float, until: float) -> tuple[floa
     places = np.arange(last[-1] + 1) - (last - points + 1)[piece]
     t = breaks[:-1][piece] + width[piece] * (0.5 - 0.5 * np.cos(np.pi * places / (points[piece] - 1)))
     values = total(forces, t)
-    inside = np.flatnonzero((places > 0) & (places < points[piece] - 1))
-    return _refined(forces, t, values, inside, 1.0), -_refined(forces, t, -values, inside, -1.0)
+    every = np.arange(t.size)
+    before, after = np.where(places > 0, every - 1, every), np.where(places < points[piece] - 1, every + 1, every)
+    return _refined(forces, t, values, before, after, 1.0), -_refined(forces, t, -values, before, after, -1.0)
 
 
-def _refined(forces: Sequence[Signal], t: Array, values: Array, inside: Ints, sign: float) -> float:
-    """Return the largest value at times, and between the neighbours of the largest of its maxima inside pieces."""
+def _refined(forces: Sequence[Signal], t: Array, values: Array, before: Ints, after: Ints, sign: float) -> float:
+    """Return the largest value at times, and between the neighbours of the largest of its maxima in pieces.
+
+    ``before`` and ``after`` are the numbers of the neighbours in the same piece; an end of it is its own.
+    """
     most = float(values.max())
-    tops = inside[(values[inside] >= values[inside - 1]) & (values[inside] >= values[inside + 1])]
+    tops = np.flatnonzero((values >= values[before]) & (values >= values[after]))
     tops = tops[np.argsort(-values[tops], kind="stable")[:MAX_MAXIMA]]
-    low, high, rows = t[tops - 1], t[tops + 1], np.arange(tops.size)
+    low, high, rows = t[before[tops]], t[after[tops]], np.arange(tops.size)
     for _ in range(REFINEMENTS if tops.size else 0):
         fine = np.linspace(low, high, REFINED, axis=1)
         found = sign * total(forces, fine.ravel()).reshape(fine.shape)
@@ -99,7 +103,8 @@ def link_results(
         rounding = ROUNDING * max(abs(largest), abs(smallest))
         largest, smallest = (0.0 if abs(force) <= rounding else force for force in (largest, smallest))
         known = [each for each in sets if each is not None]
-        yield LinkResult(name, len(own), max(known, default=None), largest, smallest, loss, tuple(sets))
+        most = max(known, default=None, key=abs)
+        yield LinkResult(name, len(own), most, largest, smallest, loss, tuple(sets))
 
 
 def followed(earlier: tuple[LinkResult, ...], later: tuple[LinkResult, ...]) -> tuple[LinkResult, ...]:

@@ -25,6 +25,7 @@ MAX_EDGE_DISTANCE = 1.0e8  # of the size of a parameter: an edge beyond is one o
 ZERO_TOL = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
 NO_GAP = 1.0e-12  # of the way at the largest velocity: faces with a smaller gap touch
 NO_MOTION = 1.0e-10  # the same, of a change of the gap over that of the parameter: a smaller one is rounding
+SAME_VALUE = 1.0e-12  # of the largest force or gap of a piece: a minimum less deep, beside its end, is rounding
 END_SLACK = 4.0  # merge tolerances between the end of a run and a front that counts as at the end
 SAME_MOTION = 1.0e-9  # of the duration: a smaller distance of front and end for a change of the size of a parameter
 
@@ -196,13 +197,19 @@ def _minima(f: Array) -> list[float]:
     grid = np.cos(np.pi * np.arange(4 * len(f), -1, -1) / (4 * len(f)))
     values, bend = chebyshev.chebval(grid, f), chebyshev.chebder(slope)
     inner = np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] < values[2:])) + 1
+    beside = []  # an end of the piece, within the cell of which the series falls and rises again
+    if values[0] <= values[1] and chebyshev.chebval(-1.0, slope) < 0.0:
+        beside.append(0)
+    if values[-1] <= values[-2] and chebyshev.chebval(1.0, slope) > 0.0:
+        beside.append(len(grid) - 1)
     found = []
-    for i in inner.tolist():
-        y = float(grid[i])
+    for i in [*inner.tolist(), *beside]:
+        y, low, high = float(grid[i]), float(grid[max(0, i - 1)]), float(grid[min(i + 1, len(grid) - 1)])
         for _ in range(6):
             curved = float(chebyshev.chebval(y, bend))
             if curved <= 0.0:
                 break
-            y = min(max(y - float(chebyshev.chebval(y, slope)) / curved, float(grid[i - 1])), float(grid[i + 1]))
-        found.append(y)
+            y = min(max(y - float(chebyshev.chebval(y, slope)) / curved, low), high)
+        if i not in beside or values[i] - chebyshev.chebval(y, f) > SAME_VALUE * np.max(np.abs(values)):
+            found.append(y)
     return found

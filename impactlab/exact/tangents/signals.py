@@ -109,14 +109,15 @@ class MovingSignal:
         values = chebyshev.chebval(grid, f)
         i = int(np.argmax(values))
         y = float(grid[i])
-        if 0 < i < len(grid) - 1:
+        if len(f) > 2:
+            low, high = float(grid[max(0, i - 1)]), float(grid[min(i + 1, len(grid) - 1)])  # an end may have it beside
             slope = chebyshev.chebder(f)
             bend = chebyshev.chebder(slope)
             for _ in range(6):
                 curved = float(chebyshev.chebval(y, bend))
                 if curved >= 0.0:
                     break
-                y = min(max(y - float(chebyshev.chebval(y, slope)) / curved, float(grid[i - 1])), float(grid[i + 1]))
+                y = min(max(y - float(chebyshev.chebval(y, slope)) / curved, low), high)
         top = float(chebyshev.chebval(y, f))
         places = np.append(y, grid[values >= top * (1.0 - SAME_PEAK)])
         return top, chebyshev.chebval(places, self.tangent[:, piece]).tolist()

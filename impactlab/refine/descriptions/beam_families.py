@@ -22,7 +22,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.absorbing import SENT_BACK, SENT_BACK_LUMPED
 from impactlab.models.mesh.beam_elements import lumped, matrices
 from impactlab.refine.descriptions import cost
-from impactlab.refine.descriptions.beam_modes import COARSEST, UNIT, BeamModes, counted_share, rises
+from impactlab.refine.descriptions.beam_modes import COARSEST, UNIT, BeamModesFamily, counted_share, rises
 from impactlab.refine.descriptions.beams import (
     STEPS,
     are_delay_lines,
@@ -57,7 +57,7 @@ def families(request: Simulation) -> Iterator[Description]:
     sheared = any(beam.theory == "timoshenko" for beam in beams)
     hard = any(law.hard for law in laws_of(*request))
     if all(_has_modes(beam) for beam in beams) and are_delay_lines(request.scene) and not (sheared and hard):
-        yield BeamModes(request).description()
+        yield BeamModesFamily(request).description()
     if grids is None:  # a hard contact on a beam that shears: fronts, which its characteristics carry
         yield _implicit(request, sheared)
     if all(beam.theory == "timoshenko" and not beam.is_damped and beam.rotation is None for beam in beams):

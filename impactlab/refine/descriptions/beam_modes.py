@@ -1,9 +1,9 @@
-"""Modes of beams as a family of the automatic choice: their number in a run, and the error of those left out.
+"""Modes of beams as a description of the automatic choice: their number in a run, and the error of those left out.
 
-Two errors add up: the modes left out, of order 3 in their number where nothing shears, and the steps across a contact,
-of order 2. Either all runs of a scene have the same modes, whose error is stated by the flexibility of the others, or
-the modes grow with the steps. Where many modes would be left out by too few of them, their static shapes at the
-contacts stand for them.
+Two errors add up: that of the modes left out, of order 3 in their number by bending and of order 1 by shear, and that
+of the steps across a contact, of order 2. As a rule all runs of a scene have the same modes, and the error of the
+others follows from their flexibility (`impactlab.refine.errors.left_out`). Where this needs too many modes, their
+number grows with the steps. Static shapes at the contacts take the place of many modes.
 """
 
 from __future__ import annotations
@@ -32,139 +32,160 @@ from impactlab.scene.method import Simulation, StepRule, laws_of
 from impactlab.scene.problem import Scene
 
 UNIT = "steps in the shortest time of the scene"
-COARSEST = 3 * STEPS  # steps in the shortest time: three in a rise of force
-COARSEST_MODES, FEWEST_MESHED = 24, 18  # at that many steps; modes in closed form, of a mesh
-COARSEST_KNOWN = 18  # modes at that many steps where the flexibility of the others is known at every contact
+COARSEST = 3 * STEPS  # steps in the shortest time, at least: three in a rise of force
+COARSEST_MODES, FEWEST_MESHED = 24, 18  # modes at `COARSEST` steps: in closed form, and of a mesh
+COARSEST_KNOWN = 18  # the same where the stiffness of every contact is known, and so the error of the others
 ELEMENTS_PER_MODE = 1.5  # of the mesh behind modes without a closed form
-MESH_SHARE = 0.1  # of the tolerance, that the mesh behind modes may take: the other margins cover it
-MIN_FEWER = 1.3  # times fewer modes, from which static shapes are taken in their place
-COARSER = 1.27  # times the step that a tolerance needs: one that is twice as long still resolves static shapes
-SHAPES_IN_STEP = 1.9  # rad in such a step, of the static shapes: 3 in twice the step
-MAX_MODES = 1500  # in closed form, some 0.1 ms each to find
-MAX_RAISED = 3  # times: touches may show how much they magnify an error in fine runs alone
+MESH_SHARE = 0.1  # of the tolerance: error by the mesh behind modes that the other margins cover
+MIN_FEWER = 1.3  # ratio of the modes without and with static shapes, from which these are used
+COARSER = 1.27  # longest step of a study, over the one predicted for the tolerance
+SHAPES_IN_STEP = 1.9  # rad by which static shapes turn in that step, at most (`left_out.MAX_TURN` in 1.6 of it)
+MAX_MODES = 1500  # in closed form; finding each takes some 0.1 ms
+MAX_RAISED = 3  # times that the number of modes is raised; coarse runs may not show how much touches magnify an error
 MAX_STEPS = 1_000_000  # in the shortest time
-MISSING_SHARE = 0.3  # of the tolerance, that modes left out may take
-STATED_SHARE, STATED_SHARE_OF_SHEAR = 0.25, 0.45  # the same where it is stated: of errors of order 3 and of order 1
-MAX_UNSEEN_SHARE = 0.5  # the same where no more modes may be taken, and their error is stated by their flexibility
-POWER_MARGIN = 2.2  # times the predicted cost of a step under a power law: some 0.5 us in contact, none in a mesh
+MISSING_SHARE = 0.3  # of the tolerance: error by modes left out, where their number grows with the steps
+STATED_SHARE, STATED_SHARE_OF_SHEAR = 0.25, 0.28  # the same where all runs have the same modes: by bending, by shear
+MAX_UNSEEN_SHARE = 0.5  # the same with the largest number of modes
+POWER_MARGIN = 2.2  # on the predicted cost beside that of meshes: beams that shear are often touched longer, or again
+CLOSED = 3.7  # rises of its force, for which a contact is closed as a ball strikes a beam once: measured, 3.7 to 4.4
+# On the error by modes left out where a beam with shear is touched again: of 254 random runs 4 had more, 1.6 times at
+# most; at a loose end 4 of 85, 2.2 times at most, and one of other runs 3.5 times.
+TOUCHED_AGAIN, TOUCHED_AGAIN_AT_END = 2.0, 4.0
 DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
 # Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
 ERROR_OF_MODES, ERROR_OF_SPRINGS = 0.15, 0.04
-ERROR_OF_IMPULSES = 0.2  # of these where impulses alone count: a force that is wrong one way and the other has its sum
-MISSING_MARGIN = 1.5  # on errors by modes left out: measured, 0.1 to 1.2 of the flexibility beside the contact's
+ERROR_OF_IMPULSES = 0.2  # factor on these if only impulses count, in which errors of the force partly cancel
+MISSING_MARGIN = 1.5  # on errors by modes left out: measured errors are 0.1 to 1.2 of `left_out.beside_contacts`
 MISSING_MARGIN_OF_SHAPES = 2.5  # the same where static shapes stand for them: 99 % of random beams below 2.6
 
 
 def counted_share(request: Simulation) -> float:
-    """Return the share of a predicted error that the quantities which count have."""
+    """Return a factor on predicted errors: below 1 if only impulses count."""
     return ERROR_OF_IMPULSES if counted(request)[2] == ("impulses",) else 1.0
 
 
 def rises(n: float) -> float:
-    """Return the steps in a rise of force, of so many in the shortest time."""
+    """Return the steps in a rise of force, of n in the shortest time of the scene."""
     return n / STEPS
 
 
-class BeamModes:
-    """Modes under Newmark's method where beams lose energy, else under exact steps.
+class BeamModesFamily:
+    """Modes of beams under exact steps, or under Newmark's method where beams lose energy.
 
     Parameters
     ----------
     request : Simulation
         The scene and its tolerance.
     seen : AbstractHistory, optional
-        A run with too few modes, whose displacements say how many it takes.
+        A run with too few modes, from whose displacements their number follows.
     magnified : float
-        By which the touches of that run magnify an error (`impactlab.refine.errors.level_errors.magnified_by_touches`).
+        Factor by which the touches of that run magnify an error
+        (`impactlab.refine.errors.level_errors.magnified_by_touches`).
     raised : int
-        How often the number of modes was raised so.
+        How often the number of modes was raised already.
     """
 
     def __init__(
         self, request: Simulation, seen: AbstractHistory | None = None, magnified: float = 1.0, raised: int = 0
     ) -> None:
         self.request, self.raised, self.beams = request, raised, beams_of(request.scene)
+        self.touches_again = seen is not None and len(seen.contacts) > 1
         self.shortest = shortest_time(request)
         self.transit = min((0.5 * rod.round_trip for rod in rods_of(request.scene)), default=math.inf)
-        # The steps of a rod fit into its transit. Of so many steps in the shortest time a run has a multiple: runs of
-        # unequal fineness would else have the same steps, and show no error.
+        # The steps of a rod fit into its transit, so that only multiples of a number of steps differ: runs of unequal
+        # fineness would otherwise have the same steps, and show no error.
         self.multiple = max(1, round(self.shortest / self.transit))
         if self.multiple > 1:
             self.shortest = self.multiple * self.transit
         self.lossy = any(is_lossy(beam) for beam in self.beams)
+        self.sheared = any(beam.theory == "timoshenko" for beam in self.beams)
         self.meshed = [beam for beam in self.beams if not has_closed_form(beam)]
-        self.closed = not self.meshed
+        self.closed_form = not self.meshed
         self.tolerance = request.method.tolerance.error if request.method.tolerance else DEFAULT_TOLERANCE
         springs = all(law.is_spring for law in laws_of(*request))
         self.factor = counted_share(request) * (ERROR_OF_SPRINGS if springs else ERROR_OF_MODES)
-        self.enough = STEPS * math.sqrt(3.0 * self.factor / self.tolerance)
-        self.most = MAX_MODES if self.closed else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
-        self.known = not any(math.isnan(times.tangent) for times in times_of(*request).values())
-        self.coarsest = COARSEST_KNOWN if self.known else COARSEST_MODES
-        self.coarse = COARSER * self._dt(math.ceil(self.enough))
-        # Modes that are fast beside the force follow it: where these are many, their static shapes stand for them.
+        self.steps_needed = STEPS * math.sqrt(3.0 * self.factor / self.tolerance)
+        self.max_modes = MAX_MODES if self.closed_form else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
+        self.stiffness_known = not any(math.isnan(times.tangent) for times in times_of(*request).values())
+        self.fewest = COARSEST_KNOWN if self.stiffness_known else COARSEST_MODES
+        self.longest_dt = COARSER * self._dt(math.ceil(self.steps_needed))
+        # Static shapes are used if they replace many modes: all that are fast beside the force.
         self._leave_out(False, seen, magnified)
         rises = (times.rise for times in times_of(*request).values())
         self.rise = min((rise for rise in rises if not math.isnan(rise)), default=self.shortest / STEPS)
-        if self.known and are_soft(request) and not _meets_a_wall(request.scene):
-            plain = self._wanted(COARSEST) if self.fixed else math.inf
-            self._leave_out(True, seen, magnified)
-            if not self.fixed or MIN_FEWER * self._wanted(COARSEST) > plain:
-                self._leave_out(False, seen, magnified)
-        self.always = self._wanted(COARSEST) if self.fixed else None
-        self.read: tuple[AbstractHistory, list[left_out.Share]] | None = None  # the last run, as of `beside`
+        if self.stiffness_known and are_soft(request) and not _meets_a_wall(request.scene):
+            plain, alone = self._wanted(COARSEST) if self.same_modes else math.inf, dict(vars(self))
+            if MIN_FEWER * math.ceil(self._few_with_shapes(max(self.steps_needed, COARSEST))) <= plain:
+                self._leave_out(True, seen, magnified)
+                if not self.same_modes or MIN_FEWER * self._wanted(COARSEST) > plain:
+                    vars(self).update(alone)
+        self.modes_of_all = self._wanted(COARSEST) if self.same_modes else None
+        self.on_displacements = "displacements" in counted(request)[2]
+        self.read: tuple[AbstractHistory, list[left_out.ModalError]] | None = None  # the last run, as of `beside`
+        self.known_unseen: dict[int, float] = {}  # of that run, by fineness
         self.made: Simulation | None = None
 
     def _leave_out(self, residual: bool, seen: AbstractHistory | None, magnified: float) -> None:
         """Set the errors by modes left out, and whether all runs have the same modes.
 
-        Then they are found once, and a run that differs in its step alone is set up in a tenth of the time. Where this
-        would take too many modes, they grow with the steps.
+        The same modes are found once, and a run that differs only in its step is set up in a tenth of the time. If this
+        needs too many modes, their number grows with the steps.
         """
-        self.fastest = SHAPES_IN_STEP / self.coarse if residual else None
+        self.fastest = SHAPES_IN_STEP / self.longest_dt if residual else None
         self.places = list(left_out.left_out(self.request, self.fastest))
         self.margin = MISSING_MARGIN_OF_SHAPES if residual else MISSING_MARGIN
+        self.again = self._again() if residual and self.sheared else 1.0
         self.missing = left_out.beside_contacts(self.places)
         if seen is not None:
             self.missing += left_out.beside_displacements(self.places, self.request.scene, seen)
-        self.asked_for = [share.magnified(magnified) for share in self.missing]
-        least = self.margin * left_out.total(self.asked_for, self.most)
-        self.fixed = self.known and (least <= MAX_UNSEEN_SHARE * self.tolerance or self._stated() <= self.most)
+        if self.touches_again:
+            magnified *= self.again
+        self.magnified = [error.magnified(magnified) for error in self.missing]
+        self.stated = self._stated()
+        least = self.margin * left_out.total(self.magnified, self.max_modes)
+        enough = least <= MAX_UNSEEN_SHARE * self.tolerance or self.stated <= self.max_modes
+        self.same_modes = self.stiffness_known and enough
+
+    def _again(self) -> float:
+        """Return the factor on the error by modes left out where beams with shear are touched again."""
+        beams = {beam.name: beam for beam in self.beams}
+        places = ((beams[point.body], point.x) for point in self.request.scene.faces if point.body in beams)
+        return TOUCHED_AGAIN_AT_END if any(left_out.is_loose(*place) for place in places) else TOUCHED_AGAIN
 
     def _stated(self) -> float:
-        """Return the modes at which the error of those left out is the share of the tolerance that it may have."""
-        shares = (
-            (STATED_SHARE if share.power > 1.0 else STATED_SHARE_OF_SHEAR) / self.margin for share in self.asked_for
-        )
-        return max(
-            (
-                one.modes_for(share * self.tolerance, self.coarse)
-                for one, share in zip(self.asked_for, shares, strict=True)
-            ),
-            default=0.0,
-        )
+        """Return the number of modes at which the error of those left out has its share of the tolerance."""
+        needed = 0.0
+        for error in self.magnified:
+            share = STATED_SHARE if error.power > 1.0 else STATED_SHARE_OF_SHEAR
+            needed = max(needed, error.modes_for(share / self.margin * self.tolerance, self.longest_dt))
+        return needed
 
     def wanted(self, n: int) -> int:
-        """Return the modes that so many steps in the shortest time ask for: of all runs alike, where they are fixed."""
-        return self._wanted(n) if self.always is None else self.always
+        """Return the modes required with n steps in the shortest time; the same for all n where they are fixed."""
+        return self._wanted(n) if self.modes_of_all is None else self.modes_of_all
 
     def _wanted(self, n: int) -> int:
-        fine = (max(self.enough, COARSEST) if self.fixed else n) / COARSEST
-        few = self.coarsest * math.pow(fine, 2.0 / 3.0)
-        if self.fastest is not None or not self.closed:
-            few = FEWEST_MESHED * math.pow(fine, 1.0 / 3.0)
-        if self.fixed:
-            return math.ceil(max(few, self._stated()))
-        # As the steps that the tolerance is predicted to need grow finer or coarser, so do the modes.
-        needed = [
-            share.modes_for(MISSING_SHARE * self.tolerance) * math.pow(n / self.enough, 1.0 / min(share.power, 1.5))
-            for share in self.asked_for
-        ]
-        return math.ceil(max([few, *needed]))
+        fine = max(self.steps_needed, COARSEST) if self.same_modes else n
+        few = self.fewest * math.pow(fine / COARSEST, 2.0 / 3.0)
+        if self.fastest is not None or not self.closed_form:
+            few = self._few_with_shapes(fine)
+        if self.same_modes:
+            return math.ceil(max(few, self.stated))
+        # The number of modes changes with the steps, from that of the predicted steps.
+        grown, needed = n / self.steps_needed, few
+        for error in self.magnified:
+            modes = error.modes_for(MISSING_SHARE * self.tolerance)
+            needed = max(needed, modes * math.pow(grown, 1.0 / min(error.power, 1.5)))
+        return math.ceil(needed)
+
+    @staticmethod
+    def _few_with_shapes(n: float) -> float:
+        """Return the least modes at so many steps, of those of a mesh or beside static shapes."""
+        return FEWEST_MESHED * math.pow(n / COARSEST, 1.0 / 3.0)
 
     def modes(self, n: int) -> int:
         """Return the modes of a run."""
-        return min(self.wanted(n), self.most)
+        return min(self.wanted(n), self.max_modes)
 
     def steps(self, n: int) -> float:
         """Return the steps of a run."""
@@ -173,30 +194,39 @@ class BeamModes:
     def _dt(self, n: int) -> float:
         return min(self.shortest / n, self.transit)
 
-    def beside(self, history: AbstractHistory) -> list[left_out.Share]:
-        """Return the errors of the displacements of a run by modes left out; those of the last run are kept."""
+    def beside(self, history: AbstractHistory) -> list[left_out.ModalError]:
+        """Return the errors of displacements by the modes left out of a run; the last result is kept."""
         if self.read is None or self.read[0] is not history:
             self.read = history, left_out.beside_displacements(self.places, self.request.scene, history)
+            self.known_unseen = {}
         return self.read[1]
 
     def unseen(self, n: int, history: AbstractHistory | None = None) -> float:
-        """Return the error by modes that all runs leave out, which no two of them show."""
-        if not self.fixed and self.wanted(n) <= self.most:
+        """Return the error by modes that all runs leave out, which their differences do not show."""
+        if not self.same_modes and self.wanted(n) <= self.max_modes:
             return 0.0
-        by_mesh = self._by_mesh(n) if "displacements" in counted(self.request)[2] else 0.0
-        found = left_out.total(self.missing, self.modes(n), self._dt(n))
-        if history is not None and "displacements" in counted(self.request)[2]:
-            found = max(found, left_out.total(self.beside(history), self.modes(n), self._dt(n)))
-        return self.margin * found + by_mesh
+        again = self.again if self.touches_again or (history is not None and len(history.contacts) > 1) else 1.0
+        if history is None or not self.on_displacements:
+            return again * self._unseen(n, [])
+        beside = self.beside(history)
+        key = 0 if self.same_modes and self.fastest is None else n  # the same modes: the same error at any fineness
+        if key not in self.known_unseen:
+            self.known_unseen[key] = again * self._unseen(n, beside)
+        return self.known_unseen[key]
+
+    def _unseen(self, n: int, beside: list[left_out.ModalError]) -> float:
+        modes, dt = self.modes(n), self._dt(n)
+        found = max(left_out.total(self.missing, modes, dt), left_out.total(beside, modes, dt))
+        return self.margin * found + (self._by_mesh(n) if self.on_displacements else 0.0)
 
     def error(self, n: int) -> float:
         """Return the predicted error."""
-        return self.factor / rises(n) ** 2 + (0.0 if self.fixed else left_out.total(self.missing, self.modes(n)))
+        return self.factor / rises(n) ** 2 + (0.0 if self.same_modes else left_out.total(self.missing, self.modes(n)))
 
     def finding(self, n: int) -> float:
         """Return the predicted time of finding the modes [s]."""
-        if self.closed:  # once for all runs that have the same modes: whichever is chosen needs them
-            return 0.0 if self.fixed else cost.CLOSED_FORM_S * self.modes(n)
+        if self.closed_form:  # once for all runs that have the same modes: whichever is chosen needs them
+            return 0.0 if self.same_modes else cost.CLOSED_FORM_S * self.modes(n)
         return sum(cost.of_eigenvectors(2.0 * self._elements(beam, n)) for beam in self.meshed)
 
     def _elements(self, beam: Beam, n: int) -> int:
@@ -206,7 +236,7 @@ class BeamModes:
         return min(max(math.ceil(ELEMENTS_PER_MODE * self.modes(n)), long), MAX_DENSE_ELEMENTS)
 
     def _by_mesh(self, n: int) -> float:
-        """Return the error by the meshes behind modes, which all runs have in common, beyond its share."""
+        """Return the error by the meshes behind modes, which all runs share, beyond the part that margins cover."""
         duration, share = self.request.scene.duration, MESH_SHARE * self.tolerance
         found = [meshed_modes.error_of(beam, self._elements(beam, n), self.rise, duration) for beam in self.meshed]
         return sum(max(0.0, error - share) for error in found)
@@ -221,7 +251,7 @@ class BeamModes:
             beam.name: modal_model(beam, self.modes(n), self._elements(beam, n), self.fastest) for beam in self.beams
         }
         made = Simulation(rods.scene, replace(rods.method, models={**rods.method.models, **models}))
-        self.made = made if self.fixed else None
+        self.made = made if self.same_modes else None
         return recorded(made, self.steps(n))
 
     def work(self, n: int) -> tuple[float, float]:
@@ -229,26 +259,38 @@ class BeamModes:
         return self.steps(n), len(self.beams) * self.modes(n)
 
     def _cost(self) -> Cost:
-        """Return the cost of a step; beside explicit meshes with a margin for the iterations of a power law."""
+        """Return the cost of a step, with that of the iterations of power laws where their contacts are closed."""
         found = cost.BEAM_DAMPED_MODES if self.lossy else cost.BEAM_MODES
-        beside = all(beam.theory == "timoshenko" and beam.rotation is None for beam in self.beams)
-        springs = all(law.is_spring for law in laws_of(*self.request))
-        return found if springs or self.lossy or not beside else found._replace(margin=POWER_MARGIN)
+        laws, times = self.request.method.laws, times_of(*self.request)
+        closed = sum(CLOSED * each.rise for name, each in times.items() if not laws[name].is_spring)
+        power_s = cost.POWER_S * min(1.0, closed / self.request.scene.duration)
+        margin = POWER_MARGIN if closed and self.sheared and not self.lossy else found.margin
+        return found._replace(step_s=found.step_s + power_s, margin=margin)
+
+    def _alone(self) -> float:
+        """Return the error that one run states over its predicted one; inf where two are needed."""
+        if not self.same_modes or self.touches_again:
+            return math.inf
+        return stated_alone(self.request) / counted_share(self.request)
+
+    def _resolves(self) -> int:
+        """Return the coarsest steps that static shapes follow: of longer ones the error of these is a part."""
+        return 0 if self.fastest is None else math.ceil(self.shortest * self.fastest / left_out.MAX_TURN)
 
     def _finest(self) -> int:
-        """Return the finest steps that the most modes serve: finer runs would differ in their steps alone."""
+        """Return the largest fineness whose modes may be taken: finer runs would differ only in their steps."""
         low, high = COARSEST, MAX_STEPS
         while high - low > 1:
             middle = (low + high) // 2
-            low, high = (middle, high) if self.wanted(middle) <= self.most else (low, middle)
+            low, high = (middle, high) if self.wanted(middle) <= self.max_modes else (low, middle)
         return low
 
     def _with_more(self, seen: AbstractHistory, magnified: float) -> Description:
-        """Return the family with the modes that a run with too few asks for."""
-        return BeamModes(self.request, seen, magnified, self.raised + 1).description()
+        """Return the description with the number of modes that follows from a run with too few."""
+        return BeamModesFamily(self.request, seen, magnified, self.raised + 1).description()
 
     def description(self) -> Description:
-        """Return the family."""
+        """Return the description that the automatic choice refines."""
         return Description(
             "modes under Newmark's method" if self.lossy else "modes under exact steps",
             UNIT,
@@ -258,17 +300,18 @@ class BeamModes:
             error=self.error,
             safety=2.0,
             min_fineness=COARSEST,
-            max_fineness=self.multiple * max(1, (MAX_STEPS if self.fixed else self._finest()) // self.multiple),
+            max_fineness=self.multiple * max(1, (MAX_STEPS if self.same_modes else self._finest()) // self.multiple),
             multiple=self.multiple,
             unseen=self.unseen,
-            alike=self.fixed,
-            alone=stated_alone(self.request) / counted_share(self.request) if self.fixed else math.inf,
-            otherwise=self._with_more if self.fixed and self.raised < MAX_RAISED else None,
+            alike=self.same_modes,
+            alone=self._alone(),
+            resolves=self._resolves(),
+            otherwise=self._with_more if self.same_modes and self.raised < MAX_RAISED else None,
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,
         )
 
 
 def _meets_a_wall(scene: Scene) -> bool:
-    """Return whether a body meets a wall: the rise of such a force is that of the body's own motion, not known here."""
+    """Return whether a body meets a wall: the time in which such a force rises is not known before the run."""
     return any(not scene.bodies[point.body].moves for contact in scene.contacts for point in contact.faces)

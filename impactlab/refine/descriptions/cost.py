@@ -13,6 +13,7 @@ from typing import NamedTuple
 ALIKE_S = 2e-4  # s, of setting up a run that differs from an earlier one in its step alone
 FIXED_S = 4.5e-5  # s, of any stepped run, however short
 EIGENVECTORS_S = 1e-10  # s, over the cube of the coordinates of a mesh whose modes are found
+POWER_S = 3.5e-7  # s, of a step in contact under a power law, whose force is found by iterations
 CLOSED_FORM_S = 1e-5  # s, of a mode in closed form
 
 

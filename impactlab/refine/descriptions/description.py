@@ -21,8 +21,8 @@ MAX_SURE_COST = 1.25  # times the predicted cost of a short run, up to which it 
 SURE_RATIO = 4.0  # of its error to one that needs three runs: two are extrapolated by half the order
 START_MARGIN = 1.5  # on predicted errors, as that of peak forces (`impactlab.refine.errors.level_errors`)
 MAX_FREE_COST = 1.4  # times the fixed cost of a run, up to which a finer start is taken at no price
-MAX_ALONE_COST = 1.5  # times the predicted cost of the coarser of two runs, up to which one is taken in their place
-MAX_ALONE_S = 3.0 * cost.FIXED_S  # s of predicted solving of that one: longer than that, a second one costs little
+MAX_FIRST_COST = 1.5  # times the predicted cost of a cheap run, up to which one that is likely to do is taken first
+FIRST_RATIO = 8.0  # of the fineness that is likely to do to that of a first run, at most: its order shows from there
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,6 +55,7 @@ class Description:
     alike: bool = False  # whether runs differ in their step alone, so that one set-up serves all
     own_steppers: bool = False  # the same, where each run has steppers and arrays of its own
     alone: float = math.inf  # error that one run states, over its predicted one; inf where two are needed
+    resolves: int = 0  # least fineness at which such runs follow the fastest motion of their shapes
     begun: StartedMarch | None = None  # of the exact solver: its march over the first intervals
 
     @property
@@ -112,19 +113,22 @@ class Description:
                 free = finer
         while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:
             free *= 2
-        start = self.whole(max(needed, free))
-        start_s = needed_s if start == needed else seconds(start)
-        return max(start, self._start_alone(error, min(MAX_ALONE_COST * start_s, MAX_ALONE_S)))
+        return self.whole(max(needed, free))
 
-    def _start_alone(self, error: float, most: float) -> int:
-        """Return the finer of two runs whose coarser one states an error by itself within ``most`` [s]; 0 if none."""
+    def first_alone(self, error: float) -> int:
+        """Return the fineness of a first run whose own records say how fine the next one must be; 0 where none do.
+
+        It is so coarse that it costs little, or fine enough where that costs little more.
+        """
         if math.isinf(self.alone):
             return 0
-        left = error - self.unseen(self.fineness_for(error, self.alone), None)
-        if left <= 0.0:
-            return 0
-        fineness = self.fineness_for(left, self.alone)
-        return self.whole(math.ceil(RATIO**2 * fineness)) if self.seconds(fineness) <= most else 0
+        likely, first = self.fineness_for(error, self.alone), self.min_fineness
+        while first < likely and self.seconds(finer := first + max(1, first // 8)) <= MAX_FREE_COST * cost.FIXED_S:
+            first = finer
+        first = max(first, round(likely / FIRST_RATIO), self.resolves)
+        if first < likely and self.seconds(likely) <= MAX_FIRST_COST * self.seconds(first):
+            first = likely
+        return self.whole(min(first, self.max_fineness))
 
     def wanted_of(self, start: int, error: float) -> int:
         """Return which of the first two runs is predicted to keep an error: the coarser one, else ``start``."""

@@ -7,9 +7,7 @@ from collections.abc import Iterator
 
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact.setup.contact_kinds import balanced, first_gap, massless
-from impactlab.refine.descriptions import beam_families, resting_touches
-from impactlab.refine.descriptions import beams as beam_descriptions
-from impactlab.refine.descriptions import rods as descriptions
+from impactlab.refine.descriptions import beam_families, beams, resting_touches, rods
 from impactlab.refine.descriptions.description import Description
 from impactlab.scene.facts import bare_beam, beams_of, changes, rods_of
 from impactlab.scene.method import Simulation, laws_of
@@ -26,11 +24,11 @@ def _stepped(request: Simulation) -> Iterator[Description]:
     if not has_unique_solution(request):
         return
     if changes(request.scene):
-        yield from descriptions.mechanisms(request)
+        yield from rods.mechanisms(request)
     elif not beams_of(request.scene):
-        yield from descriptions.stepped(request)
-    elif not beam_descriptions.is_singular(request):
-        yield from beam_descriptions.stepped(request)
+        yield from rods.stepped(request)
+    elif not beams.is_singular(request):
+        yield from beams.stepped(request)
 
 
 def exact_for(request: Simulation) -> tuple[Description | None, str]:
@@ -38,7 +36,7 @@ def exact_for(request: Simulation) -> tuple[Description | None, str]:
     if beams_of(request.scene):
         return None, ""
     try:
-        return descriptions.exact(request), ""
+        return rods.exact(request), ""
     except (CaseError, PairingError) as error:
         return None, error.text
 
@@ -63,7 +61,7 @@ def in_turn(
     if beams_of(request.scene) and not changes(request.scene):
         if not has_unique_solution(request):
             return iter(()), ""
-        if not beam_descriptions.is_singular(request):
+        if not beams.is_singular(request):
             return beam_families.families(request), ""
         beam = beams_of(request.scene)[0].name
         return iter(()), (

@@ -1,4 +1,7 @@
-"""Modes that a run leaves out: their flexibility at contacts, and the errors that runs with as many modes share."""
+"""Errors by the modes that a run leaves out, from their flexibility at contacts.
+
+Runs with the same number of modes share this error, so that their differences do not show it.
+"""
 
 from __future__ import annotations
 
@@ -17,81 +20,87 @@ from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact, Scene
 
-FASTEST = 3.0  # rad in a step, of static shapes that follow a force which is constant over each step
-FINER = 1.05  # of a number of modes that is sought
-UNRESOLVED = 2.0  # times as much as without the shapes is missing where they are faster, at most
-SWINGS = 25.0  # times the square of the share of a force that rises in their time, as it sets them swinging: measured
-NEXT = 1.7  # frequency of the modes left out together, over that of the last one kept
+MAX_TURN = 3.0  # rad in a step, up to which a static shape follows a force that is constant over each step
+UNRESOLVED_FACTOR = 2.0  # on the error without static shapes, where these turn by more in a step: a bound
+VIBRATION_FACTOR = 25.0  # on the square of (1 / frequency / rise of the force), the vibration of a shape: measured
+LEFT_OUT_RATIO = 1.7  # frequency of the static shape of the modes left out, over that of the last mode kept
+MODES_RATIO = 1.05  # of neighbouring numbers of modes in a search for the least one
 
 
-class Lag(NamedTuple):
-    """Modes whose static shapes a run has: of fast ones no more than their vibrations behind the force are missing."""
+class StaticShapes(NamedTuple):
+    """Static shapes that a run has in place of the modes left out: only their vibrations are then missing."""
 
-    bends: float  # rad/s, of the first mode: the n-th has n^2 of it
-    shears: float  # rad/s, at most n of it; inf where nothing shears
-    most: float  # rad/s, of the shapes
-    least: float  # rad/s, beyond which modes are fast
-    lasting: float = 1.0  # factor, as vibrations go on where the force has ended
+    bending: float  # rad/s, frequency of the first mode in bending; that of mode n is n^2 times it
+    shear: float  # rad/s, the same in shear; that of mode n is at most n times it; inf without shear
+    max_frequency: float  # rad/s, of the shapes
+    min_fast: float  # rad/s, above which a mode follows the force quasi-statically
+    lasting: float = 1.0  # factor for vibrations that go on after the force has ended
 
-    def left(self, modes: float, dt: float) -> float:
-        """Return which share of the flexibility beyond so many modes is missing under steps of dt [s]."""
-        last = min(self.bends * modes * modes, self.shears * modes)
-        if min(NEXT * last, self.most) * dt > FASTEST:
-            return UNRESOLVED
-        behind = self.least / min(last, self.most)
-        return self.lasting * max(behind, SWINGS * behind * behind)
+    def missing_share(self, modes: float, dt: float) -> float:
+        """Return the share of the flexibility beyond a number of modes that is missing under steps of dt [s]."""
+        last = min(self.bending * modes * modes, self.shear * modes)
+        if min(LEFT_OUT_RATIO * last, self.max_frequency) * dt > MAX_TURN:
+            return UNRESOLVED_FACTOR
+        ratio = self.min_fast / min(last, self.max_frequency)
+        return self.lasting * max(ratio, VIBRATION_FACTOR * ratio * ratio)
 
 
-class Share(NamedTuple):
-    """Error factor / n^power of a run with n modes, or the share of it by ``lag``."""
+class ModalError(NamedTuple):
+    """Relative error by the modes left out of a run with n modes: factor / n^power, less with static shapes."""
 
     factor: float
     power: float
-    lag: Lag | None = None  # None where static shapes are left out, too
+    shapes: StaticShapes | None = None
 
     def at(self, modes: float, dt: float = 0.0) -> float:
-        """Return the error with so many modes, under steps of dt [s]."""
+        """Return the error with a number of modes, under steps of dt [s]."""
         whole = float(self.factor / modes**self.power)
-        return whole if self.lag is None else whole * self.lag.left(modes, dt)
+        return whole if self.shapes is None else whole * self.shapes.missing_share(modes, dt)
 
-    def magnified(self, factor: float) -> Share:
-        """Return an error so many times as large."""
+    def magnified(self, factor: float) -> ModalError:
+        """Return the error times a factor."""
         return self._replace(factor=factor * self.factor)
 
     def modes_for(self, error: float, dt: float = 0.0) -> float:
-        """Return about the least number of modes that leave an error."""
+        """Return about the least number of modes with at most this error, under steps of dt [s]."""
         most = math.pow(self.factor / error, 1.0 / self.power)
-        if self.lag is None or most <= 1.0:
+        if self.shapes is None or most <= 1.0:
             return most
-        least = 1.0
-        while least < most and self.at(least, dt) > error:
-            least *= FINER
-        return min(least, most)
+        low, high = -1, math.ceil(math.log(most) / math.log(MODES_RATIO))  # powers of it
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if self.at(math.pow(MODES_RATIO, middle), dt) > error else (low, middle)
+        return min(math.pow(MODES_RATIO, high), most)
 
 
 class LeftOut(NamedTuple):
-    """Flexibility of the modes of a beam beyond n at a contact, factor / n^power [m/N]."""
+    """Flexibility at a contact of the modes of a beam beyond the n-th: factor / n^power [m/N]."""
 
     contact: Contact
     stiffness: float  # N/m, of the contact; NaN where it is not known
     channel: str  # displacement of the beam there
     factor: float
     power: float
-    between: float  # factor where modes that turn sections lie between those that shear them
-    lag: Lag | None = None  # where a run has their static shapes
+    rotary: float  # factor: of n modes above the cut-off frequency of shear, n / rotary shear and the others rotate
+    shapes: StaticShapes | None = None  # that the run has in their place
 
 
-def left_out(request: Simulation, fastest: float | None = None) -> Iterator[LeftOut]:
-    """Give the flexibility beyond n modes at every contact of a beam: by bending, and by shear.
+def left_out(request: Simulation, max_frequency: float | None = None) -> Iterator[LeftOut]:
+    """Give the flexibility of the modes beyond n at every contact of a beam, by bending and by shear.
 
-    At the middle of a pinned beam it is 2 L^3/(3 pi^4 EI n^3) by bending, and L/(pi^2 kGA n) by shear as long as the
-    modes lie below the cut-off frequency. Above it modes that turn sections lie between those that shear them: of n,
-    c0/(c0 + cs) shear, with c0 = sqrt(EI/(rho I)) and cs = sqrt(kGA/(rho A)). At an end that may move, where all modes
-    have twice the amplitude of their waves inside, it is twice as much.
+    At the middle of a pinned beam it is 2 L^3/(3 pi^4 EI n^3) by bending, and L/(pi^2 kGA n) by shear below the cut-off
+    frequency. Above it, of n modes c0/(c0 + cs) n shear the sections and the others rotate them, with
+    c0 = sqrt(EI/(rho I)) and cs = sqrt(kGA/(rho A)). At an end that may move all modes have twice the amplitude of
+    their waves inside, and the flexibility is twice as large.
 
-    With ``fastest`` [rad/s] a run has the static shapes of the modes left out, at most so fast
-    (`impactlab.models.modal.Modal.residual`). Of modes that are fast beside the rise of the force, and stiffer than the
-    contact, no more than their vibrations are missing, a share 1/(w rise).
+    Parameters
+    ----------
+    request : Simulation
+        The scene with its laws.
+    max_frequency : float, optional
+        Of the static shapes of the modes left out [rad/s], if the run has them
+        (`impactlab.models.modal.Modal.residual`). Of modes that are fast beside the rise of the force, and stiffer
+        than the contact, only the vibrations are then missing: a share of 1 / (frequency times rise).
     """
     beams, times = {beam.name: beam for beam in beams_of(request.scene)}, times_of(*request)
     for contact in request.scene.contacts:
@@ -101,60 +110,61 @@ def left_out(request: Simulation, fastest: float | None = None) -> Iterator[Left
                 continue
             name, k = body.face_channel(point.x), times[contact.name].tangent
             soft = min(segment.bending_stiffness for segment in body.segments)
-            here = 2.0 if _is_loose(body, point.x) else 1.0
-            lag = None if fastest is None else _lag(body, times[contact.name].rise, fastest)
-            bends = here * 2.0 * body.length**3 / (3.0 * math.pi**4 * soft)
-            yield LeftOut(contact, k, name, bends, 3.0, 1.0, _beyond(lag, math.pow(k * bends, 1.0 / 3.0)))
+            at_end = 2.0 if is_loose(body, point.x) else 1.0
+            shapes = None if max_frequency is None else _shapes(body, times[contact.name].rise, max_frequency)
+            bending = at_end * 2.0 * body.length**3 / (3.0 * math.pi**4 * soft)
+            yield LeftOut(contact, k, name, bending, 3.0, 1.0, _softer(shapes, math.pow(k * bending, 1.0 / 3.0)))
             if body.theory == "timoshenko":
-                shears = here * body.length / (math.pi**2 * min(segment.shear_stiffness for segment in body.segments))
-                between = max(
+                shear = at_end * body.length / (math.pi**2 * min(segment.shear_stiffness for segment in body.segments))
+                rotary = max(
                     math.sqrt(s.shear_stiffness * s.rotary_inertia / (s.density * s.area * s.bending_stiffness))
                     for s in body.segments
                 )
-                yield LeftOut(contact, k, name, shears, 1.0, 1.0 + between, _beyond(lag, k * shears))
+                yield LeftOut(contact, k, name, shear, 1.0, 1.0 + rotary, _softer(shapes, k * shear))
 
 
-def _lag(beam: Beam, rise: float, most: float) -> Lag:
-    """Return the lag of modes behind a force that rises in a time [s]; below the cut-off as if nothing sheared."""
-    number, shears = math.pi / beam.length, math.inf
-    bends = number**2 * min(math.sqrt(s.bending_stiffness / (s.density * s.area)) for s in beam.segments)
-    if beam.theory == "timoshenko":  # modes that shear and modes that turn sections: so many below a frequency
-        shears = number * min(1.0 / (1.0 / s.shear_speed + 1.0 / s.wave_speed) for s in beam.segments)
-    return Lag(bends, shears, most, max(1.0 / rise, bends))
+def _shapes(beam: Beam, rise: float, max_frequency: float) -> StaticShapes:
+    """Return the static shapes of a beam under a force that rises in a time [s]."""
+    number, shear = math.pi / beam.length, math.inf
+    bending = number**2 * min(math.sqrt(s.bending_stiffness / (s.density * s.area)) for s in beam.segments)
+    if beam.theory == "timoshenko":  # modes that shear and modes that rotate sections: so many below a frequency
+        shear = number * min(1.0 / (1.0 / s.shear_speed + 1.0 / s.wave_speed) for s in beam.segments)
+    return StaticShapes(bending, shear, max_frequency, max(1.0 / rise, bending))
 
 
-def _beyond(lag: Lag | None, modes: float) -> Lag | None:
-    """Return a lag whose fast modes lie beyond a number of modes, whose flexibility is that of the contact, too."""
-    if lag is None:
+def _softer(shapes: StaticShapes | None, modes: float) -> StaticShapes | None:
+    """Return static shapes whose fast modes begin at a number of modes: those before it are softer than the contact."""
+    if shapes is None:
         return None
-    return lag._replace(least=max(lag.least, min(lag.bends * modes * modes, lag.shears * modes)))
+    first = min(shapes.bending * modes * modes, shapes.shear * modes)
+    return shapes._replace(min_fast=max(shapes.min_fast, first))
 
 
-def _is_loose(beam: Beam, x: float) -> bool:
+def is_loose(beam: Beam, x: float) -> bool:
     """Return whether a place is an end of a beam that nothing stiff or heavy holds."""
     ends = [end for at, end in ((0.0, beam.left), (beam.length, beam.right)) if at == x]
     return any(end.kind in ("free", "spring", "dashpot") for end in ends)
 
 
-def beside_contacts(places: Sequence[LeftOut]) -> list[Share]:
-    """Return the errors by the flexibility left out beside that of the contact, with which it stands in series.
+def beside_contacts(places: Sequence[LeftOut]) -> list[ModalError]:
+    """Return the flexibility left out over that of the contact in series with it; measured errors are 0.1 to 1.2 of it.
 
-    Measured, the errors are 0.1 to 1.2 of it. Contacts whose stiffness is not known are left out.
+    Contacts whose stiffness is not known are omitted.
     """
-    found = [Share(each.factor * each.stiffness, each.power, each.lag) for each in places]
-    return [share for share in found if share.factor > 0.0]
+    found = [ModalError(each.factor * each.stiffness, each.power, each.shapes) for each in places]
+    return [error for error in found if error.factor > 0.0]
 
 
-def beside_displacements(places: Sequence[LeftOut], scene: Scene, history: AbstractHistory) -> list[Share]:
-    """Return the errors of the displacements of beams at contacts: the flexibility left out under the forces of a run.
+def beside_displacements(places: Sequence[LeftOut], scene: Scene, history: AbstractHistory) -> list[ModalError]:
+    """Return the flexibility left out times the contact force of a run, over the displacements of beams at contacts.
 
-    A stiff beam under a soft contact moves so little that this is far more than the share of the contact's own.
+    A stiff beam under a soft contact moves so little that this error is far larger than that of `beside_contacts`.
     """
     sizes = dict[str, float]()
     touched, raw = touched_in(history), records_of(history)
     moving = moving_frames(scene, touched)
     numbers = {contact.name: number for number, contact in enumerate(scene.contacts)}
-    found: list[Share] = []
+    found: list[ModalError] = []
     for each in places:
         channel, name = each.channel, each.contact.name
         if channel not in sizes:
@@ -171,19 +181,19 @@ def beside_displacements(places: Sequence[LeftOut], scene: Scene, history: Abstr
                 else raw.force(numbers[name], False).size(CELLS)
             )
         if sizes[channel] > 0.0 and sizes[name] > 0.0:
-            factor, lag = each.between * each.factor * sizes[name] / sizes[channel], each.lag
-            if lag is not None:  # static flexibility acts as long as the force, and vibrations go on
-                lag = lag._replace(lasting=math.sqrt(scene.duration / _closed(scene, history, name)))
-            found.append(Share(factor, each.power, lag))
+            factor, shapes = each.rotary * each.factor * sizes[name] / sizes[channel], each.shapes
+            if shapes is not None:  # static flexibility acts as long as the force; vibrations go on after it
+                shapes = shapes._replace(lasting=math.sqrt(scene.duration / _closed(scene, history, name)))
+            found.append(ModalError(factor, each.power, shapes))
     return found
 
 
 def _closed(scene: Scene, history: AbstractHistory, contact: str) -> float:
-    """Return how long a contact was closed in a run [s], at least a thousandth of it."""
+    """Return the time that a contact was closed in a run [s], at least a thousandth of the run."""
     closed = sum((scene.duration if span.end is None else span.end) - span.start for span in history.spans(contact))
     return max(closed, 1e-3 * scene.duration)
 
 
-def total(shares: Sequence[Share], modes: int, dt: float = 0.0) -> float:
-    """Return the sum of the errors with so many modes, under steps of dt [s]."""
-    return sum(share.at(modes, dt) for share in shares)
+def total(errors: Sequence[ModalError], modes: int, dt: float = 0.0) -> float:
+    """Return the sum of errors with a number of modes, under steps of dt [s]."""
+    return sum(error.at(modes, dt) for error in errors)

@@ -19,39 +19,37 @@ from impactlab.refine.convergence import (
 from impactlab.refine.descriptions.cost import ALIKE_S
 from impactlab.refine.descriptions.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.errors.distances import counted, difference, distances
-from impactlab.refine.errors.smooth_touch import error_alone, order_share
+from impactlab.refine.errors.smooth_touch import order_share
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.simulate.checks import gain_of
 
-MIN_SPEEDUP = 1.25  # predicted, of a run that is tried although one keeps the tolerance, where choosing stays short
-MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
-MIN_SAVING = 1.6  # the same where choosing takes longer than that
-MIN_SAVING_OF_SETUP = 2.5  # the same of a run with a set-up of its own
-MAX_NEAR = 2.0  # times a tolerance, up to which the error of one run says how fine another one would have to be
-MIN_SAVING_ALONE = 2.0  # the same where one run states its error, so that little was spent
+MIN_SPEEDUP = 1.25  # predicted, of a further run over one within the tolerance, while choosing stays short
+MAX_CHOOSING = 10.0  # predicted time of choosing over that of solving the chosen run, up to which it is short
+MIN_SAVING = 1.6  # as MIN_SPEEDUP where choosing takes longer than that
+MIN_SAVING_OF_SETUP = 2.5  # as MIN_SAVING for a run with a set-up of its own
 ESTIMATE_S = 4e-4  # s, of an estimate of errors, and of a run beside its set-up and steps
 DESCRIBED_S = 3e-4  # s, of describing a scene
-MIN_LEFT = 0.1  # of a tolerance, beside an error that is stated
-MAX_SHOWN_ERROR = 0.1  # of a run whose errors fall by an order: those of coarser runs follow none
-MIN_GROWTH = 1.6  # of the same where no level keeps the tolerance: a finer run also shows the errors of coarser ones
-MAX_GROWTH = 2.6  # of the fineness from level to level: across a longer step no order shows
-MIN_BETWEEN = 0.8  # of the coarser of two runs, that the tolerance needs, for a third one between them
-MARGIN = 1.1  # factor on the fineness that an estimate asks for
+MIN_LEFT = 0.1  # of a tolerance: least share left for the steps beside the error that all levels have in common
+MAX_SHOWN_ERROR = 0.1  # largest error that falls by its order; those of coarser runs follow none
+MIN_GROWTH = 1.6  # of the fineness, to the next level while none is within the tolerance
+MAX_GROWTH = 2.6  # of the fineness from level to level: across a larger ratio no order shows
+MIN_BETWEEN = 0.8  # fineness needed, over that of the coarser of two runs, from which a third is run between them
+MARGIN = 1.1  # factor on the fineness that an estimate requires
 MAX_LEVELS = 12  # of one description
 EXTRA_ORDER = 1.0  # over the declared order, with which errors may fall at first
 ORDER_MARGIN = 1.5  # on the order that the errors of a description show, before it is ended for its cost
 MIN_SHOWN_ORDER = 0.1
 MANY_RUNS = 5  # of one description: fewer of them, which fall unevenly, do not show an order below the least assumed
-MAX_GAIN_RATIO = 10.0  # of the energy that a run gains, over the reference energy, to the error that is stated
+MAX_GAIN_RATIO = 10.0  # energy that a run gains, over the reference energy, over the error that is stated
 MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order shows
-MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: shorter periods that give less need no such resolution
+MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: periods with less need no such resolution
 PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
-UNEVEN_SAFETY = 3.0  # of descriptions whose errors fall unevenly, as fronts fall elsewhere in an element in each run
-UNEVEN_MARGIN = 1.5  # on the distance of their runs from the finest: two runs that are wrong alike lie close together
+UNEVEN_SAFETY = 3.0  # safety of descriptions whose errors fall unevenly: fronts lie elsewhere in an element in each run
+UNEVEN_MARGIN = 1.5  # on the distance of their runs from the finest one, which may share much of its error
 NOT_CONVERGING = "does not converge to the tolerance"
-MAX_UNMAGNIFIED = 10.0  # times its predicted error, up to which that of a run is not magnified by touches
-MIN_FALLING = 4  # runs, from which an error that falls no more shows no further magnification
-MAX_UNSEEN = 0.6  # of a tolerance, beside which the errors that runs show have no room
+MAX_UNMAGNIFIED = 10.0  # error of a run over its predicted one, up to which touches are not taken to magnify it
+MIN_FALLING = 4  # runs, from which an error that no longer falls is not taken for magnified by touches
+MAX_UNSEEN = 0.6  # of a tolerance: with more of it in common to all runs, no room is left for the errors that runs show
 UNSEEN = "the error that its runs have in common is too large"
 DONE = "done"  # of a study that needs no further level
 
@@ -81,31 +79,8 @@ def choosing_s(study: Study) -> float:
     return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
 
 
-def holds_alone(study: Study, level: Level, request: Simulation) -> bool:
-    """Return whether a level keeps the tolerance by its own records; then its error is set.
-
-    The next one is as fine as is needed for that; none follows one that holds where little is saved.
-    """
-    description, tolerance = study.description, allowed(request.method)
-    if math.isinf(description.alone) or not _resolves_contacts(level.history, request):
-        return False
-    by_steps = error_alone(level.history, request)
-    if by_steps > MAX_NEAR * tolerance or (unseen := description.unseen(level.fineness, level.history)) >= tolerance:
-        return False
-    needed = MARGIN * level.fineness * math.pow(by_steps / (tolerance - unseen), 1.0 / description.order)
-    holds = by_steps + unseen <= tolerance
-    if holds:
-        level.error, level.worst, level.reason, level.alone = by_steps + unseen, "", "", True
-    study.next = description.whole(max(description.min_fineness, math.ceil(needed)))
-    least = MIN_SPEEDUP if choosing_s(study) <= MAX_CHOOSING * study.seconds else MIN_SAVING_ALONE
-    saves = description.seconds(level.fineness) > least * study.seconds
-    if holds and (not saves or any(each.fineness == study.next for each in study.levels)):
-        study.closed = DONE
-    return holds
-
-
 def estimate_errors(study: Study, request: Simulation) -> None:
-    """Set the error of every level, and the next fineness or why none follows."""
+    """Set the error of every level, and the fineness of the next level or the reason why none follows."""
     description, levels, tolerance = study.description, study.levels, allowed(request.method)
     finest = levels[-1]
     study.order_share = order_share(description, [level.history for level in levels], request)
@@ -113,21 +88,21 @@ def estimate_errors(study: Study, request: Simulation) -> None:
     least = _distance_to_check(study) if min(errors)[0] <= tolerance else 0.0
     magnified = magnified_by_touches(description, finest, errors[-1][0])
     if len(levels) >= MIN_FALLING and not _falls(study, finest.fineness, by_order):
-        magnified = min(magnified, study.magnified)  # what is left is uneven, and has not grown from touch to touch
+        magnified = min(magnified, study.magnified)  # an uneven error, which no touch magnified
     study.magnified = magnified
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
-        level.worst, level.alone = worst if error >= least else "", False
+        level.worst, level.alone, level.by_two = worst if error >= least else "", False, False
         unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
         level.error, level.reason = max(error, least) + unseen_here, ""
         if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):
             level.error, level.worst, level.reason = level.gain / MAX_GAIN_RATIO, "", gains(level)
-        elif not _resolves_contacts(level.history, request):
+        elif not resolves_contacts(level.history, request):
             level.error, level.worst = math.inf, ""
             level.reason = f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
         elif level.error > tolerance:
             level.reason = f"expected error {level.error:.2g} beyond the tolerance"
-    # By the declared order: one that has not shown yet may still do so, and a run too fine costs more.
+    # By the declared order: it may show later even if it has not yet, and too fine a run costs more.
     left = max(tolerance - unseen, MIN_LEFT * tolerance)
     needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / left) ** (1.0 / description.order)
     if not math.isfinite(needed) or finest.error > errors[-1][0] + unseen:
@@ -136,14 +111,14 @@ def estimate_errors(study: Study, request: Simulation) -> None:
         study.reach = _reach(study, by_order, left)
     met = [level.fineness for level in levels if level.error <= tolerance]
     study.next = max(description.min_fineness, math.ceil(min(needed, MAX_GROWTH * finest.fineness)))
-    promised = study.next  # fineness of the run that the next one may show to be enough
+    promised = study.next  # fineness of the run that the next one may show to be within the tolerance
     coarsest = levels[0].fineness
     shows = coarsest >= min(description.min_fineness, finest.fineness // 2)
     beside = needed > MIN_BETWEEN * coarsest
     again = beside and needed * MIN_BETWEEN < coarsest  # a run about as fine as the coarser one shows no order
     third = len(levels) == 2 and needed <= finest.fineness
     if third and ((description.alike and (met or shows)) or (met and again)):
-        # The order is to show, and a third run that is cheaper than the finest one shows it as well.
+        # Three runs show the order, and the third may be cheaper than the finest one.
         if beside:
             study.next = round(finest.fineness / RATIO)
             promised = coarsest if needed <= coarsest else max(study.next, math.ceil(needed))
@@ -157,10 +132,10 @@ def estimate_errors(study: Study, request: Simulation) -> None:
 
 
 def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
-    """Return the factor by which touches magnify an error: that by the steps of a run, over the predicted one.
+    """Return the factor by which touches magnify an error: the error by the steps of a run over its predicted one.
 
-    A difference between two runs of a beam grows with each touch, whether steps or modes left out began it. Two runs
-    with the same modes show only that by the steps.
+    A difference between two runs of a beam grows with each touch, whether it comes from the steps or from modes left
+    out. Runs with the same modes show only that from the steps.
     """
     touches = Counter(span.contact for span in finest.history.contacts)
     if not description.alike or not math.isfinite(error) or max(touches.values(), default=0) < 2:
@@ -176,16 +151,16 @@ def _falls(study: Study, fineness: int, error: float) -> bool:
 
 
 def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> str:
-    """Return why no level follows, empty where one does.
+    """Return the reason why no level follows; empty where one does.
 
     Parameters
     ----------
     study : Study
         With its next fineness.
     met : list of int
-        Fineness of the levels that keep the tolerance.
+        Fineness of the levels within the tolerance.
     promised : int
-        Fineness of the run that the next level may show to be enough.
+        Fineness of the run that the next level may show to be within the tolerance.
     too_few : bool
         Whether the error that all levels have in common is too large.
     """
@@ -198,7 +173,7 @@ def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> s
         return UNSEEN
     if study.next in [level.fineness for level in levels]:
         return DONE if met else NOT_CONVERGING
-    # A run that is cheaper by little is not worth the time of another level.
+    # A slightly cheaper run is not worth the time of another level.
     promised_s = description.seconds(promised)
     least = MIN_SAVING if description.alike else MIN_SAVING_OF_SETUP
     if choosing_s(study) <= MAX_CHOOSING * promised_s:
@@ -207,9 +182,9 @@ def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> s
 
 
 def keeps_energy(study: Study, level: Level, tolerance: float) -> bool:
-    """Return whether a run that was checked gains no more energy than its error allows; else state a larger error.
+    """Return whether a checked run gains no more energy than its error allows; otherwise raise its error.
 
-    A study that was done goes on.
+    A study that was done then continues.
     """
     level.gain = gain_of(level.history) if study.description.unit else 0.0
     if level.gain / MAX_GAIN_RATIO <= max(level.error, tolerance):
@@ -222,12 +197,12 @@ def keeps_energy(study: Study, level: Level, tolerance: float) -> bool:
 
 
 def gains(level: Level) -> str:
-    """Return how much energy a run gains, for people."""
+    """Return the energy gain of a run as text for a message."""
     return f"gains {level.gain:.2g} of the reference energy"
 
 
 def _reach(study: Study, error: float, tolerance: float) -> Reach:
-    """Return how far a study gets; of four runs and more, by the order that their errors show, with a margin."""
+    """Return the fineness that a study needs, by the declared order or, from four runs on, the one that shows."""
     finest, order = study.levels[-1], study.description.order + EXTRA_ORDER
     study.falling[finest.fineness] = error
     first = min(study.falling)
@@ -241,10 +216,10 @@ def _reach(study: Study, error: float, tolerance: float) -> Reach:
 def _extrapolated(
     levels: list[Level], request: Simulation, description: Description, share: float
 ) -> tuple[list[tuple[float, str]], float]:
-    """Return the error of each level, by its distance to the finest one, and the error of that by the declared order.
+    """Return the error of each level from its distance to the finest one, and that of the finest by the declared order.
 
-    Each is the largest over the quantities that count, the first with the name of that quantity. The second one says
-    how fine the next level must be; of three levels and more it is the stated error of the finest.
+    Each is the largest over the quantities that count; those of the levels carry the name of that quantity. The second
+    result determines the next fineness; from three levels on it is the stated error of the finest level.
     """
     last = len(levels) - 1
     fineness = [level.fineness for level in levels]
@@ -273,11 +248,9 @@ def _extrapolated(
 
 
 def _distance_to_check(study: Study) -> float:
-    """Return the distance of the finest level to a run off the special step.
+    """Return the distance of the finest level to a run off the special step c dt = h; 0 within the error of that run.
 
-    It is 0 where it is within the error of that run.
-
-    Levels with c dt = h have an advantage in common, so that two of them may agree by luck.
+    Levels with c dt = h share an advantage, so that two of them may agree by chance.
     """
     description, finest = study.description, study.levels[-1]
     if description.check is None:
@@ -289,7 +262,7 @@ def _distance_to_check(study: Study) -> float:
     return apart if apart > description.check_error(finest.fineness) else 0.0
 
 
-def _resolves_contacts(history: AbstractHistory, request: Simulation) -> bool:
+def resolves_contacts(history: AbstractHistory, request: Simulation) -> bool:
     """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
     if history.dt is None:
         return True

@@ -28,19 +28,19 @@ class Sizes(NamedTuple):
     apart: float
     other: float
     own: float
-    within: float  # of the own one, less the drift of its frame
+    within: float  # of its own displacement less the drift of its frame
 
 
-class Bends(NamedTuple):
-    """Second differences over the steps of a run, of the overlap a sixth, d.
+class SecondDifferences(NamedTuple):
+    """Second differences of overlap and force over the steps of a run.
 
-    Beside the force of a contact, d counts as the change of that force which it causes.
+    With d a sixth of those of the overlap, c = F'(overlap) d is the change of the force by d.
     """
 
-    mean: float  # norm of the changes of the force by d, over that of the forces
-    largest: float  # of these changes, over the largest force
-    swings: float  # half waves of these changes: their whole way up and down over twice the largest
-    rough: float  # norm of the second differences of the forces, over that of the forces
+    mean: float  # norm of c over that of the forces
+    largest: float  # largest c over the largest force
+    half_waves: float  # of c: its total variation over twice its largest size
+    rough: float  # norm of the second differences of the forces over that of the forces
     moved: float  # root of the mean square of d [m]
 
 
@@ -49,7 +49,7 @@ class Steps(NamedTuple):
 
     record: Array  # (n, columns), time first
     column: int
-    late: float  # of a step, by which forces act later than in its middle
+    late: float  # share of a step by which forces act later than in its middle
     dt: float
     duration: float
     hard: bool
@@ -69,11 +69,11 @@ class Steps(NamedTuple):
         """Return the force [N] at an instant of the run [s]."""
         return force_at(*self, t)
 
-    def bends(self, stiffness: float, exponent: float) -> Bends:
-        """Return what the second differences of the overlap and of the force are, beside the force."""
-        found = np.empty(len(Bends._fields))
-        write_bends(self.record, self.column, stiffness, exponent, found)
-        return Bends(*found.tolist())
+    def second_differences(self, stiffness: float, exponent: float) -> SecondDifferences:
+        """Return the second differences of overlap and force, under a law K d^n."""
+        found = np.empty(len(SecondDifferences._fields))
+        write_second_differences(self.record, self.column, stiffness, exponent, found)
+        return SecondDifferences(*found.tolist())
 
     def moved(self, cells: int) -> Array:
         """Return the displacements of both faces in the middles of equal cells of the run [m], shape (2, cells)."""
@@ -330,8 +330,8 @@ def mean_size(record: Array, column: int, late: float, dt: float, duration: floa
 
 
 @ENTRY
-def write_bends(record: Array, column: int, stiffness: float, exponent: float, out: Array) -> None:
-    """Write the numbers of `Bends`; the gap stands beside the force."""
+def write_second_differences(record: Array, column: int, stiffness: float, exponent: float, out: Array) -> None:
+    """Write the numbers of `SecondDifferences`; the gap is in the column after the force."""
     last = len(record) - 1
     total = caused = largest = peak = moved = rough = travel = before = 0.0
     for step in range(1, len(record)):

@@ -1,4 +1,4 @@
-"""Whether a reference is computed unasked: its predicted seconds beside those of the run that is measured against it.
+"""Whether a plain run computes its reference: the predicted time of the reference against that of the run.
 
 No clock is read, so that the same case has the same summary on every machine. Both predictions count work: steps,
 unknowns and contacts of the run, and of the levels that a converged reference is expected to need. A level costs more
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 else:  # with the step loop, which an exact solution does not need
     converged_cost = lazy("impactlab.refine.references.converged_cost")
 
-MAX_RATIO = 10.0  # of the predicted seconds of a reference to those of the run, up to which it is computed unasked
-MAX_UNASKED_S = 10.0  # s predicted of a reference, up to which it is computed unasked, however long the run took
+MAX_RATIO = 10.0  # predicted time of a reference over that of the run, up to which a plain run computes it
+MAX_UNASKED_S = 10.0  # s, predicted time of a reference up to which a plain run computes it, however long the run took
 # Seconds, measured on the cases of the suite by the time of the processor.
 SETUP_S = 8e-4  # of a run, for a body and its contacts
 STEP_S = 3e-7
@@ -39,8 +39,8 @@ class Outlook(NamedTuple):
     """Facts of a reference before it is computed."""
 
     status: Literal["exact", "converged", "not_computed", "none"]
-    about_s: float | None = None  # s, predicted of its computation; None where there is none
-    theory: str = ""  # of waves that a model has in place of the body's: no reference is of it
+    about_s: float | None = None  # s, predicted time of its computation; None where there is none
+    theory: str = ""  # theory of waves of a model that differs from the body's: references do not have it
 
     @property
     def text(self) -> str | None:
@@ -72,7 +72,7 @@ def run_s(history: AbstractHistory) -> float:
 
 
 def reference_s(scene: Scene, method: Method) -> Outlook:
-    """Return the predicted seconds of the reference that is asked for: exact, else converged."""
+    """Return the predicted time of the reference [s]: exact, else converged."""
     if (theory := next(filter(None, theories(scene, method)), "")) != "":
         return Outlook("none", theory=theory)
     if exact.serves(scene, method) is None:
@@ -83,7 +83,7 @@ def reference_s(scene: Scene, method: Method) -> Outlook:
 
 
 def converged_s(scene: Scene, method: Method) -> Outlook:
-    """Return the predicted seconds of a converged reference."""
+    """Return the predicted time of a converged reference [s]."""
     predicted = converged_cost.predicted_s(scene, method)
     return Outlook("none") if predicted is None else Outlook("converged", predicted)
 
@@ -104,7 +104,7 @@ def unasked(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Ref
     if (outlook.about_s or 0.0) > min(MAX_RATIO * run_s(history), MAX_UNASKED_S):
         return None, outlook._replace(status="not_computed")
     found = find(scene, method, FULL_BUDGET_S if outlook.status == "converged" else math.inf, outlook.status == "exact")
-    if found is None and outlook.status == "exact":  # it does not come to its end
+    if found is None and outlook.status == "exact":  # it ended early
         outlook = converged_s(scene, method)
         return None, outlook._replace(status="not_computed") if outlook.about_s is not None else outlook
     return found, of(found)

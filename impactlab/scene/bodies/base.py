@@ -135,6 +135,10 @@ class Body(ABC):
         """Place x [m] of each end with a force over time, and that force."""
         return tuple([(x, end.load) for x, end in self.ends if end.load is not None])
 
+    def is_driven(self, x: float) -> bool:
+        """Return whether a place follows drives alone, so that no force there can change its motion."""
+        return False
+
     @property
     def is_held(self) -> bool:
         """Whether a support other than contacts and loads can change its momentum."""

@@ -149,6 +149,13 @@ class Mechanism(MechanismBody):
         """Numbers of the links whose hinge is driven."""
         return tuple(number for number, link in enumerate(self.links) if link.drive is not None)
 
+    def is_driven(self, x: float) -> bool:
+        before = self.links[: self.marks[int(x)].link + 1]
+        return all(
+            link.beam is None and (link.drive is not None or (number > 0 and link.joint == "clamped"))
+            for number, link in enumerate(before)
+        )
+
     @cached_property
     def bent(self) -> tuple[int, ...]:
         """Numbers of the flexible links."""

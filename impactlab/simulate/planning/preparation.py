@@ -254,18 +254,24 @@ def start_law(law: AbstractContactLaw, facts: Facts, contact: str, path: str, dt
     except Exception as raised:
         text = f"{law_raised(law, contact, raised)}, in begin"
         raise StepError(text, time=0.0, step=0, remedy=FAULT_OF_LAW, path=path) from raised
+    if fault := fault_of_start(start):
+        remedy = "This is a fault of the law, not of the case: fix its `begin`."
+        raise PairingError(fault, remedy=remedy, path=path)
+    return start
+
+
+def fault_of_start(start: Start) -> str:
+    """Return the reason why a port has no room for the constants, memory and readings of a law, or an empty text."""
+    if not isinstance(start, Start):
+        return f"the `begin` of the law returned {str(start)[:40]}, and must return a Start(...)"
     for name, given, room in (
         ("parameters", start.parameters, PARAMETERS),
-        ("memory", start.memory, MEMORY),
+        ("numbers of memory", start.memory, MEMORY),
         ("readings", start.readings, READINGS),
     ):
         if len(given) > room:
-            raise PairingError(
-                f"the law has {len(given)} {name}. Allowed: up to {room}",
-                remedy="This is a fault of the law, not of the case: fix its `begin`.",
-                path=path,
-            )
-    return start
+            return f"the law has {len(given)} {name}. Allowed: up to {room}"
+    return ""
 
 
 def law_raised(law: AbstractContactLaw, contact: str, raised: BaseException) -> str:

@@ -6,6 +6,7 @@ A call of address 0 would end the process without a word. This one is a fault of
 from __future__ import annotations
 
 import ctypes
+import threading
 from functools import cache, partial
 from typing import Any
 
@@ -13,13 +14,21 @@ from impactlab.errors import StepError
 from impactlab.numerics.addresses import COMPILED, kernel_address
 from impactlab.simulate.stepping.arrays import PIECES, ClockRecord, StepArrays
 
-_called: list[int] = []  # pieces that were called and are not there
 _kept: list[Any] = []  # C functions, which must live as long as they may be called
+
+
+class _Called(threading.local):
+    """The piece that a loop of this thread called and that is not there, None so far."""
+
+    piece: int | None = None
+
+
+_called = _Called()
 
 
 def end_run(piece: int, clock: Any) -> None:
     """Note that a piece is missing, and set the clock to the last step, so that the loop returns."""
-    _called.append(piece)
+    _called.piece = piece
     clock.step = clock.steps
 
 
@@ -50,9 +59,8 @@ def addresses_without() -> tuple[int, ...]:
 
 def check_called(clock: ClockRecord) -> None:
     """Raise `StepError` where the loop has called a piece that is missing."""
-    if _called:
-        piece = _called[0]
-        _called.clear()
+    if (piece := _called.piece) is not None:
+        _called.piece = None
         raise StepError(
             f"the step loop called its piece {piece} (see `stepping.arrays`), and the set-up did not fill it",
             time=clock.time,

@@ -61,9 +61,11 @@ def _too_coarse(
         time, words = scene.duration, "the run ends"
     shortest = facts.resolution
     if shortest > COARSE_WARN * time > 0.0:
+        elastic = any(scene.bodies[point.body].elastic is not None for point in contact.faces)
+        finer = "more elements or modes, and a smaller step" if elastic else "a smaller step"
         text = (
             f"{contact.name}: {words} within {time:.3g} s, and this method resolves times of {shortest:.3g} s or more; "
-            "give more elements or modes, and a smaller step"
+            f"give {finer}"
         )
         yield Warned("coarse_contact", text)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import math
 from typing import ClassVar
 
@@ -12,6 +13,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.compiling import plain
 from impactlab.numerics.law_address import LawAddress
+from impactlab.simulate.planning.preparation import fault_of_start
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push
 from impactlab.testing.contracts.common import PIECE, PORTS, at_most, described
 from impactlab.testing.followed import Follower
@@ -41,6 +43,8 @@ class LawContract:
         """
         left, right = self.sides()
         start = type(self.part).begin(self.part, left, right, self.dt)
+        fault = fault_of_start(start)
+        assert not fault, fault
         port = Port()
         port.time, port.dt = 0.0, self.dt
         load_point = float(random.choice([0.0, 0.5, 1.0]))
@@ -115,6 +119,9 @@ class LawContract:
         ):
             assert isinstance(fact, bool)
         assert kind.gains_energy >= 0.0
+        fields = ", ".join(field.name for field in dataclasses.fields(self.part) if field.init)  # type: ignore[arg-type] # dataclasses
+        used = not fields or kind.begin is not AbstractContactLaw.begin
+        assert used, f"it has options ({fields}) and no `begin` that returns them as Start(parameters=(...))"
 
     def test_its_branches_answer_as_it_does(self) -> None:
         """In any motion; of laws that are linear between changes of branch, which the exact solver takes by these."""
@@ -242,8 +249,21 @@ class ContactLawContract(LawContract):
             assert reply.in_contact in (0.0, 1.0), f"in_contact is {reply.in_contact:.4g}, neither 0 nor 1"
             assert math.isfinite(reply.force + reply.impulse + reply.trial)
 
+    def test_it_reports_the_contact_of_faces_that_it_presses(self) -> None:
+        """Faces that overlap at both ends of a step are in contact: without this, each step counts as a contact."""
+        random = np.random.default_rng(13)
+        for _ in range(PORTS):
+            port = self.port(random)
+            reply = self.reply_to(port)
+            end = port.free_gap + port.gap_per_force * reply.force + port.gap_per_push * reply.push
+            if reply.force > 0.0 and port.gap < 0.0 and end < 0.0:
+                text = f"it presses with {reply.force:.4g} N on faces that overlap, but in_contact is not 1"
+                assert reply.in_contact == 1.0, text
+
     def test_far_apart_its_reply_is_zero(self) -> None:
         random = np.random.default_rng(3)
         for _ in range(PORTS):
             reply = self.reply_to(self.port(random, opened=True))
-            assert reply.force == reply.impulse == reply.stored == reply.dissipated == reply.in_contact == 0.0
+            for name in ("force", "impulse", "stored", "dissipated", "in_contact"):
+                value = getattr(reply, name)
+                assert value == 0.0, f"of faces that are 1 mm apart its {name} is {value:.4g}"

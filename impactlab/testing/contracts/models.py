@@ -14,8 +14,14 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.banded import full, solve
 from impactlab.scene.bodies import Beam, End, Rod
 from impactlab.testing.contracts.common import BAR, PIECE, STRUCK, at_most, described
+from impactlab.types import Array
 
 HIGHEST = "the highest frequency [rad/s], by its bound,"
+
+
+def is_full(matrix: Array) -> bool:
+    """Return whether a matrix is square and symmetric, as a full one is and bands are not; False of a small one."""
+    return matrix.shape[0] == matrix.shape[1] > 2 and bool(np.array_equal(matrix, matrix.T)) and bool(matrix.any())
 
 
 class RodModelContract:
@@ -31,7 +37,9 @@ class RodModelContract:
 
     def built(self, right: str = "free", velocity: float = 0.0, gravity: float = 0.0) -> AbstractDiscreteModel:
         """Return the rod in coordinates, struck by a mass at its left end."""
-        return self.part.build(self.rod(right, velocity), gravity, STRUCK)
+        made = self.part.build(self.rod(right, velocity), gravity, STRUCK)
+        assert isinstance(made, AbstractDiscreteModel), f"`build` returned {made}, and no AbstractDiscreteModel"
+        return made
 
     def in_coordinates(
         self, right: str = "free", velocity: float = 0.0, gravity: float = 0.0
@@ -64,6 +72,23 @@ class RodModelContract:
         assert model is not None or remedy, "a model without segments refuses with a remedy"
         if isinstance(model, AbstractSelfStepping):
             takes_a_push(model, x)
+
+    def test_its_matrices_are_bands_and_its_rows_fit_them(self) -> None:
+        model = self.in_coordinates()
+        if model is None:
+            return
+        system = model.operators()
+        n_dof = system.load.size
+        for name in ("mass", "damping", "stiffness"):
+            matrix = np.asarray(getattr(system, name))
+            bands = matrix.ndim == 2 and matrix.shape[1] == n_dof and not is_full(matrix)
+            text = f"{name} has the shape {matrix.shape}, and must be lower bands (bandwidth + 1, {n_dof}): row i of it"
+            assert bands, f"{text} holds diagonal -i"
+            assert np.all(np.isfinite(matrix)), f"{name} has values that are not finite"
+        for name in ("load", "displacement", "velocity"):
+            assert np.shape(getattr(system, name)) == (n_dof,), f"{name} must have the shape ({n_dof},), as load"
+        for row in (model.row(0.0, "displacement"), model.row(0.5 * PIECE.length, "strain"), model.momentum_row()):
+            assert row.shape == (n_dof,), f"a row has the shape {row.shape}, and must have ({n_dof},), as load"
 
     def test_mass_is_positive_and_stiffness_never_negative(self) -> None:
         for right in ("free", "clamped"):

@@ -363,7 +363,7 @@ class RecordedHistory(AbstractRecordedHistory):
             )
             known = [each for each in sets if each is not None]
             loss = sum(record.lost for record in records)
-            most = max(known, default=None)
+            most = max(known, default=None, key=abs)
             yield LinkResult(name, len(own), most, float(largest), float(smallest), loss, tuple(sets))
 
     def _read_events(self) -> Found:
