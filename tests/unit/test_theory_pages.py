@@ -53,3 +53,13 @@ def test_constants_have_the_values_of_the_table(names: str, values: str, files: 
         found = [getattr(module, name) for module in modules if hasattr(module, name)]
         assert found, f"{name} is not in {files}"
         assert found[0] == pytest.approx(value_of(value.strip()), rel=1e-3)
+
+
+AUTOLOADED = r"\\(boldsymbol|bm|pmb|cancel|bcancel|xcancel|color|textcolor|colorbox|unicode|mathtip|toggle|braket|ce)\b"
+
+
+def test_no_page_takes_a_macro_that_the_local_mathjax_cannot_load() -> None:
+    """One such macro leaves all formulas of its page as text, and the build of the site says nothing."""
+    pages = sorted((ROOT / "docs").rglob("*.md"))
+    assert len(pages) > 60
+    assert not {page.name: found for page in pages if (found := re.findall(AUTOLOADED, page.read_text("utf-8")))}
