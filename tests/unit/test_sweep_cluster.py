@@ -118,6 +118,7 @@ def test_a_point_that_kills_its_worker_is_one_row_and_all_others_are_completed(m
     monkeypatch.setattr(points, "plugin_modules", lambda _: set())
     monkeypatch.setattr(cluster, "PARTS", 3)
     monkeypatch.setattr(cluster, "NO_WORKERS_S", 400.0)  # a busy machine may take minutes to start other workers
+    monkeypatch.setattr(cluster, "POINT_LIMIT_S", 400.0)  # and the first run of a process loads, too
     monkeypatch.setattr(cluster.Cluster, "size", lambda _: 6)
     stiffness = np.geomspace(1e8, 1e9, 20)
     stiffness[17] = 1.0
@@ -153,7 +154,7 @@ def test_a_point_that_hangs_on_a_cluster_is_one_row(monkeypatch, tmp_path):
     # every sweep, in which a process loads on a busy machine, too.
     ahead = SimpleNamespace(monotonic=lambda: time.monotonic() + 1000.0 * len(list(tmp_path.iterdir())))
     monkeypatch.setattr(cluster, "time", ahead)
-    monkeypatch.setattr(cluster, "ANSWER_S", 100.0)  # to start another worker
+    monkeypatch.setattr(cluster, "ANSWER_S", 30.0)  # to start another worker
     monkeypatch.setattr(points, "plugin_modules", lambda _: set())
     monkeypatch.setattr(cluster.Cluster, "size", lambda _: 3)
     found = il.sweep(faulty_case(), {STIFFNESS: [1e9, 2.0, 2e9, 3e9]}, quantities=["contacts"], cluster="local:2")
