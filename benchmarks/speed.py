@@ -44,9 +44,8 @@ not eight rows at a time as the package does.
 
 {loop}
 
-The ratios depend on the width of the vector registers and on how busy the machine is. With 100, 400 and 1600 elements
-they were 3.2, 1.3 and 0.7 to the best loop by hand on an Intel Xeon with registers of 512 bits, and 3.3, 1.6 and 1.1 on
-an AMD EPYC with registers of 256 bits. With 100 elements two parts have no counterpart in that loop:
+The ratios depend on the width of the vector registers and on how busy the machine is. With 100 elements a longer
+measurement on an Intel Xeon with registers of 512 bits gave 2.7. There two parts have no counterpart in the best loop:
 energies and momenta at some 200 instants (25 to 40 ns of each step), and a law that is called by its address and
 passed every field that any law may read, with its records and events (60 ns).
 
