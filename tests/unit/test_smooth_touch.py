@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from impactlab import api
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz
 from impactlab.refine.descriptions.suitable import for_choice
-from impactlab.refine.errors import smooth_touch
+from impactlab.refine.errors import smooth_touch, touched_once
 from impactlab.refine.errors.distances import counted, difference
 from impactlab.refine.errors.raw_records import records_of
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Wall
@@ -152,3 +153,13 @@ def test_modes_that_cannot_keep_a_tolerance_leave_it_to_others():
     history = api.solve(*asked)
     assert history.choice.met
     assert not history.choice.chosen.startswith("modes")
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "order"), [(4e-3, 1e-3, 1.0), (4e-3, 2.5e-4, 2.0), (4e-3, 0.0, 2.0), (0.0, 1e-3, 2.0)]
+)
+def test_the_order_of_two_runs_is_that_of_their_errors_up_to_the_declared_one(first, second, order):
+    """A run that ends as the faces meet may show no error at all; it says nothing of the order."""
+    coarse, fine = (SimpleNamespace(fineness=n, by_steps=error) for n, error in ((10, first), (40, second)))
+    study = SimpleNamespace(description=SimpleNamespace(order=2.0), levels=[coarse, fine])
+    assert touched_once._shown_order(study, fine) == pytest.approx(order)

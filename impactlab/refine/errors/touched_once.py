@@ -122,8 +122,8 @@ def _needed(study: Study, level: Level, error: float, tolerance: float) -> int:
 def _shown_order(study: Study, level: Level) -> float:
     """Return the order with which the errors of single runs fall, at most the declared one."""
     order, first = study.description.order, study.levels[0]
-    if first.fineness >= level.fineness:
-        return order
+    if first.fineness >= level.fineness or 0.0 in (first.by_steps, level.by_steps):
+        return order  # a run that ends as the faces meet may show no error at all
     shown = math.log(first.by_steps / level.by_steps) / math.log(level.fineness / first.fineness)
     return min(max(shown, MIN_ORDER_SHARE * order), order)
 
