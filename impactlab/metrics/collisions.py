@@ -30,6 +30,7 @@ MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
 MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
 MAX_BESIDE = 0.02  # of a collision, by which instants of a recorded energy may lie beside it where others act meanwhile
 MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
+MIN_CHANGE = 1e-11  # of the energy of a body: a smaller change is rounding
 
 
 @dataclass(frozen=True)
@@ -258,8 +259,10 @@ def _energy_change(
     if not body.moves:
         return 0.0
     if math.isfinite(body.rigid_mass):
-        speeds = [mean_velocity(scene, history, name, t, given) for t in (end, start)]
-        return _difference([None if v is None else v**2 for v in speeds], 0.5 * body.moving_mass)
+        after, before = [mean_velocity(scene, history, name, t, given) for t in (end, start)]
+        if after is None or before is None:
+            return None
+        return _without_rounding(0.5 * body.moving_mass * after**2, 0.5 * body.moving_mass * before**2)
     if "energy" not in given.recorded:
         return None
     start, energy = max(0.0, start), f"energy:{name}"
@@ -268,8 +271,14 @@ def _energy_change(
         _keeps_energy(scene, name, given) and _is_quiet(given, before, start) and _is_quiet(given, end, after)
     ):
         return None
-    first, last = history.evaluate([before, after], energy)
-    return float(last - first)
+    first, last = history.evaluate([before, after], energy).tolist()
+    return _without_rounding(last, first)
+
+
+def _without_rounding(after: float, before: float) -> float:
+    """Return the growth of an energy [J]; 0 where it is rounding."""
+    growth = after - before
+    return growth if abs(growth) > MIN_CHANGE * max(abs(after), abs(before)) else 0.0
 
 
 def _keeps_energy(scene: Scene, name: str, given: OtherImpulses) -> bool:

@@ -465,3 +465,15 @@ def test_the_speed_of_a_rod_that_a_wall_turns_round_between_two_records_is_not_k
     )
     found = next(each for each in collisions(case.scene(), il.run(case)) if each.bodies == "rod|ball")
     assert (found.approach_speed, found.restitution) == (None, None)
+
+
+@pytest.mark.parametrize("stiffness", [3.0e7, 7.7e8, 1.0e9])
+def test_a_ball_that_loses_nothing_gains_no_rounding(stiffness: float) -> None:
+    """Under a spring that conserves energy the ball leaves as fast as it came, up to the rounding of the steps."""
+    contact = il.Contact("ball", "wall", {"kind": "hertz", "stiffness": stiffness}, gap=1e-4)
+    solve = {"duration": "5 ms", "integrator": {"kind": "newmark"}, "step": {"dt": "1 us"}}
+    bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
+    history = il.run(il.Case(bodies=bodies, contacts=[contact], solve=solve))
+    (found,) = collisions(history.scene, history)
+    assert found.restitution == pytest.approx(1.0, rel=1e-11)
+    assert found.energy_lost == 0.0
