@@ -118,7 +118,8 @@ class Comparison:
         return notebook.of_comparison(self.document, self.histories, self.references)
 
     def __repr__(self) -> str:
-        lines = [f"<Comparison of '{self.case}', errors against {self.reference.name if self.reference else 'nothing'}"]
+        against = comparisons.solution_words(self.reference.name) if self.reference else "nothing"
+        lines = [f"<Comparison of '{self.case}', errors against {against}"]
         for row in self.rows:
             errors = row.summary.get("errors") or {}
             error = errors.get("mass_displacement")

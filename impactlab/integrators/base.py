@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from impactlab.errors import PairingError
 from impactlab.lazy import lazy
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import solve_each
+from impactlab.plugins import kind_of
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -57,6 +59,20 @@ class Step(NamedTuple):
     force: Callable[[Array], Array] | None = None  # state after a step per force, (n_ports, n_state), from velocity per
     #                                  impulse (n_ports, n_dof); None: that of a step from rest with the force as a load
     losses: Losses | None = None  # None: dashpots lose c [length]^2/dt
+
+
+def fault_of_step(step: Step, n_dof: int) -> str:
+    """Return what is too short in a step for a body of so many coordinates, or an empty text.
+
+    Compiled code reads state and load without looking at their ends.
+    """
+    if step.state.size < 2 * n_dof:
+        return f"a state of {step.state.size} entries. Allowed: at least {2 * n_dof}, two for each coordinate"
+    load, most = step.load, step.parameters.size
+    if load.start < 0 or load.stop - load.start < n_dof or load.stop > most:
+        text = f"its load at the parameters {load.start} to {load.stop}"
+        return f"{text}. Allowed: at least {n_dof} of its {most} parameters, one for each coordinate"
+    return ""
 
 
 def loads_of(load: slice, ports: Array) -> Array:
@@ -162,6 +178,10 @@ class AbstractIntegrator(AbstractScheme):
             step = self.step(system._replace(load=system.load + at_start), dt)
             marks = np.full(step.load.stop - step.load.start - n_dof, float(np.any(system.load)))
             loaded = np.concatenate((marks, system.load))
+        if fault := fault_of_step(step, n_dof):
+            text = f"the `step` of integrator '{kind_of(self)}' returned {fault}"
+            remedy = "This is a fault of the integrator, not of the case: fix its `step`."
+            raise PairingError(text, remedy=remedy, path="solve.integrator")
         free = addresses.kernel_address(step.free, addresses.FREE)
         derive = addresses.kernel_address(step.derive, addresses.DERIVE)
         state, jump = np.array(step.state), solve_each(system.mass, ports)

@@ -84,7 +84,7 @@ def test_a_comparison_shows_its_table(case: il.Case) -> None:
     made = il.compare(case, ["continuous", "modal_10", "penalty"])
     text = words_of(made._repr_html_())
     assert all(name in text for name in ("modal_10", "penalty", "first opening"))
-    assert repr(made).splitlines()[0] == "<Comparison of 'axial_impact', errors against st_venant"
+    assert repr(made).splitlines()[0] == "<Comparison of 'axial_impact', errors against the exact solution"
     assert len(repr(made).splitlines()) == 4
     assert len(made.plot().axes) >= 6
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.scene.problem import Point, Scene
+from impactlab.simulate.planning.model_shapes import checked_row
 from impactlab.simulate.planning.preparation import BuiltBody
 from impactlab.types import Port, Reply, Start
 
@@ -70,6 +71,7 @@ def forces_at_start(
 def _motion(built: Mapping[str, BuiltBody], point: Point) -> tuple[float, float]:
     """Return displacement [m] and velocity [m/s] of a face at t = 0."""
     body = built[point.body]
-    row, system = body.model.row(point.x, "displacement"), body.system
+    system = body.system
+    row = checked_row(point.body, body.model.row(point.x, "displacement"), system.load.size)
     moved = not isinstance(body.model, MechanismModel)  # the gaps at mechanisms are those of the first instant
     return float(row.dot(system.displacement)) if moved else 0.0, float(row.dot(system.velocity))

@@ -22,6 +22,7 @@ from impactlab.scene.facts import facts_at
 from impactlab.scene.method import Method, side_facts
 from impactlab.scene.precision import beyond, check_finite, in_precision
 from impactlab.scene.problem import Contact, Point, Scene
+from impactlab.simulate.planning.model_shapes import check_operators, checked_row
 from impactlab.types import MEMORY, PARAMETERS, READINGS, Array, Arriving, Quantity, Reading, SideFacts, Start
 
 
@@ -72,6 +73,7 @@ def build_bodies(scene: Scene, method: Method, same: Mapping[str, BuiltBody] = N
         with in_precision(f"the matrices of '{name}'", f"bodies.{name}", body):
             built[name] = BuiltBody(body, model, model.operators())
         system = built[name].system
+        check_operators(name, system)
         matrices = system.mass, system.damping, system.stiffness, system.load, system.displacement, system.velocity
         check_finite(f"the matrices of '{name}'", f"bodies.{name}", body, *matrices)
         if not math.isfinite(system.highest_frequency + system.rule_frequency):
@@ -138,7 +140,9 @@ def prepare_steppers(
         rows = [model.row(points[number][side].x, "displacement") for number, side in touching]
         rows += [model.row(push.x, push.quantity) for push in pushed.get(name, ())]
         of_loads = [model.row(x, "displacement") for x, _ in body.loads]
-        ports = np.array(rows + of_loads).reshape(len(rows) + len(of_loads), system.load.size)
+        n_dof = system.load.size
+        ports = np.array([checked_row(name, row, n_dof) for row in rows + of_loads])
+        ports = ports.reshape(len(rows) + len(of_loads), n_dof)
         subject, path = f"the steps of '{name}'", f"bodies.{name}"
         with in_precision(subject, path, body):
             if isinstance(model, MechanismModel):
@@ -150,7 +154,7 @@ def prepare_steppers(
                     float(load.at(np.zeros(1))[0]) * row for (_, load), row in zip(body.loads, of_loads, strict=True)
                 ]
                 forces += [force * row for force, row in zip(held, rows, strict=False) if force != 0.0]
-                stepper = _stepper(integrator, system, model, ports, dt, forces)
+                stepper = _stepper(name, integrator, system, model, ports, dt, forces)
         checked = stepper.parameters, stepper.state, stepper.force_response, stepper.impulse_response
         check_finite(subject, path, body, *checked)
         steppers[name] = stepper
@@ -160,6 +164,7 @@ def prepare_steppers(
 
 
 def _stepper(
+    name: str,
     integrator: AbstractIntegrator,
     system: Operators,
     model: AbstractDiscreteModel,
@@ -167,10 +172,10 @@ def _stepper(
     dt: float,
     forces: Sequence[Array],
 ) -> Stepper:
-    """Return the stepper of a body with matrices, under some forces on its coordinates at t = 0."""
+    """Return the stepper of a body of a name with matrices, under some forces on its coordinates at t = 0."""
     at_start = sum(forces, np.zeros(system.load.size)) if forces else None
     if system.momentum is None:
-        system = system._replace(momentum=model.momentum_row())
+        system = system._replace(momentum=checked_row(name, model.momentum_row(), system.load.size, "momentum_row"))
     return integrator.prepare(system, ports, dt, at_start)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel
 from impactlab.simulate.channels import Probed
+from impactlab.simulate.planning.model_shapes import checked_row
 from impactlab.simulate.planning.preparation import (
     BuiltBody,
     check_phases,
@@ -84,7 +85,7 @@ def values_of(layout: Layout, models: Models, steppers: Steppers) -> Values:
     """Return the numbers of the bodies in one set of coordinates."""
     momentum = np.zeros(layout.n_state)
     for name, model in models.items():
-        row = model.momentum_row()
+        row = checked_row(name, model.momentum_row(), layout.built[name].system.load.size, "momentum_row")
         start = layout.shift[name] + row.size
         momentum[start : start + row.size] = row
     each = list(steppers.values())
@@ -102,7 +103,7 @@ def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Arra
     """
 
     def row(body: str, x: float, quantity: Quantity, factor: float = 1.0) -> tuple[int, Array]:
-        values = models[body].row(x, quantity)
+        values = checked_row(body, models[body].row(x, quantity), layout.built[body].system.load.size)
         values = values if factor == 1.0 else factor * values
         return layout.shift[body] + (values.size if quantity == "velocity" else 0), values
 
