@@ -1,13 +1,17 @@
 """Stress, strain and rate of a specimen from the waves at its faces, by one, two and three waves, nominal and true.
 
-    force at the front  F1 = E A (i + r)     velocity  v1 = c0 (i - r)
-    force at the back   F2 = E A t           velocity  v2 = c0 t
-    waves = 1           stress F2/As                   rate -2 c0 r/Ls
-    waves = 2           stress F1/As                   rate 2 c0 (i - t)/Ls
+    force at the front  F1 = E1 A1 (i + r)   velocity  v1 = c1 (i - r)
+    force at the back   F2 = E2 A2 t         velocity  v2 = c2 t
+    waves = 1           stress F2/As                   rate (v1 - v2)/Ls with r and t alone
+    waves = 2           stress F1/As                   rate (v1 - v2)/Ls with i and t alone
     waves = 3           stress (F1 + F2)/(2 As)        rate (v1 - v2)/Ls
 
 with the strains i of the incident, r of the reflected and t of the transmitted wave at the specimen, its section As and
-length Ls. With equal forces on both faces, i + r = t, the three are one.
+length Ls; E, A and c are of the incident bar (1) and of the transmission bar (2). With equal forces on both faces,
+i + r = q t with q = E2 A2/(E1 A1), the three are one, and the third wave follows from the two others:
+
+    waves = 1           rate ((q c1 - c2) t - 2 c1 r)/Ls    -2 c0 r/Ls of bars alike
+    waves = 2           rate (2 c1 i - (q c1 + c2) t)/Ls    2 c0 (i - t)/Ls of bars alike
 """
 
 from __future__ import annotations
@@ -67,7 +71,7 @@ class Specimen:
 
 @dataclass(frozen=True, repr=False)
 class Test:
-    """The waves at the faces of a specimen between two bars alike: strains, positive in compression.
+    """The waves at the faces of a specimen between two bars: strains, positive in compression.
 
     An `UnusualValue` is issued where a strain is above 2 %, or the time between samples above 10 us.
 
@@ -76,8 +80,11 @@ class Test:
     dt : float
         Time between samples [s].
     bar : Bar
+        Both bars, or the incident one.
     incident, reflected, transmitted : Array
         Shape (n,) each, at one time base.
+    transmission_bar : Bar, optional
+        The transmission bar, if it is another one.
 
     Raises
     ------
@@ -92,10 +99,12 @@ class Test:
     incident: Array
     reflected: Array
     transmitted: Array
+    transmission_bar: Bar | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dt", above_zero("dt", self.dt, "s"))
-        expect_bar(self.bar)
+        for bar in self.bars:
+            expect_bar(bar)
         rows = same_length(incident=self.incident, reflected=self.reflected, transmitted=self.transmitted)
         for name, row in zip(("incident", "reflected", "transmitted"), rows, strict=True):
             object.__setattr__(self, name, row)
@@ -113,6 +122,11 @@ class Test:
         return f"<Test of {count} samples, {length}, largest strains: {peaks} µm/m>"
 
     @property
+    def bars(self) -> tuple[Bar, Bar]:
+        """The incident bar and the transmission bar."""
+        return self.bar, self.bar if self.transmission_bar is None else self.transmission_bar
+
+    @property
     def time(self) -> Array:
         """Times of the samples [s], shape (n,)."""
         return np.asarray(self.dt * np.arange(len(self.incident)))
@@ -120,8 +134,8 @@ class Test:
     @property
     def forces(self) -> tuple[Array, Array]:
         """Forces on the front and on the back of the specimen [N], shape (n,) each."""
-        stiffness = self.bar.young * self.bar.area
-        return stiffness * (self.incident + self.reflected), stiffness * self.transmitted
+        front, back = (bar.young * bar.area for bar in self.bars)
+        return front * (self.incident + self.reflected), back * self.transmitted
 
 
 @dataclass(frozen=True, repr=False)
@@ -176,8 +190,9 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
     test : Test
     specimen : Specimen
     waves : 1, 2 or 3
-        1: stress from the transmitted wave, rate from the reflected one. 2: stress from incident and reflected, rate
-        from incident and transmitted. 3: the mean of both forces, the difference of both velocities.
+        1: stress from the transmitted wave, rate from the reflected one, and of bars that differ from both. 2: stress
+        from incident and reflected, rate from incident and transmitted. 3: the mean of both forces, the difference of
+        both velocities.
 
     Raises
     ------
@@ -198,21 +213,24 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
     expect(specimen, Specimen, "Give hopkinson.Specimen(length=..., diameter=...).")
     if not isinstance(waves, int) or waves not in (1, 2, 3):
         raise ImpactlabError(f"no evaluation by {waves!r} waves", remedy="Give 1, 2 or 3.")
-    if specimen.diameter > test.bar.diameter * (1.0 + WIDTH_TOL):
+    thinnest = min(bar.diameter for bar in test.bars)
+    if specimen.diameter > thinnest * (1.0 + WIDTH_TOL):
         warn_unusual(
-            f"the specimen is wider than the bar, {prefixed(specimen.diameter, 'm')} and "
-            f"{prefixed(test.bar.diameter, 'm')}: its edge touches no bar. Check the units of both diameters."
+            f"the specimen is wider than a bar, {prefixed(specimen.diameter, 'm')} and "
+            f"{prefixed(thinnest, 'm')}: its edge touches no bar. Check the units of both diameters."
         )
     warn_if_apart(test.dt, test.bar, test.incident, test.forces, specimen.area * specimen.length)
     front, back = test.forces
     incident, reflected, transmitted = test.incident, test.reflected, test.transmitted
-    speed = test.bar.wave_speed / specimen.length
+    first, second = test.bars
+    one, two = first.wave_speed / specimen.length, second.wave_speed / specimen.length
+    ratio = second.young * second.area / (first.young * first.area)
     if waves == 1:
-        force, rate = back, -2.0 * speed * reflected
+        force, rate = back, (ratio * one - two) * transmitted - 2.0 * one * reflected
     elif waves == 2:
-        force, rate = front, 2.0 * speed * (incident - transmitted)
+        force, rate = front, 2.0 * one * incident - (ratio * one + two) * transmitted
     else:
-        force, rate = 0.5 * (front + back), speed * (incident - reflected - transmitted)
+        force, rate = 0.5 * (front + back), one * (incident - reflected) - two * transmitted
     strain = np.concatenate([[0.0], np.cumsum(0.5 * test.dt * (rate[1:] + rate[:-1]))])
     return Curve(test.time, strain, force / specimen.area, rate)
 

@@ -31,13 +31,14 @@ def measured(
     threshold: float = THRESHOLD,
     far_ends: tuple[float | str, float | str] | None = None,
     zero: tuple[float, float] | None = None,
+    transmission_bar: Bar | None = None,
 ) -> Test:
     """Return the waves at the specimen from one gauge on each bar.
 
-    They end before a wave that comes back from the far end of a bar reaches its gauge, 2 (distance to that end)/c0
+    They end before a wave that comes back from the far end of a bar reaches its gauge, 2 (distance to that end)/c
     after the first wave has passed the specimen; from then on all three are zero, and the strain stays constant.
     Where the record ends before that, they have fewer samples than the record: those at whose instants all three are
-    known, up to the time distance/c0 before its end, by the larger distance.
+    known, up to the time distance/c before its end, the longer one of both gauges.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def measured(
     dt : float
         Time between samples [s].
     bar : Bar
-        Both bars; with dispersion their pulses are moved by it.
+        Both bars, or the incident one; with dispersion their pulses are moved by it.
     distances : (float or str, float or str)
         From each gauge to the specimen [m], or strings with their units.
     threshold : float
@@ -56,6 +57,8 @@ def measured(
         default both as far as the gauge on the incident bar is from the specimen: right for gauges in the middle.
     zero : (float, float), optional
         Start and end [s] of an interval before the first pulse. The mean of each signal there is subtracted from it.
+    transmission_bar : Bar, optional
+        The transmission bar, if it is another one, as a thinner or softer bar under a soft specimen.
 
     Raises
     ------
@@ -78,7 +81,9 @@ def measured(
     """
     front, back = same_length(incident_gauge=incident_gauge, transmission_gauge=transmission_gauge)
     dt = above_zero("dt", dt, "s")
-    expect_bar(bar)
+    bars = bar, bar if transmission_bar is None else transmission_bar
+    for each in bars:
+        expect_bar(each)
     ways = [above_zero("a distance to the specimen", each, "m") for each in pair("distances", distances)]
     far = [ways[0]] * 2
     if far_ends is not None:
@@ -90,24 +95,27 @@ def measured(
     if zero is None:
         warn_of_offsets(dt, started, incident=front, transmission=back)
     start = started * dt
-    end = start + (ways[0] + 2.0 * (1.0 - GUARD) * min(far)) / bar.wave_speed  # at the specimen
-    waves = parted(front, dt, bar, ways[0], threshold, end + ways[0] / bar.wave_speed)
-    transmitted = shift(cut(back, dt, 0.0, end + ways[1] / bar.wave_speed), dt, -ways[1], bar)
-    rows = [cut(each, dt, 0.0, end) for each in (waves.to_right, waves.to_left, transmitted)]
-    reach = dt * (len(front) - 1) - max(ways) / bar.wave_speed  # at the specimen
-    if reach <= start + ways[0] / bar.wave_speed:
+    near = [way / each.wave_speed for way, each in zip(ways, bars, strict=True)]  # s, from each gauge to the specimen
+    beyond = min(way / each.wave_speed for way, each in zip(far, bars, strict=True))
+    end = start + near[0] + 2.0 * (1.0 - GUARD) * beyond  # at the specimen
+    waves = parted(front, dt, bar, ways[0], threshold, end + near[0])
+    beyond_specimen = shift(cut(back, dt, 0.0, end + near[1]), dt, -ways[1], bars[1])
+    rows = [cut(each, dt, 0.0, end) for each in (waves.to_right, waves.to_left, beyond_specimen)]
+    reach = dt * (len(front) - 1) - max(near)  # at the specimen
+    if reach <= start + near[0]:
         raise ImpactlabError(
             f"the record ends at {dt * (len(front) - 1):.6g} s, before the transmitted wave that reaches its gauge at "
-            f"{start + sum(ways) / bar.wave_speed:.6g} s",
+            f"{start + sum(near):.6g} s",
             remedy="Record for longer, or check the distances of the gauges from the specimen.",
         )
     count = len(front) if reach >= end else math.floor(reach / dt + SAME_SAMPLE) + 1
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnusualValue)  # of the signals it is issued already
-        test = Test(dt, bar, *(each[:count] for each in rows))
-    _warn_if_early(back, dt, start + sum(ways) / bar.wave_speed, GUARD * sum(ways) / bar.wave_speed)
+        incident, reflected, transmitted = (each[:count] for each in rows)
+        test = Test(dt, bar, incident, reflected, transmitted, transmission_bar)
+    _warn_if_early(back, dt, start + sum(near), GUARD * sum(near))
     _warn_if_opposite(test)
-    before = GUARD * min(far) / bar.wave_speed
+    before = GUARD * beyond
     if reach >= end:
         _warn_if_loud(test, end, before, threshold)
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -105,7 +106,7 @@ def of_history(
     Raises
     ------
     ImpactlabError
-        If a bar has no strain probe or several, if the bars differ, if no contacts lead from one to the other, if the
+        If a bar has no strain probe or several, if no contacts lead from one to the other, if the
         second is struck, or if the pulses overlap.
 
     Warns
@@ -114,13 +115,10 @@ def of_history(
         As `measured`.
     """
     bars = [bar_of(history, name, poisson, dispersion) for name in (incident, transmission)]
-    for name in ("diameter", "wave_speed", "density"):
-        one, two = (getattr(bar, name) for bar in bars)
-        if not math.isclose(one, two, rel_tol=BAR_TOL):
-            raise ImpactlabError(
-                f"the bars differ: {name} {one:.6g} of '{incident}', {two:.6g} of '{transmission}'",
-                remedy="The formulas of one, two and three waves are those of bars alike.",
-            )
+    alike = all(
+        math.isclose(getattr(bars[0], name), getattr(bars[1], name), rel_tol=BAR_TOL)
+        for name in ("diameter", "wave_speed", "density")
+    )
     places = [_gauge(history, name) for name in (incident, transmission)]
     signals = [
         amplified(history, f"strain:{name}@{x:.6g}", rate, smooth)
@@ -133,8 +131,10 @@ def of_history(
         at_left = _end_towards(history, name, other) == 0.0
         near.append(x if at_left else length - x)
         far.append(length - x if at_left else x)
-    _check_order(signals, bars[0], near, threshold, incident, transmission)
-    return measured(signals[0][1], signals[1][1], dt, bars[0], (near[0], near[1]), threshold, (far[0], far[1]))
+    lags = [way / bar.wave_speed for way, bar in zip(near, bars, strict=True)]
+    _check_order(signals, lags, threshold, incident, transmission)
+    given, ways = (signals[0][1], signals[1][1], dt, bars[0]), ((near[0], near[1]), threshold, (far[0], far[1]))
+    return measured(*given, *ways, transmission_bar=None if alike else bars[1])
 
 
 def _end_towards(history: AbstractHistory, bar: str, other: str) -> float:
@@ -163,18 +163,18 @@ def _end_towards(history: AbstractHistory, bar: str, other: str) -> float:
 
 
 def _check_order(
-    signals: list[tuple[float, Array]], bar: Bar, near: list[float], threshold: float, incident: str, transmission: str
+    signals: list[tuple[float, Array]], lags: Sequence[float], threshold: float, incident: str, transmission: str
 ) -> None:
     """Raise `ImpactlabError` where the first wave at the specimen comes from the transmission bar.
 
-    ``near`` has the distances of both gauges from the specimen [m].
+    ``lags`` are the times of a wave from the specimen to both gauges [s].
     """
     dt, first = signals[0]
     second = signals[1][1]
     if not first.any() or not second.any():
         return
     begins = [float(above(each, threshold)[0]) * dt for each in (first, second)]
-    if begins[1] + near[1] / bar.wave_speed < begins[0] - near[0] / bar.wave_speed + dt:
+    if begins[1] + lags[1] < begins[0] - lags[0] + dt:
         raise ImpactlabError(
             f"the wave is at the gauge of '{transmission}' at {begins[1]:.6g} s and at that of '{incident}' at "
             f"{begins[0]:.6g} s: it comes from '{transmission}'",

@@ -300,7 +300,7 @@ def test_millimetres_and_micrometres_per_metre_without_their_unit_are_named(gaug
 def test_a_specimen_wider_than_the_bar_is_named(gauges, bar) -> None:
     test = hopkinson.measured(*gauges, DT, bar, (0.5, 0.5))
     hopkinson.evaluate(test, hopkinson.Specimen("8 mm", "16 mm"))
-    with pytest.warns(il.UnusualValue, match="the specimen is wider than the bar, 18 mm and 16 mm"):
+    with pytest.warns(il.UnusualValue, match="the specimen is wider than a bar, 18 mm and 16 mm"):
         hopkinson.evaluate(test, hopkinson.Specimen("8 mm", "18 mm"))
 
 
