@@ -22,7 +22,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.plugins import Registry
 from impactlab.scene.problem import Scene
 from impactlab.sweeps.quantities import WantedQuantity, asked, values
-from impactlab.sweeps.sampled import Sampled
+from impactlab.sweeps.sampled import Sampled, extreme_in
 from impactlab.types import Array
 
 DEFAULT = ("first_opening", "impulse", "peak_force", "restitution", "final_velocity")
@@ -51,7 +51,8 @@ def sensitivities(
     parameters : sequence of str
         Dotted paths of numbers, such as ``bodies.hammer.mass``.
     quantities : sequence
-        Names of quantities (`impactlab plugins` lists them), and `Sampled` channels.
+        Names of quantities (`impactlab plugins` lists them), extremes of channels such as
+        ``max(stress:rod@0.15)``, and `Sampled` channels.
 
     Returns
     -------
@@ -160,7 +161,7 @@ class FlatValues:
         for each in self.wanted:
             if each.over == "time":
                 parts.append(direct.sampled(each.name, np.array(each.labels)))
-            elif each.name in COUNTED:
+            elif _no_slope(each.name):
                 parts.append(np.zeros(each.size))
             else:
                 known = direct.of(each.name)
@@ -197,8 +198,8 @@ def _exact(
         (step for step in near if step >= (0.0 if math.isnan(above) else least)), default=math.inf
     )
     reason = ""
-    if each.name in COUNTED:
-        by, reason, below, above = WITHHELD, "it changes in steps, or is rounding", math.nan, math.nan
+    if no_slope := _no_slope(each.name):
+        by, reason, below, above = WITHHELD, no_slope, math.nan, math.nan
     elif math.isnan(middle) and _is_at_edge(found, parameter):
         by, reason = WITHHELD, "the sequence of contacts changes at this value"
     elif kink:
@@ -220,6 +221,14 @@ def _exact(
     )  # fmt: skip
 
 
+def _no_slope(name: str) -> str:
+    """Return why a quantity has no derivative in any run; empty where it may have one."""
+    if name in COUNTED:
+        return "it changes in steps, or is rounding"
+    extreme = extreme_in(name)
+    return "" if extreme is None else f'read at instants that stay; give il.Sampled("{extreme.channel}", times)'
+
+
 def _lacking(parameter: Parameter, each: WantedQuantity) -> Sensitivity:
     """Return the row of a quantity without a place for a value, as of contacts in a case that has none."""
     return Sensitivity(
@@ -238,8 +247,10 @@ def _stepped(parameter: Parameter, flat: FlatValues, found: list[list[Difference
     flattened = [each for row in found for each in row]
     for (asked_for, label), each in zip(flat.names, flattened, strict=True):
         lower, upper = (parameter.value + side * (each.reach or math.nan) for side in (-1, 1))
+        reason = each.reason and (_absent(asked_for, each.value) or each.reason)
+        if extreme_in(asked_for.name):
+            each, reason = each._replace(derivative=math.nan), _no_slope(asked_for.name)
         yield Sensitivity(
             asked_for.name, label, asked_for.unit, parameter.path, parameter.value, parameter.unit, each.value,
-            each.derivative, each.error, WITHHELD if each.reason else DIFFERENCES, math.nan, math.nan, lower, upper,
-            each.reason and (_absent(asked_for, each.value) or each.reason),
+            each.derivative, each.error, WITHHELD if reason else DIFFERENCES, math.nan, math.nan, lower, upper, reason,
         )  # fmt: skip

@@ -8,12 +8,11 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import numpy as np
-
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history.base import AbstractHistory, ContactSpan, Event
 from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import collisions
+from impactlab.metrics.extremes import extremes
 from impactlab.plugins import kind_of
 from impactlab.printing import plain
 from impactlab.refine.references.outlook import Outlook, of
@@ -28,7 +27,6 @@ from impactlab.wall_time import REFERENCE, spent_on
 
 SCHEMA_VERSION = 1
 COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of runs that came to their end
-PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides those of its history
 UNKNOWN_TOL = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is reported
 KNOWN_BY = {
     "peak_force": ("peak_force",),
@@ -97,7 +95,7 @@ def summarise(
         "final": final(scene, history),
         "energy": energy(history),
         "rotation": rotation(scene),
-        "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
+        "probes": {probe.channel: _ranges(history, probe.channel) for probe in scene.probes},
         "errors": found,
         "reference": (outlook or of(Reference(*reference) if reference else None)).document,
         "cost": dataclasses.asdict(history.cost),
@@ -203,8 +201,7 @@ def rotation(scene: Scene) -> dict[str, Any]:
     return {name: {**facts, "momentum_unchecked": free[name]} for name, facts in steady_facts(scene).items()}
 
 
-def extremes(history: AbstractHistory, channel: str) -> dict[str, float]:
+def _ranges(history: AbstractHistory, channel: str) -> dict[str, float]:
     """Return the least, the largest and the last value of a channel, in its SI unit."""
-    grid = np.linspace(0.0, history.duration, PROBE_POINTS)
-    values = history.evaluate(np.concatenate((grid, history.turning_times(channel))), channel)
-    return {"min": float(values.min()), "max": float(values.max()), "final": float(values[PROBE_POINTS - 1])}
+    least, largest = extremes(history, channel)
+    return {"min": least, "max": largest, "final": history.at_end(channel)}

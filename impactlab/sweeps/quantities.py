@@ -15,7 +15,7 @@ from impactlab.history.units import UNITS
 from impactlab.metrics.collisions import collisions, mean_velocity
 from impactlab.plugins import QUANTITIES, Registry, describe
 from impactlab.scene.problem import Scene
-from impactlab.sweeps.sampled import Sampled
+from impactlab.sweeps.sampled import Sampled, extreme_in
 
 Values = Mapping[str, float] | float
 Function = Callable[[Scene, AbstractHistory], Values]
@@ -61,6 +61,17 @@ class WantedQuantity(NamedTuple):
         return "" if self.places else absent_words(self.over)
 
 
+def one_by_one(names: str | Sampled | Sequence[str | Sampled]) -> Sequence[str | Sampled]:
+    """Return quantities that may be one alone, or a text with commas, as a sequence; raise `CaseError` for none."""
+    if isinstance(names, str):
+        names = [each.strip() for each in names.split(",")]
+    elif isinstance(names, Sampled):
+        names = [names]
+    if not names:
+        raise CaseError("a sweep without a quantity", remedy="Name one; `impactlab plugins` lists them.")
+    return names
+
+
 def asked(
     scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry: Registry, also: Sequence[Scene] = ()
 ) -> tuple[WantedQuantity, ...]:
@@ -71,21 +82,21 @@ def asked(
     PluginError, CaseError
         If a quantity is not installed, is named twice, or has no unit.
     """
-    if isinstance(names, (str, Sampled)):
-        names = [each.strip() for each in names.split(",")] if isinstance(names, str) else [names]
-    if not names:
-        raise CaseError("a sweep without a quantity", remedy="Name one; `impactlab plugins` lists them.")
     found = []
-    for name in names:
+    for name in one_by_one(names):
         if isinstance(name, Sampled):
             unit = UNITS.get(name.channel.partition(":")[0], "")
             times = tuple(float(time) for time in name.times)
             found.append(WantedQuantity(name.channel, unit, name.channel, "time", times))
             continue
+        if (extreme := extreme_in(name)) is not None:
+            unit = UNITS.get(extreme.channel.partition(":")[0], "")
+            found.append(WantedQuantity(name, unit, extreme.description, WHOLE, ()))
+            continue
         if name not in registry.names(QUANTITIES) and name.partition(":")[0] in UNITS:
             text = f"{shown(name)} is a channel over time, not a quantity with one value"
             channel = name if ":" in name else f"{name}:BODY@X"
-            remedy = f'In Python give il.Sampled("{channel}", times), and take the largest of its values.'
+            remedy = f'Give max({channel}) or min({channel}); in Python also il.Sampled("{channel}", times).'
             raise CaseError(text, remedy=remedy)
         function = registry.load(QUANTITIES, name)
         over = getattr(function, "over", WHOLE)
@@ -134,6 +145,9 @@ def values(
     for each in wanted:
         if each.over == "time":
             rows.append(np.asarray(history.evaluate(np.array(each.labels), each.name), float).tolist())
+            continue
+        if (extreme := extreme_in(each.name)) is not None:
+            rows.append([extreme.value(history)])
             continue
         given: Values = registry.load(QUANTITIES, each.name)(scene, history)
         if isinstance(given, Mapping):

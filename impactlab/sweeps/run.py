@@ -27,9 +27,9 @@ from impactlab.sweeps.engines import computed, size_of_chunk
 from impactlab.sweeps.interrupts import remembered
 from impactlab.sweeps.page import write_page
 from impactlab.sweeps.points import Sweep, origin_of
-from impactlab.sweeps.quantities import DEFAULT, asked
+from impactlab.sweeps.quantities import DEFAULT, asked, one_by_one
 from impactlab.sweeps.result import Result, needed, refuse_large, write_table
-from impactlab.sweeps.sampled import Sampled, check_sampled
+from impactlab.sweeps.sampled import Sampled, check_channel, check_sampled, extreme_in
 from impactlab.sweeps.shards import Shard, read_shard
 from impactlab.types import Progress
 
@@ -66,7 +66,8 @@ def sweep(
         In place of ``over``: columns of listed points, dotted path to one value per point. `Points` are taken as they
         are: one that the case refuses has the status ``refused``.
     quantities : sequence
-        Names of quantities (`impactlab plugins` lists them), and `Sampled` channels.
+        Names of quantities (`impactlab plugins` lists them), extremes of channels such as
+        ``max(stress:rod@0.15)``, and `Sampled` channels.
     workers : int
         Processes, each with a time limit for a run; 0 runs in this one, without a limit.
     out : path, optional
@@ -151,9 +152,11 @@ def _made_of(
         with contextlib.suppress(ImpactlabError):
             ends.append(grid.case(case, number).simulation())
     run = (ends or [case.simulation()])[0]
-    for each in quantities:
+    for each in one_by_one(quantities):
         if isinstance(each, Sampled):
             check_sampled(each, *run, max(scene.duration for scene, _ in (ends or [run])))
+        elif extreme := extreme_in(each):
+            check_channel(extreme.channel, *run)
     wanted = asked(run.scene, quantities, case.registry, _others(case, grid))
     refuse_large(grid.count, [each.size for each in wanted])
     return Sweep(case, grid, wanted)

@@ -1,4 +1,4 @@
-"""Channels at given times as quantities of a sweep, checked before the first run."""
+"""Channels as quantities of a sweep, at given times or by their extremes, checked before the first run."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError
-from impactlab.history.base import END_ROUNDING
+from impactlab.history.base import END_ROUNDING, AbstractHistory
 from impactlab.history.units import UNITS
+from impactlab.metrics.extremes import extremes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import probed
@@ -20,6 +21,28 @@ class Sampled(NamedTuple):
 
     channel: str
     times: Sequence[float]
+
+
+class Extreme(NamedTuple):
+    """The largest or the least value of a channel as a quantity of a sweep, written as ``max(strain:rod@0.15)``."""
+
+    of: str  # max or min
+    channel: str
+
+    @property
+    def description(self) -> str:
+        """What it is, for people."""
+        return f"{'Largest' if self.of == 'max' else 'Least'} value of {self.channel} in the run."
+
+    def value(self, history: AbstractHistory) -> float:
+        """Return the value of a run, in the SI unit of the channel."""
+        return extremes(history, self.channel)[self.of == "max"]
+
+
+def extreme_in(name: str) -> Extreme | None:
+    """Return the extreme that a name of a quantity asks for; None of other names."""
+    of, opened, rest = name.partition("(")
+    return Extreme(of, rest[:-1].strip()) if of in ("max", "min") and opened and rest.endswith(")") else None
 
 
 def check_sampled(wanted: Sampled, scene: Scene, method: Method, longest: float) -> None:
@@ -39,13 +62,18 @@ def check_sampled(wanted: Sampled, scene: Scene, method: Method, longest: float)
     if max(wanted.times) > longest * (1.0 + END_ROUNDING):
         text = f"{wanted.channel} is requested at {max(wanted.times):.6g} s; the run ends at {longest:.6g} s"
         raise CaseError(text, remedy="Give times of the run, or run the case with a longer duration.")
-    quantity, _, label = wanted.channel.partition(":")
+    check_channel(wanted.channel, scene, method)
+
+
+def check_channel(channel: str, scene: Scene, method: Method) -> None:
+    """Raise `CaseError` where a run of a scene would not have a channel."""
+    quantity, _, label = channel.partition(":")
     if quantity not in UNITS:
-        text = f"{shown(wanted.channel)} is not a channel.{closest(quantity, UNITS)}"
+        text = f"{shown(channel)} is not a channel.{closest(quantity, UNITS)}"
         raise CaseError(text, remedy=f"A channel begins with one of: {listed(UNITS)}.")
     known = list(dict.fromkeys(channels(scene)))
-    if wanted.channel not in known and not _anywhere(quantity, label, scene, method):
-        text = f"no run has the channel {shown(wanted.channel)}.{closest(wanted.channel, known)}"
+    if channel not in known and not _anywhere(quantity, label, scene, method):
+        text = f"no run has the channel {shown(channel)}.{closest(channel, known)}"
         raise CaseError(text, remedy=f"Channels: {', '.join(known)}. Another place needs a probe in the case.")
 
 

@@ -12,12 +12,13 @@ import pytest
 import impactlab as il
 from impactlab import api
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
+from impactlab.metrics.extremes import extremes
 from impactlab.plugins import kind_of
 from impactlab.printing import plain
 from impactlab.report.comparison import cell, comparison, table, table_rows
 from impactlab.report.console import summary_text
 from impactlab.report.facts import method_facts, units_of
-from impactlab.report.summary import describe, extremes, summarise
+from impactlab.report.summary import describe, summarise
 from impactlab.report.table import page_rows
 from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
@@ -206,7 +207,7 @@ def test_kinds_are_class_names_in_snake_case() -> None:
 def test_extremes_see_the_value_just_before_a_jump() -> None:
     jump = 1.2345678
     ramp = SyntheticHistory(3 * T, {"a": lambda t: np.where(t < jump, t, 0.0)}, jumps={"a": (jump,)})
-    assert extremes(ramp, "a") == {"min": 0.0, "max": pytest.approx(jump, rel=1e-12), "final": 0.0}
+    assert extremes(ramp, "a") == (0.0, pytest.approx(jump, rel=1e-12))
 
 
 def test_plain_values_are_of_python_and_finite() -> None:

@@ -1,0 +1,96 @@
+"""The largest and the least value of a channel as quantities of a sweep, against the waves of a mass on a free rod.
+
+A mass M with the velocity v on a rod of impedance Z sends the strain (v/c) exp(-t Z/M). At the place x of a gauge
+the compression is largest as its front arrives; tension is largest as the front comes back from the free end, when
+exp(-2 (L - x) Z/(c M)) - 1 of it is left.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import impactlab as il
+from impactlab.cli import app
+
+YOUNG, DENSITY, AREA, LENGTH, AT, MASS = 2.1e11, 7900.0, 1e-4, 1.0, 0.3, 0.5
+SPEED = math.sqrt(YOUNG / DENSITY)
+VELOCITY = "bodies.hammer.velocity"
+CONTINUOUS = {"model": {"kind": "continuous"}}
+MESH = {
+    "model": {"kind": "finite_element", "elements": 400, "mass": "lumped"},
+    "integrator": {"kind": "central_difference"},
+    "step": {"courant": 1.0},
+}
+LOSS_IN_A_CELL = 2.0 * LENGTH / 400 * DENSITY * AREA / MASS  # of the force, while the wave passes an element and back
+
+
+def case(solve: dict[str, object] = CONTINUOUS) -> il.Case:
+    material = {"young": YOUNG, "density": DENSITY}
+    return il.Case(
+        bodies={"hammer": il.Mass(MASS, velocity=1.0), "rod": il.Rod(length=LENGTH, area=AREA, material=material)},
+        contacts=[il.Contact("hammer", "rod.left", {"kind": "addition_deletion"})],
+        solve={"duration": 1.8 * LENGTH / SPEED, **solve},
+        probes=[{"body": "rod", "at": AT, "quantity": each} for each in ("strain", "stress")],
+    )
+
+
+def tension(at: float) -> float:
+    """Return the least strain at a place, over v/c."""
+    return math.exp(-2.0 * (LENGTH - at) * DENSITY * AREA / MASS) - 1.0
+
+
+@pytest.mark.parametrize(("solve", "tolerance"), [(CONTINUOUS, 1e-9), (MESH, LOSS_IN_A_CELL)])
+def test_the_extremes_at_a_gauge_are_those_of_the_waves(solve: dict[str, object], tolerance: float) -> None:
+    velocities = [1.0, 3.0]
+    exact = {
+        f"{of}({channel}:rod@{AT})": share * scale
+        for of, share in (("max", 1.0), ("min", tension(AT)))
+        for channel, scale in (("strain", 1.0 / SPEED), ("stress", YOUNG / SPEED))
+    }
+    found = il.sweep(case(solve), {VELOCITY: velocities}, quantities=list(exact))
+    for name, value in exact.items():
+        np.testing.assert_allclose(found[name].values, value * np.array(velocities), rtol=tolerance)
+        assert found[name].attrs["units"] == ("1" if "strain" in name else "Pa")
+
+
+def test_a_continuous_rod_needs_no_probe() -> None:
+    found = il.sweep(case(), {VELOCITY: [2.0]}, quantities="min(strain:rod@0.55)")["min(strain:rod@0.55)"]
+    assert found.item() == pytest.approx(2.0 * tension(0.55) / SPEED, rel=1e-9)
+
+
+def test_a_mesh_has_the_channels_of_its_probes_alone() -> None:
+    with pytest.raises(il.CaseError, match=r"no run has the channel 'strain:rod@0.55'"):
+        il.sweep(case(MESH), {VELOCITY: [2.0]}, quantities="max(strain:rod@0.55)")
+
+
+def test_a_word_that_is_no_channel_is_refused() -> None:
+    with pytest.raises(il.CaseError, match=r"'speed:rod@0.3' is not a channel"):
+        il.sweep(case(), {VELOCITY: [2.0]}, quantities="max(speed:rod@0.3)")
+
+
+def test_the_command_line_takes_extremes(tmp_path: Path) -> None:
+    file, out = tmp_path / "mass.yaml", tmp_path / "out"
+    file.write_text(case().to_yaml(), encoding="utf-8")
+    name = f"max(strain:rod@{AT})"
+    given = ["sweep", str(file), "--over", f"{VELOCITY}=1,2", "--quantities", f"contacts,{name}", "--out", str(out)]
+    result = CliRunner().invoke(app, given)
+    assert result.exit_code == 0, result.output
+    with (out / "table.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [float(row[name]) for row in rows] == pytest.approx([1.0 / SPEED, 2.0 / SPEED], rel=1e-9)
+
+
+@pytest.mark.parametrize("solve", [CONTINUOUS, MESH])
+def test_sensitivities_withhold_the_derivative_of_an_extreme(solve: dict[str, object]) -> None:
+    found = il.sensitivities(case(solve), [VELOCITY], quantities=[f"max(strain:rod@{AT})", "peak_force"])
+    extreme, peak = found.rows
+    assert extreme.value == pytest.approx(1.0 / SPEED, rel=LOSS_IN_A_CELL)
+    assert math.isnan(extreme.derivative)
+    assert "il.Sampled" in extreme.reason
+    assert peak.derivative == pytest.approx(DENSITY * SPEED * AREA, rel=LOSS_IN_A_CELL)
