@@ -18,7 +18,7 @@ Quantities = Annotated[
     typer.Option(
         "--quantities",
         metavar="A,B,...",
-        help="Quantities to record (`impactlab plugins` lists them).",
+        help="Quantities to record (`impactlab plugins` lists them), or 'max(CHANNEL)', 'min(CHANNEL)'.",
         show_default=False,
     ),
 ]
