@@ -32,7 +32,8 @@ class Extreme(NamedTuple):
     @property
     def description(self) -> str:
         """What it is, for people."""
-        return f"{'Largest' if self.of == 'max' else 'Least'} value of {self.channel} in the run."
+        quantity, _, place = self.channel.partition(":")
+        return f"{'Largest' if self.of == 'max' else 'Least'} {quantity.replace('_', ' ')} of {place} in the run."
 
     def value(self, history: AbstractHistory) -> float:
         """Return the value of a run, in the SI unit of the channel."""
@@ -43,6 +44,11 @@ def extreme_in(name: str) -> Extreme | None:
     """Return the extreme that a name of a quantity asks for; None of other names."""
     of, opened, rest = name.partition("(")
     return Extreme(of, rest[:-1].strip()) if of in ("max", "min") and opened and rest.endswith(")") else None
+
+
+def is_sampled(name: str) -> bool:
+    """Return whether a quantity of a result is a channel at given times: it has the name of the channel."""
+    return ":" in name and extreme_in(name) is None
 
 
 def check_sampled(wanted: Sampled, scene: Scene, method: Method, longest: float) -> None:

@@ -14,6 +14,7 @@ from impactlab.report.provenance import Provenance
 from impactlab.report.sketch import sketch
 from impactlab.scene.problem import Scene
 from impactlab.sweeps import counts
+from impactlab.sweeps.sampled import is_sampled
 from impactlab.uncertainties.result import Uncertainty
 
 CAPTION = (
@@ -68,7 +69,7 @@ def _figures(found: Uncertainty) -> list[Plate]:
         plates.append(Plate("indices", "Sobol indices", INDICES, found.plot_indices()))
     captions = {True: BAND, False: CAPTION}
     for name in dict.fromkeys(each.quantity for each in found.spreads if each.varies and each.quantity != "contacts"):
-        sampled = ":" in name
+        sampled = is_sampled(name)
         title = name if sampled else re.split("[;:]", str(found.data[name].attrs["long_name"]))[0]
         plates.append(Plate(re.sub(r"\W+", "_", name), title, captions.get(sampled, ""), found.plot(name)))
         captions.pop(sampled, None)  # the first figure of a kind explains it

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from impactlab.errors import CaseError
 from impactlab.printing import aligned, plain
+from impactlab.sweeps.sampled import is_sampled
 from impactlab.uncertainties.distributions import Uncertain
 from impactlab.uncertainties.plots import plot_counts, plot_indices, plot_spreads
 from impactlab.uncertainties.records import Estimate, Index, Share, Spread
@@ -184,7 +185,7 @@ class Uncertainty:
 
 def _is_printed(of: Spread | Index) -> bool:
     """Return whether a value stands in the printed tables: those of sampled channels are too many."""
-    return ":" not in of.quantity
+    return not is_sampled(of.quantity)
 
 
 def _number(value: float, digits: int) -> str:

@@ -94,3 +94,14 @@ def test_sensitivities_withhold_the_derivative_of_an_extreme(solve: dict[str, ob
     assert math.isnan(extreme.derivative)
     assert "il.Sampled" in extreme.reason
     assert peak.derivative == pytest.approx(DENSITY * SPEED * AREA, rel=LOSS_IN_A_CELL)
+
+
+def test_uncertainties_of_an_extreme_are_printed_without_a_linear_estimate() -> None:
+    """The stress is proportional to the velocity: their standard deviations have the same share of the means."""
+    name = f"max(stress:rod@{AT})"
+    found = il.uncertainty(case(), {VELOCITY: "normal(1 m/s, 5 %)"}, quantities=[name], samples=512)
+    (spread,) = found.spreads
+    assert spread.mean.value == pytest.approx(YOUNG / SPEED, rel=1e-2)
+    assert spread.deviation.value / spread.mean.value == pytest.approx(0.05, rel=0.1)
+    assert name in str(found).partition("No linear estimate")[0]
+    assert [text.startswith(f"No linear estimate of {name}") for text in found.warnings] == [True]
