@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import console, jsonschema, listings, registries, verdicts
-from impactlab.cli.options import Json
+from impactlab.cli.options import Json, option
 from impactlab.cli.reporting import CommandFailed, reporting
 
 
@@ -23,11 +23,10 @@ def schema(
 def plugins(
     check_name: Annotated[
         str | None,
-        typer.Option(
+        option(
             "--check",
-            metavar="NAME",
-            help="Run the contract suite of this part and measure it; law:NAME where two kinds share a name.",
-            show_default=False,
+            "NAME",
+            "Run the contract suite of this part and measure it; law:NAME where two kinds share a name.",
         ),
     ] = None,
     as_json: Json = False,

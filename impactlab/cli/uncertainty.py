@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps, uncertainties
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option
 from impactlab.cli.reporting import CommandFailed, given_by, reporting
 from impactlab.cli.sweep import Cluster, Kept, Quantities, Shard, Workers
 from impactlab.errors import CaseError
@@ -17,12 +17,11 @@ def uncertainty(
     case: CaseFile,
     vary: Annotated[
         list[str],
-        typer.Option(
+        option(
             "--vary",
-            metavar="PATH=DISTRIBUTION",
-            help="An uncertain number: normal(MEAN, DEVIATION), lognormal(MEAN, DEVIATION), uniform(LOW, HIGH), "
+            "PATH=DISTRIBUTION",
+            "An uncertain number: normal(MEAN, DEVIATION), lognormal(MEAN, DEVIATION), uniform(LOW, HIGH), "
             "table(VALUE: WEIGHT, ...) or table(FILE.csv, COLUMN).",
-            show_default=False,
         ),
     ],
     samples: Annotated[int, typer.Option("--samples", metavar="N", help="Number of samples, a power of two.")] = 4096,
