@@ -27,6 +27,7 @@ from impactlab.testing.plain_loop import PlainLoop
 from impactlab.testing.strategies import in_other_units, mirrored
 from impactlab.types import Array
 from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene
+from tests.solving import in_steps, mesh
 
 Z, T, F = 4000.0, 2e-4, 1e4
 SINE = "1e4*sin(2*pi*t/2e-4)"
@@ -354,11 +355,6 @@ def test_a_pulse_between_two_instants_of_a_scheme_is_not_missed(scheme: str) -> 
     steel_like = {"young": 1.0, "density": 1.0}
     case = il.Case(
         bodies={"rod": il.Rod(length=1.0, area=1.0, material=steel_like, ends={"left": {"force": pulse}})},
-        solve={
-            "duration": 3.0,
-            "model": {"kind": "finite_element", "elements": 8, "mass": "lumped"},
-            "integrator": {"kind": scheme},
-            "step": {"dt": 0.02},
-        },
+        solve=in_steps(3.0, scheme, mesh(8, "lumped"), dt=0.02),
     )
     assert il.run(case).evaluate(3.0, "momentum:rod") == pytest.approx(0.1, rel=1e-9)

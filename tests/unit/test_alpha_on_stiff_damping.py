@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import impactlab as il
+from tests.solving import in_steps, mesh
 
 
 def struck(integrator: str, dt: float) -> il.Case:
@@ -18,12 +19,7 @@ def struck(integrator: str, dt: float) -> il.Case:
     return il.Case(
         bodies={"hammer": il.Mass(mass=2.133, velocity=1.0), "rod": rod},
         contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e11})],
-        solve={
-            "duration": 3.5e-4,
-            "model": {"kind": "finite_element", "elements": 20},
-            "integrator": {"kind": integrator},
-            "step": {"dt": dt},
-        },
+        solve=in_steps(3.5e-4, integrator, mesh(20), dt=dt),
     )
 
 

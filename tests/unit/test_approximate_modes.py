@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps
 
 DURATION = 5e-3
 
@@ -27,12 +28,7 @@ def struck_cantilever(model: dict[str, object], ends: tuple[str, str] = ("clampe
                 "ball": {"kind": "mass", "mass": 0.1, "velocity": -1.0},
             },
             "contacts": [{"between": ["beam.at(0.5)", "ball"], "law": {"kind": "hertz", "stiffness": 1e9}}],
-            "solve": {
-                "duration": DURATION,
-                "model": model,
-                "integrator": {"kind": integrator},
-                "step": {"dt": 2e-6},
-            },
+            "solve": in_steps(DURATION, integrator, model, dt=2e-6),
             "probes": [{"body": "beam", "at": 0.0, "quantity": "bending_moment"}],
         }
     )

@@ -12,6 +12,7 @@ import pytest
 
 import impactlab as il
 from impactlab.errors import CaseError, PairingError, StepError
+from tests.solving import in_steps
 
 HERTZ = {"kind": "hertz", "stiffness": 1.0e9}
 CASE: dict[str, Any] = {
@@ -36,12 +37,7 @@ CASE: dict[str, Any] = {
         }
     },
     "contacts": [{"between": ["rod.right", "block"], "along": "x", "gap": 0.02, "law": HERTZ}],
-    "solve": {
-        "duration": 2.0e-4,
-        "model": {"kind": "modal", "elements": 40, "modes": 6},
-        "integrator": {"kind": "midpoint"},
-        "step": {"dt": 1.0e-5},
-    },
+    "solve": in_steps(2.0e-4, "midpoint", {"kind": "modal", "elements": 40, "modes": 6}, dt=1.0e-5),
 }
 LINKS, LAST = "mechanisms.press.links", "mechanisms.press.links.1"
 GONE = object()

@@ -30,6 +30,7 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.sweeps import quantities
 from impactlab.testing.scenes import in_a_row
 from tests.cases.support import case_of
+from tests.solving import in_steps, mesh
 
 
 def test_impulses_of_periods_that_reach_into_a_time() -> None:
@@ -422,12 +423,7 @@ def struck_rod(ends: dict[str, Any], duration: float) -> il.Case:
             "rod": il.Rod(length=0.5, area=4e-4, material="steel", ends=ends),
         },
         contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9}, gap=3.3e-5)],
-        solve={
-            "duration": duration,
-            "model": {"kind": "finite_element", "elements": 100},
-            "integrator": {"kind": "newmark"},
-            "step": {"courant": 0.5},
-        },
+        solve=in_steps(duration, "newmark", mesh(100), courant=0.5),
     )
 
 
@@ -456,12 +452,7 @@ def test_the_speed_of_a_rod_that_a_wall_turns_round_between_two_records_is_not_k
             "ball": il.Mass(0.02, velocity=-3.0),
         },
         contacts=[il.Contact("wall", "rod.left", spring), il.Contact("rod.right", "ball", spring, gap=2e-4)],
-        solve={
-            "duration": 0.1,
-            "model": {"kind": "finite_element", "elements": 20},
-            "integrator": {"kind": "newmark"},
-            "step": {"courant": 0.5},
-        },
+        solve=in_steps(0.1, "newmark", mesh(20), courant=0.5),
     )
     found = next(each for each in collisions(case.scene(), il.run(case)) if each.bodies == "rod|ball")
     assert (found.approach_speed, found.restitution) == (None, None)

@@ -37,6 +37,7 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row, simulation
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start
+from tests.solving import in_steps, mesh
 
 
 def mass_on_wall(
@@ -271,12 +272,7 @@ def test_a_hard_constraint_that_gains_energy_names_the_lumped_mesh(law: str) -> 
     case = il.Case(
         bodies={"hammer": il.Mass(2.133, velocity=1.0), "rod": rod},
         contacts=[il.Contact("hammer", "rod.left", {"kind": law})],
-        solve={
-            "duration": {"round_trips": 3},
-            "model": {"kind": "finite_element", "elements": 20},
-            "integrator": {"kind": "newmark"},
-            "step": {"courant": 0.5},
-        },
+        solve=in_steps({"round_trips": 3}, "newmark", mesh(20), courant=0.5),
     )
     with pytest.raises(StepError, match="mass: lumped"):
         il.run(case)

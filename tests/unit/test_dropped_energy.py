@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps
 
 EXIT = -0.698875581996163  # m/s, of the striker: the exact solution
 
@@ -16,12 +17,12 @@ def struck(basis: str, law: str, integrator: str) -> il.Case:
     return il.Case(
         bodies={"hammer": il.Mass(2.133, velocity=1.0), "rod": rod},
         contacts=[il.Contact("hammer", "rod.left", {"kind": law})],
-        solve={
-            "duration": {"round_trips": 3},
-            "model": {"kind": "modal", "elements": 60, "modes": 20, "basis": basis},
-            "integrator": {"kind": integrator},
-            "step": {"points_per_period": 10},
-        },
+        solve=in_steps(
+            {"round_trips": 3},
+            integrator,
+            {"kind": "modal", "elements": 60, "modes": 20, "basis": basis},
+            points_per_period=10,
+        ),
     )
 
 

@@ -5,6 +5,7 @@ import re
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps
 
 
 def struck(modes, speed=5.0, theory="euler_bernoulli", **model):
@@ -18,12 +19,7 @@ def struck(modes, speed=5.0, theory="euler_bernoulli", **model):
         il.Case(
             bodies={"sphere": sphere, "beam": beam},
             contacts=[il.Contact("sphere", "beam.at(0.075)", law=law)],
-            solve={
-                "duration": 2e-4,
-                "model": {"kind": "modal", "modes": modes, **model},
-                "integrator": {"kind": "exact_modal"},
-                "step": {"dt": 2e-8},
-            },
+            solve=in_steps(2e-4, "exact_modal", {"kind": "modal", "modes": modes, **model}, dt=2e-8),
         )
     )
 

@@ -9,6 +9,7 @@ import pytest
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
+from tests.solving import in_steps, mesh
 
 YOUNG, DENSITY, AREA = 210e9, 7800.0, 1e-3
 IMPEDANCE = AREA * math.sqrt(YOUNG * DENSITY)  # N s/m
@@ -34,12 +35,7 @@ def of_two_rods(dashpot: float, courant: float, gap: float) -> AbstractHistory:
                     name="pair",
                 )
             ],
-            solve={
-                "duration": TRANSIT,
-                "model": {"kind": "finite_element", "elements": ELEMENTS, "mass": "lumped"},
-                "integrator": {"kind": "central_difference"},
-                "step": {"courant": courant},
-            },
+            solve=in_steps(TRANSIT, "central_difference", mesh(ELEMENTS, "lumped"), courant=courant),
         )
     )
 
@@ -98,11 +94,7 @@ def test_a_mass_on_a_spring_and_dashpot_converges_at_the_second_order(share: flo
                 contacts=[
                     il.Contact("ball", "wall", {"kind": "penalty", "stiffness": stiffness, "damping": damping}, gap=gap)
                 ],
-                solve={
-                    "duration": duration,
-                    "integrator": {"kind": "central_difference"},
-                    "step": {"dt": duration / steps},
-                },
+                solve=in_steps(duration, "central_difference", dt=duration / steps),
             )
         )
         t = np.linspace(gap / SPEED, duration, 500)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps
 
 
 def turned(torque, thickness=0.002, duration=0.3, **joint):
@@ -18,12 +19,7 @@ def turned(torque, thickness=0.002, duration=0.3, **joint):
                 il.Contact("arm.right", "side", stop, along="x", gap=10.0),
                 il.Contact("arm.right", "above", stop, along="y", gap=10.0),
             ],
-            solve={
-                "duration": duration,
-                "model": {"kind": "modal", "elements": 40, "modes": 6},
-                "integrator": {"kind": "midpoint"},
-                "step": {"dt": "20 us"},
-            },
+            solve=in_steps(duration, "midpoint", {"kind": "modal", "elements": 40, "modes": 6}, dt="20 us"),
         )
     )
 

@@ -6,6 +6,7 @@ import numpy as np
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
+from tests.solving import in_steps, mesh
 
 STEP = 1e-6
 TIMES = (20.2e-6, 20.5e-6, 20.75e-6, 20.95e-6)
@@ -25,12 +26,7 @@ def history_of(times: tuple[float, ...], duration: float = 4e-5) -> AbstractHist
                         "ends": {"left": {"force": 1e4}, "right": "free"},
                     }
                 },
-                "solve": {
-                    "duration": duration,
-                    "model": {"kind": "finite_element", "elements": 40, "mass": "lumped"},
-                    "integrator": {"kind": "central_difference"},
-                    "step": {"dt": STEP},
-                },
+                "solve": in_steps(duration, "central_difference", mesh(40, "lumped"), dt=STEP),
                 "snapshots": [*times],
                 "probes": [{"body": "rod", "at": 0.09, "quantity": "velocity"}],
             }

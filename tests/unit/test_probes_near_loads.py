@@ -6,6 +6,7 @@ import pytest
 import impactlab as il
 from impactlab.models.base import Face
 from impactlab.models.mesh.beams import BeamMesh
+from tests.solving import in_steps, mesh
 
 FORCE, LENGTH = 1e4, 0.5
 
@@ -133,12 +134,7 @@ def test_shear_forces_beside_a_contact_on_a_beam_are_right_or_warned_of(elements
             bodies={"m": il.Mass(1e5, velocity=1e-3), "b": beam},
             contacts=[il.Contact("m", f"b.at({place})", {"kind": "penalty", "stiffness": 1e5})],
             probes=[{"body": "b", "at": x, "quantity": "shear_force"} for x in (place, 0.015)],
-            solve={
-                "duration": 0.3,
-                "model": {"kind": "finite_element", "elements": elements},
-                "integrator": {"kind": "newmark"},
-                "step": {"dt": 1e-4},
-            },
+            solve=in_steps(0.3, "newmark", mesh(elements), dt=1e-4),
         )
     )
     force = history.evaluate(0.3, f"force:m|b.at({place})")
@@ -184,12 +180,7 @@ def test_a_free_end_without_internal_force_is_not_warned_of(quantity):
             bodies={"m": il.Mass(0.05, velocity=0.5), "b": beam},
             contacts=[il.Contact("m", "b.at(0.5)", {"kind": "hertz", "stiffness": 1e8})],
             probes=[{"body": "b", "at": 1.0, "quantity": quantity}],
-            solve={
-                "duration": 5e-3,
-                "model": {"kind": "modal", "modes": 40},
-                "integrator": {"kind": "exact_modal"},
-                "step": {"dt": 2e-6},
-            },
+            solve=in_steps(5e-3, "exact_modal", {"kind": "modal", "modes": 40}, dt=2e-6),
         )
     )
     assert np.abs(history.recorded[f"{quantity}:b@1"].values).max() < 1e-9
@@ -213,12 +204,12 @@ def test_coordinates_that_change_with_the_contact_are_those_of_the_closed_contac
             bodies={"m": il.Mass(50.0, velocity=0.1), "b": beam},
             contacts=[il.Contact("m", f"b.at({place})", {"kind": "penalty", "stiffness": 1e4})],
             probes=[{"body": "b", "at": place, "quantity": "shear_force"}],
-            solve={
-                "duration": 0.1,
-                "model": {"kind": "modal", "elements": elements, "modes": 12, "basis": "striker_attached"},
-                "integrator": {"kind": "newmark"},
-                "step": {"dt": 2e-5},
-            },
+            solve=in_steps(
+                0.1,
+                "newmark",
+                {"kind": "modal", "elements": elements, "modes": 12, "basis": "striker_attached"},
+                dt=2e-5,
+            ),
         )
     )
     times = np.linspace(0.04, 0.09, 50)

@@ -10,6 +10,7 @@ import impactlab as il
 from impactlab.metrics.impact import momentum_error
 from impactlab.report import summary
 from tests.cases.support import CASES
+from tests.solving import in_steps, mesh
 
 STEEL = {"young": 2.1e11, "density": 7900}
 LEAPFROG = {"kind": "central_difference"}
@@ -146,12 +147,8 @@ def test_a_touch_after_the_end_of_the_run_is_not_in_its_velocities(law, scheme):
                     "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
                 },
                 contacts=[il.Contact("hammer", "rod.left", {"kind": law}, gap=1.0e-6)],
-                solve={
-                    "duration": duration,
-                    "model": {"kind": "finite_element", "elements": 50, "mass": "lumped"},
-                    "integrator": {"kind": scheme},
-                    "step": {"dt": 3.5e-7},  # the third step begins at 0.7 us, the touch is at 1 us
-                },
+                # the third step begins at 0.7 us, the touch is at 1 us
+                solve=in_steps(duration, scheme, mesh(50, "lumped"), dt=3.5e-7),
             )
         )
         return history, final(history)

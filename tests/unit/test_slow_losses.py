@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps
 
 
 def swinging(integrator: str, step: float, steps: int = 200_000) -> il.Case:
@@ -23,12 +24,7 @@ def swinging(integrator: str, step: float, steps: int = 200_000) -> il.Case:
                     "displacement": "1e-3 * x",
                 }
             },
-            "solve": {
-                "duration": steps * step,
-                "model": {"kind": "modal", "modes": 1},
-                "integrator": {"kind": integrator},
-                "step": {"dt": step},
-            },
+            "solve": in_steps(steps * step, integrator, {"kind": "modal", "modes": 1}, dt=step),
         }
     )
 

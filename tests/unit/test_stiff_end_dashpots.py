@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps, mesh
 
 AREA, YOUNG, DENSITY, LENGTH = 2.4e-4, 70e9, 4430.0, 0.31
 IMPEDANCE = AREA * np.sqrt(YOUNG * DENSITY)
@@ -23,12 +24,7 @@ def run(ratio: float, courant: float, velocities: tuple[float, float], gap: floa
                 "right": il.Rod(length=LENGTH, area=AREA, material=MATERIAL, velocity=velocities[1]),
             },
             contacts=[il.Contact("left.right", "right.left", {"kind": "addition_deletion"}, gap=gap)],
-            solve={
-                "duration": 0.9 * TRANSIT,
-                "model": {"kind": "finite_element", "elements": 40, "mass": "lumped"},
-                "integrator": {"kind": "central_difference"},
-                "step": {"courant": courant},
-            },
+            solve=in_steps(0.9 * TRANSIT, "central_difference", mesh(40, "lumped"), courant=courant),
         )
     )
 

@@ -27,6 +27,7 @@ from impactlab.metrics.collisions import collisions
 from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
 from impactlab.sweeps import axes, chunks, counts, engines, points, run
 from impactlab.sweeps.quantities import asked, values
+from tests.solving import in_steps
 
 PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
@@ -348,11 +349,7 @@ def test_several_contacts_of_one_name_have_the_largest_force_of_their_sum():
             "schema_version": 1,
             "bodies": {**balls, "wall_1": {"kind": "wall"}, "wall_2": {"kind": "wall"}},
             "contacts": [{**blow, "between": [f"ball_{k}", f"wall_{k}"], "name": "stop"} for k in (1, 2)],
-            "solve": {
-                "duration": "0.1 ms",
-                "integrator": {"kind": "central_difference"},
-                "step": {"dt": "0.2 us"},
-            },
+            "solve": in_steps("0.1 ms", "central_difference", dt="0.2 us"),
         }
     )
     found = il.sweep(twice, {"bodies.ball_1.mass": [1e-3]}, quantities=["largest_force", "peak_force"])
@@ -386,11 +383,7 @@ def row_of_beads(count: int) -> il.Case:
             "contacts": [
                 {"chain": ["striker", "bead", "wall"], "gap": 0.0, "law": {"kind": "hertz", "stiffness": 5e9}}
             ],
-            "solve": {
-                "duration": "0.2 ms",
-                "integrator": {"kind": "central_difference"},
-                "step": {"dt": "0.5 us"},
-            },
+            "solve": in_steps("0.2 ms", "central_difference", dt="0.5 us"),
         }
     )
 
