@@ -10,9 +10,8 @@ import impactlab as il
 from impactlab.metrics.impact import momentum_error
 from impactlab.report import summary
 from tests.cases.support import CASES
-from tests.solving import in_steps, mesh
+from tests.solving import in_steps, mesh, struck_rod
 
-STEEL = {"young": 2.1e11, "density": 7900}
 LEAPFROG = {"kind": "central_difference"}
 GRAVITY, MASS = 9.81, 2.0  # m/s2, kg
 
@@ -74,16 +73,7 @@ def test_a_run_that_ends_in_contact_has_its_velocity_to_second_order(beyond):
 @pytest.mark.parametrize("scheme", ["central_difference", "generalised_alpha", "newmark"])
 def test_a_mass_on_a_bar_ends_as_the_exact_solution_does(scheme):
     def run(**method):
-        return il.run(
-            il.Case(
-                bodies={
-                    "hammer": il.Mass(2.133, velocity=1.0),
-                    "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
-                },
-                contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9})],
-                solve={"duration": 1e-4, **method},
-            )
-        )
+        return il.run(struck_rod({"kind": "penalty", "stiffness": 1e9}, {"duration": 1e-4, **method}))
 
     def ends(history):
         return final(history) | {"impulse": history.contacts[0].impulse}
@@ -140,17 +130,9 @@ def test_a_touch_after_the_end_of_the_run_is_not_in_its_velocities(law, scheme):
     """The last step holds the force of a touch that comes when the run is over."""
 
     def ends(duration):
-        history = il.run(
-            il.Case(
-                bodies={
-                    "hammer": il.Mass(2.133, velocity=1.0),
-                    "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
-                },
-                contacts=[il.Contact("hammer", "rod.left", {"kind": law}, gap=1.0e-6)],
-                # the third step begins at 0.7 us, the touch is at 1 us
-                solve=in_steps(duration, scheme, mesh(50, "lumped"), dt=3.5e-7),
-            )
-        )
+        # the third step begins at 0.7 us, the touch is at 1 us
+        solve = in_steps(duration, scheme, mesh(50, "lumped"), dt=3.5e-7)
+        history = il.run(struck_rod({"kind": law}, solve, gap=1e-6))
         return history, final(history)
 
     history, found = ends(0.98e-6)
@@ -187,16 +169,8 @@ def test_free_faces_of_delay_lines_have_the_velocity_of_the_end_to_second_order(
     """A step gives the mean velocity of a face without mass: it belongs to the middle of the step."""
 
     def run(dt):
-        history = il.run(
-            il.Case(
-                bodies={
-                    "hammer": il.Mass(2.133, velocity=1.0),
-                    "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
-                },
-                contacts=[il.Contact("hammer", "rod.left", {"kind": "hertz", "stiffness": 1e10})],
-                solve={"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": dt}},
-            )
-        )
+        solve = {"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": dt}}
+        history = il.run(struck_rod({"kind": "hertz", "stiffness": 1e10}, solve))
         return history.evaluate([5e-5, 1e-4], "velocity:rod@0")
 
     fine, *errors = (run(dt) for dt in (2.5e-8, 2e-7, 4e-7))
@@ -216,23 +190,9 @@ def test_the_impulse_of_faces_that_are_pressed_together_at_the_start_counts_from
 def struck(law, integrator, end, gap, events="dated"):
     """Return a mass on a clamped bar, with steps of 1 us."""
     explicit, modes = integrator == "central_difference", integrator == "exact_modal"
-    mesh = {"kind": "finite_element", "elements": 10} | ({"mass": "lumped"} if explicit else {})
-    return il.run(
-        il.Case(
-            bodies={
-                "hammer": il.Mass(0.5, velocity=1.0),
-                "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
-            },
-            contacts=[il.Contact("hammer", "rod.left", law, gap=gap)],
-            solve={
-                "duration": end,
-                "model": {"kind": "modal", "modes": 8} if modes else mesh,
-                "integrator": {"kind": integrator},
-                "step": {"dt": 1e-6},
-                "events": events,
-            },
-        )
-    )
+    model = {"kind": "modal", "modes": 8} if modes else mesh(10, "lumped" if explicit else None)
+    solve = in_steps(end, integrator, model, dt=1e-6) | {"events": events}
+    return il.run(struck_rod(law, solve, mass=0.5, gap=gap))
 
 
 @pytest.mark.parametrize("integrator", ["exact_modal", "midpoint"])
