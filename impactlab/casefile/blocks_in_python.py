@@ -263,12 +263,7 @@ class Chain(BodyKeys):
     block = "ContactBlock"
 
     def __init__(
-        self,
-        bodies: Sequence[str],
-        law: Mapping[str, Any] | None = None,
-        *,
-        gap: Value | None = None,
-        **others: Any,
+        self, bodies: Sequence[str], law: Mapping[str, Any] | None = None, *, gap: Value | None = None, **others: Any
     ) -> None:
         super().__init__(chain=bodies if isinstance(bodies, str) else list(bodies), law=law, gap=gap, **others)
 

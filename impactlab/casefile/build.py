@@ -134,10 +134,7 @@ def _check_metrics(case: CaseBlock, registry: Registry) -> None:
 
 
 def _method(
-    case: CaseBlock,
-    laws: Mapping[str, AbstractContactLaw],
-    models: Mapping[str, AbstractRodModel],
-    registry: Registry,
+    case: CaseBlock, laws: Mapping[str, AbstractContactLaw], models: Mapping[str, AbstractRodModel], registry: Registry
 ) -> Method:
     if case.solve.tolerance is not None:
         counted: Any = tuple(dict.fromkeys(case.solve.tolerance_on))

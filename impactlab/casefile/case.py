@@ -222,12 +222,7 @@ class Case:
     def hints(self) -> tuple[str, ...]:
         """Values that may be slips, such as wrong wave speeds, a sentence each."""
         scene = self.scene()
-        return (
-            *lone_bodies(scene),
-            *odd_speeds(scene),
-            *odd_loads(scene),
-            *odd_laws(scene, self.built.method.laws),
-        )
+        return (*lone_bodies(scene), *odd_speeds(scene), *odd_loads(scene), *odd_laws(scene, self.built.method.laws))
 
     def _repr_html_(self) -> str:
         made: str = above("report.notebook").of_case(

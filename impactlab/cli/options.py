@@ -73,11 +73,7 @@ def found(case: Path) -> Path:
 
 
 def load(
-    file: Path,
-    sets: list[str] | None,
-    method: str | None,
-    variant: str | None = None,
-    metrics: list[str] | None = None,
+    file: Path, sets: list[str] | None, method: str | None, variant: str | None = None, metrics: list[str] | None = None
 ) -> Case:
     """Return the case that a command names, its variant and method chosen, its values set."""
     with spent_on("checking"):

@@ -11,9 +11,7 @@ from impactlab.cli.options import Json, option
 from impactlab.cli.reporting import CommandFailed, reporting
 
 
-def schema(
-    builtin: Annotated[bool, typer.Option("--builtin", help="Leave out the parts of plugins.")] = False,
-) -> None:
+def schema(builtin: Annotated[bool, typer.Option("--builtin", help="Leave out the parts of plugins.")] = False) -> None:
     """Print the JSON schema of case files, with the fields of every installed part."""
     with reporting(None, as_json=False):
         installed = registries.registry()

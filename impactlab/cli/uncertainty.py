@@ -31,8 +31,7 @@ def uncertainty(
         str, typer.Option("--percentiles", metavar="A,B,...", help="Percentiles, between 0 and 100.")
     ] = "5,50,95",
     indices: Annotated[
-        bool,
-        typer.Option("--indices/--no-indices", help="Sobol indices; d numbers take d + 2 times the runs."),
+        bool, typer.Option("--indices/--no-indices", help="Sobol indices; d numbers take d + 2 times the runs.")
     ] = True,
     failed: Annotated[str, typer.Option("--failed", help="How to treat failed points: stop, or leave_out.")] = "stop",
     sets: Sets = None,

@@ -160,11 +160,7 @@ def rendered(package: str, template: str, **values: Any) -> str:
         return next(place for place in places if place.is_file()).read_text(encoding="utf-8")
 
     made = Environment(
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        loader=FunctionLoader(text),
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, loader=FunctionLoader(text)
     )
     made.globals["verbatim"] = lambda name: Markup(text(name))  # noqa: S704 - a file of ours, not a template
     return made.get_template(template).render(**values)

@@ -218,8 +218,7 @@ def test_no_run_is_beyond_its_tolerance_in_silence(family: str) -> None:
 
 # A force that rises at the end of the run, one that a jump on its way lets be read at its steepest, long contacts.
 @pytest.mark.parametrize(
-    ("family", "number"),
-    [("power_law", 98), ("damped", 107), ("rigid", 38), ("dashpot", 44), ("dashpot", 53)],
+    ("family", "number"), [("power_law", 98), ("damped", 107), ("rigid", 38), ("dashpot", 44), ("dashpot", 53)]
 )
 def test_no_peak_read_where_the_force_is_steep_is_beyond_its_tolerance(family: str, number: int) -> None:
     row = measure.measured(families.draw(family, 20261122, number))

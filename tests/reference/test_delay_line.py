@@ -54,9 +54,7 @@ def exact(case: Simulation) -> Any:
 
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize(
-    "far",
-    [CLAMPED, FREE, End("spring", 1e9), End("dashpot", 2e4), End("mass", 1.0)],
-    ids=lambda e: e.kind,
+    "far", [CLAMPED, FREE, End("spring", 1e9), End("dashpot", 2e4), End("mass", 1.0)], ids=lambda e: e.kind
 )
 def test_it_converges_to_the_exact_answer(far: End, mirrored: bool) -> None:
     errors = []

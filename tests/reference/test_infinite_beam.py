@@ -378,11 +378,7 @@ def test_a_beam_that_is_straight_at_its_infinite_ends_may_be_displaced(shape: st
 def endless_beam(displacement: str) -> il.Case:
     section, ends = {"width": 0.01, "height": 0.01}, {"left": "infinite", "right": "infinite"}
     beam = il.Beam(
-        length=1.0,
-        section=section,
-        material={"young": 2.1e11, "density": 7900},
-        ends=ends,
-        displacement=displacement,
+        length=1.0, section=section, material={"young": 2.1e11, "density": 7900}, ends=ends, displacement=displacement
     )
     solve = in_steps(1e-3, "newmark", mesh(10), dt=1e-5)
     return il.Case(bodies={"beam": beam}, solve=solve)

@@ -118,12 +118,7 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     ({"contacts.0.along": GONE}, "contacts.0.along", "this key is missing", "along: x, y or [cos, sin]"),
     ({"contacts.0.along": [0.0, 0.0]}, "contacts.0.along", "the direction [0, 0] has no length", "Fix the value"),
     ({"contacts.0.along": [math.nan, 1.0]}, "contacts.0.along", "nan is not a finite number", "Fix the value"),
-    (
-        {**NO_MECHANISM, "contacts.0.along": "x", "bodies.crank": GONE},
-        "contacts.0.along",
-        "no link",
-        "Remove along",
-    ),
+    ({**NO_MECHANISM, "contacts.0.along": "x", "bodies.crank": GONE}, "contacts.0.along", "no link", "Remove along"),
     ({"contacts.1": SIDEWAYS}, "contacts.1.along", "'block' moves along one line", "one direction"),
     ({"contacts.1": ITSELF}, "contacts.1.between", "cannot strike itself", "Let a link meet another body"),
     ({"bodies.block.rotation": {}}, "contacts.0.between", "'block' turns steadily", "Remove its rotation"),

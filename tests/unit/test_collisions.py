@@ -182,9 +182,7 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
     for modes in (20, 40):
         scene = modelled_as(
             case.simulation(), Modal(modes=modes), ExactModal(), StepRule(dt=1e-6), AdditionDeletion()
-        ).but(
-            events="located",
-        )
+        ).but(events="located")
         history = il.run(scene)
         codes = {warned.code: warned.text for warned in history.warnings}
         assert "t^-1/2" in codes["singular_force"]

@@ -24,13 +24,7 @@ def snapshots(body: il.Beam | il.Rod, face: str, model: dict[str, Any], law: str
         bodies={"b": body, "m": il.Mass(0.1, velocity=1.0)},
         contacts=[il.Contact("m", face, {"kind": law})],
         snapshots=list(TIMES),
-        solve={
-            "duration": 2e-4,
-            "model": model,
-            "integrator": {"kind": "newmark"},
-            "step": {"dt": 1e-6},
-            **solve,
-        },
+        solve={"duration": 2e-4, "model": model, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}, **solve},
     )
     return il.run(case)
 

@@ -20,10 +20,7 @@ STEPPED = [
 
 def struck(speed, **solve):
     """Return the run of a mass that strikes a stepped rod."""
-    bodies = {
-        "hammer": il.Mass(0.74, velocity=speed),
-        "rod": il.Rod(segments=STEPPED, ends={"right": "clamped"}),
-    }
+    bodies = {"hammer": il.Mass(0.74, velocity=speed), "rod": il.Rod(segments=STEPPED, ends={"right": "clamped"})}
     contact = il.Contact("hammer", "rod.left", {"kind": "addition_deletion"})
     return il.run(il.Case(bodies=bodies, contacts=[contact], solve={"duration": "0.3 ms", **solve}))
 

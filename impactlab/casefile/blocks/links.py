@@ -80,8 +80,7 @@ def _read_end(value: Any) -> Any:
 
 
 END = Reader(
-    _read_end,
-    {"anyOf": [{"const": "free"}, {"type": "object", "properties": {"slide": {}}, "required": ["slide"]}]},
+    _read_end, {"anyOf": [{"const": "free"}, {"type": "object", "properties": {"slide": {}}, "required": ["slide"]}]}
 )
 
 
