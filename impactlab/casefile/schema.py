@@ -30,7 +30,7 @@ from impactlab.casefile.blocks.shared import (
 )
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import Allowed, object_schema, words
+from impactlab.casefile.values.fields import Allowed, object_schema, quantity, whole, words
 from impactlab.casefile.values.fields import Reader as Reader
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
@@ -97,13 +97,13 @@ class ContactBlock(Block):
     along: Annotated[Any, ALONG] = Field(
         default=None, description="direction of a contact on a mechanism: x, y or [cos, sin], fixed in space"
     )
-    pieces: Annotated[int | None, Allowed("1", (("ge", 1), ("le", 400)), whole=True, nothing=True).reader()] = Field(
+    pieces: Annotated[int | None, whole(nothing=True, ge=1, le=400)] = Field(
         default=None, description="number of equal pieces of a contact along a body, body.along(from, to)"
     )
     name: Name | None = Field(
         default=None, description="name of the sum of its forces, force:NAME; contacts of one name are summed"
     )
-    overlap: Annotated[str | None, Allowed(words=("allowed",), nothing=True).reader()] = Field(
+    overlap: Annotated[str | None, words("allowed", nothing=True)] = Field(
         default=None, description="'allowed' lets a gap be negative"
     )
     law: PartBlock | None = Field(
@@ -155,7 +155,7 @@ DURATION = Reader(_read_duration, {"anyOf": [_SECONDS.json_schema(), _TRIPS]})
 CHOSEN = ("model", "models", "integrator", "step", "events")
 """Keys of `solve` that ``tolerance`` replaces by the automatic choice."""
 
-TOLERANCE = Allowed(limits=(("ge", 1e-8), ("le", 0.5)), number=True, nothing=True).reader()
+TOLERANCE = quantity("1", nothing=True, ge=1e-8, le=0.5)
 
 
 class SolveBlock(Block):
@@ -199,7 +199,7 @@ def _of_probe(value: Any) -> Any:
 
 
 _SCHEMA_OF_PROBE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "null"}]}
-_HERTZ = Allowed("Hz", (("gt", 0.0),), number=True, nothing=True).reader()
+_HERTZ, _METRES = quantity("Hz", nothing=True, gt=0.0), quantity("m", nothing=True, gt=0.0)
 
 
 class ProbeBlock(Block):
@@ -210,7 +210,7 @@ class ProbeBlock(Block):
     quantity: Annotated[str, words(*QUANTITIES)] = Field(
         description="; ".join(f"of a {kind} {', '.join(quantities)}" for kind, quantities in KINDS.items())
     )
-    length: Annotated[float | None, Allowed("m", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
+    length: Annotated[float | None, _METRES] = Field(
         default=None, description="length of a strain gauge, its middle at the probe [m]: the mean over it is measured"
     )
     bandwidth: Annotated[float | None, _HERTZ] = Field(
@@ -222,10 +222,10 @@ class ProbeBlock(Block):
     noise: Annotated[Any, Reader(_of_probe, _SCHEMA_OF_PROBE)] = Field(
         default=None, description="standard deviation of each sample, in the unit of the quantity"
     )
-    seed: Annotated[int | None, Allowed("1", (("ge", 0),), whole=True, nothing=True).reader()] = Field(
+    seed: Annotated[int | None, whole(nothing=True, ge=0)] = Field(
         default=None, description="seed of the noise; 0 if not given"
     )
-    bits: Annotated[int | None, Allowed("1", (("ge", 1), ("le", 32)), whole=True, nothing=True).reader()] = Field(
+    bits: Annotated[int | None, whole(nothing=True, ge=1, le=32)] = Field(
         default=None, description="bits of the converter, over its range"
     )
     range: Annotated[Any, Reader(_of_probe, _SCHEMA_OF_PROBE)] = Field(
@@ -248,7 +248,7 @@ class Frames(Block):
     """Equal instants of fields over the whole run; exactly one of the two."""
 
     every: Time | None = Field(default=None, description="time between two of them [s]")
-    count: Annotated[int, Allowed("1", (("ge", 1), ("le", MAX_SNAPSHOTS)), whole=True).reader()] | None = Field(
+    count: Annotated[int, whole(ge=1, le=MAX_SNAPSHOTS)] | None = Field(
         default=None, description="number of equal parts of the run, with fields at their ends"
     )
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from impactlab.casefile.blocks.rotation import RotationBlock, rotation_of
 from impactlab.casefile.blocks.shared import PIECES, POISSON, Area, Block, Inertia, Length, Material, MovingBlock
 from impactlab.casefile.text.words import listed
-from impactlab.casefile.values.fields import BEAM_END, Allowed, quantity, words
+from impactlab.casefile.values.fields import BEAM_END, quantity, words
 from impactlab.casefile.values.materials import NAMED
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Beam, BeamSegment, End
@@ -28,12 +28,12 @@ class BeamMaterial(Material):
     poisson: Annotated[float | None, POISSON] = Field(
         default=None, description="Poisson's ratio; it gives the shear modulus G = E/(2 (1 + nu))"
     )
-    shear_modulus: Annotated[float | None, Allowed("Pa", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
+    shear_modulus: Annotated[float | None, quantity("Pa", nothing=True, gt=0.0)] = Field(
         default=None, description="shear modulus G [Pa], in place of poisson"
     )
 
 
-SHARE = Allowed("1", (("gt", 0.0), ("le", 1.0)), number=True, nothing=True).reader()
+SHARE = quantity("1", nothing=True, gt=0.0, le=1.0)
 
 
 class SectionBlock(Block):

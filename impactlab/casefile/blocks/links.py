@@ -10,7 +10,7 @@ from pydantic import Field
 from impactlab.casefile.blocks.shared import Block, Length, MassValue, Name, Time
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import Allowed, Reader, quantity, words
+from impactlab.casefile.values.fields import Allowed, Reader, quantity, whole, words
 
 MAX_LINKS, MAX_AXIAL = 100, 200
 _RATE = Allowed("rad/s", number=True)
@@ -24,7 +24,7 @@ class LinkBlock(Block):
     kind: Literal["link"] = Field(description="link")
     length: Length = Field(description="length [m]")
     mass: MassValue = Field(description="mass [kg]")
-    inertia: Annotated[float | None, Allowed("kg m2", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
+    inertia: Annotated[float | None, quantity("kg m2", nothing=True, gt=0.0)] = Field(
         default=None, description="moment of inertia about the middle [kg m2]; that of a uniform bar if not given"
     )
 
@@ -64,7 +64,7 @@ class JointBlock(Block):
         default=None, description="given angular rate of the link; the moment that keeps it acts from the ground"
     )
     end_mass: Annotated[float, quantity("kg", ge=0.0)] = Field(default=0.0, description="point mass at its end [kg]")
-    axial_modes: Annotated[int, Allowed("1", (("ge", 0), ("le", MAX_AXIAL)), whole=True).reader()] = Field(
+    axial_modes: Annotated[int, whole(ge=0, le=MAX_AXIAL)] = Field(
         default=0, description="axial shapes of a beam; without one it keeps its length"
     )
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from impactlab.casefile.blocks.shared import Block, Place
-from impactlab.casefile.values.fields import Allowed, Reader
+from impactlab.casefile.values.fields import Allowed, Reader, words
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Rotation
 
@@ -25,7 +25,7 @@ class RotationBlock(Block):
         description="place of the axis in the body's own x [m]; a mass without it takes its distance from the face "
         "that it meets",
     )
-    plane: Annotated[str | None, Allowed(words=("chord", "flap"), nothing=True).reader()] = Field(
+    plane: Annotated[str | None, words("chord", "flap", nothing=True)] = Field(
         default=None,
         description="of a beam and of masses that strike it: chord, in the plane of rotation, or flap, across it",
     )

@@ -21,7 +21,7 @@ from impactlab.casefile.blocks.shared import (
 )
 from impactlab.casefile.text.words import listed
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import TWIST, Allowed, EndReader, quantity
+from impactlab.casefile.values.fields import TWIST, EndReader, quantity
 from impactlab.casefile.values.formula import Formula
 from impactlab.casefile.values.materials import NAMED
 from impactlab.errors import CaseError
@@ -32,7 +32,7 @@ SHAFT_END = EndReader("shaft", ("free", "clamped", "infinite"), supports=_SUPPOR
 OF_BEAMS = ("width", "height", "area", "inertia", "shear_factor")
 SECTIONS = "{diameter: m}, {diameter: m, bore: m} with a smaller bore, or {torsion_constant: m4, polar_moment: m4}"
 RATE = quantity("1/s")
-MODULUS = Allowed("Pa", (("gt", 0.0),), number=True, nothing=True).reader()
+MODULUS = quantity("Pa", nothing=True, gt=0.0)
 
 
 class ShaftMaterial(Block):

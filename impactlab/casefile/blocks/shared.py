@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from impactlab.casefile.blocks.repeat import MAX_REPEAT
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import SHAPE, Allowed, quantity
+from impactlab.casefile.values.fields import SHAPE, quantity, whole
 from impactlab.casefile.values.formula import Formula
 from impactlab.casefile.values.loads import load_values
 from impactlab.casefile.values.materials import NAMED
@@ -39,19 +39,19 @@ Velocity = Annotated[float, quantity("m/s"), AfterValidator(_least_speed)]
 Place = Annotated[float, quantity("m")]
 Time = Annotated[float, quantity("s", gt=0.0)]
 Instant = Annotated[float, quantity("s", ge=0.0)]
-Records = Annotated[int, Allowed("1", (("ge", 100), ("le", 10_000_000)), whole=True).reader()]
+Records = Annotated[int, whole(ge=100, le=10_000_000)]
 Positive = Annotated[float, quantity("1", gt=0.0)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
 Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$")]
 
 
-Repeat = Annotated[int | None, Allowed("1", (("ge", 1), ("le", MAX_REPEAT)), whole=True, nothing=True).reader()]
+Repeat = Annotated[int | None, whole(nothing=True, ge=1, le=MAX_REPEAT)]
 REPEAT = Field(
     default=None,
     description="number n of blocks made from this one, i = 1 ... n: strings may be formulas of i and n, "
     "NAME makes NAME_1 ... NAME_n",
 )
-POISSON = Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).reader()
+POISSON = quantity("1", nothing=True, ge=0.0, le=0.5)
 
 
 class Block(BaseModel):
