@@ -327,7 +327,7 @@ def _checked_and_built(
         with folder_of(file):
             checked = CaseBlock.model_validate(data)
     except ValidationError as error:
-        fault = case_error(error, data, allowed=CaseBlock)
+        fault = case_error(error, data, "", CaseBlock)
         raise combined([fault, *part_faults(data, registry)]) from error
     try:
         return checked, build(checked, check(checked, registry), name, registry)

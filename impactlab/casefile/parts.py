@@ -54,7 +54,7 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
     try:
         checked = model.model_validate(given)
     except ValidationError as error:
-        raise case_error(error, given, path, allowed=model) from error
+        raise case_error(error, given, path, model) from error
     values = {name: getattr(checked, name) for name in model.model_fields}
     try:
         return part(**values)
@@ -127,7 +127,7 @@ def _read_record(value: Any, path: str, records: tuple[type[Any], ...]) -> Any:
     try:
         checked = model.model_validate(given)
     except ValidationError as error:
-        raise case_error(error, given, path, allowed=model.model_fields) from error
+        raise case_error(error, given, path, model.model_fields) from error
     try:
         return chosen(**{name: getattr(checked, name) for name in model.model_fields})
     except CaseError as error:

@@ -194,7 +194,7 @@ def waves(histories: Sequence[AbstractHistory], scene: Scene) -> list[Plate]:
     return [Plate("waves", "The waves", words, partial(diagram.lagrange, known, scene), has_live_twin=True)]
 
 
-def force_notes(comparison: Mapping[str, Any], several: bool = False) -> dict[str, str]:
+def force_notes(comparison: Mapping[str, Any], several: bool) -> dict[str, str]:
     """Return the text above the panel of each method: its error of the force away from jumps."""
     words, notes = "off jumps, worst contact" if several else "off jumps", {}
     for row in comparison["rows"]:

@@ -17,10 +17,10 @@ from studies.audit import answers, compare, families, measure, references, scene
 pytestmark = pytest.mark.slow
 
 
-def ball_on_wall(law: scenes.Doc, gap: float = 7.767e-5, tolerance: float = 1e-8) -> scenes.Doc:
+def ball_on_wall(law: scenes.Doc, gap: float = 7.767e-5) -> scenes.Doc:
     """Return a ball of 1 kg at 1 m/s before a wall."""
     bodies = {"ball": {"kind": "mass", "mass": 1.0, "velocity": 1.0}, "wall": {"kind": "wall"}}
-    return scenes.finished(bodies, [{"between": ["ball", "wall"], "gap": gap, "law": law}], 5e-3, tolerance)
+    return scenes.finished(bodies, [{"between": ["ball", "wall"], "gap": gap, "law": law}], 5e-3, 1e-8)
 
 
 @pytest.mark.parametrize("zeta", [0.1, 0.6, 0.9])

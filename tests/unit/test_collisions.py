@@ -123,11 +123,11 @@ def test_the_speeds_in_a_chain_do_not_follow_its_records() -> None:
     assert known[1].energy_lost == pytest.approx(known[0].energy_lost, rel=1e-9)
 
 
-def two_models(label: str, modes: int = 40, elements: int = 60) -> list[Simulation]:
+def two_models(label: str) -> list[Simulation]:
     given = case_of(label).simulation()
     step = given.method.step
-    fine = modelled_as(given, FiniteElement(elements), Midpoint(), step)
-    return [modelled_as(given, Modal(modes=modes), ExactModal(), step), fine]
+    fine = modelled_as(given, FiniteElement(60), Midpoint(), step)
+    return [modelled_as(given, Modal(modes=40), ExactModal(), step), fine]
 
 
 def summaries(label: str) -> list[tuple[str, dict[str, object]]]:

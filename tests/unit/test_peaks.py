@@ -12,9 +12,9 @@ from impactlab.metrics.peaks import find_peak, peak_force
 ROUND_TRIP = 2.0 / 5188.7  # s, of a rod of 1 m
 
 
-def pushed_against_a_wall(shift: float, width: float = 0.05) -> AbstractHistory:
+def pushed_against_a_wall(shift: float) -> AbstractHistory:
     """Return the exact run of a rod that a triangle of force pushes onto a stiff spring, its kink at a shifted time."""
-    top, end = (0.2 + shift) * ROUND_TRIP, (0.2 + width + shift) * ROUND_TRIP
+    top, end = (0.2 + shift) * ROUND_TRIP, (0.25 + shift) * ROUND_TRIP
     load = {"t": [0.0, top, end], "f": [0.0, 1e4, 0.0]}
     return il.run(
         il.Case(

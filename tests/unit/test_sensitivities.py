@@ -46,13 +46,6 @@ def struck(
     }
 
 
-def before_wall(gap: float = 0.35) -> il.Case:
-    case = struck(1.0, far_end="free", duration=4.0)
-    case["bodies"]["wall"] = {"kind": "wall"}
-    case["contacts"].append({"between": ["rod.right", "wall"], "gap": gap, "law": HARD})
-    return il.Case.from_dict(case)
-
-
 def random_case(draw: Any) -> dict[str, Any]:
     """Return a mass, two or three rods and perhaps a wall, with hard contacts and springs."""
     number = st.floats(0.3, 3.0)

@@ -130,8 +130,8 @@ def write_index(
     scenes: Sequence[SceneRows],
     styles: MethodStyles,
     drawn: Sequence[str],
-    formats: Sequence[str] = (),
-    command: str = "",
+    formats: Sequence[str],
+    command: str,
 ) -> None:
     """Write the page over all scenes with its tables and figures.
 
