@@ -30,3 +30,8 @@ def struck_rod(
     keys = {"length": 0.3, "area": 9e-4, "material": material, "ends": {"right": "clamped"}, **(rod or {})}
     bodies = {"hammer": il.Mass(mass, velocity=1.0), "rod": il.Rod(**keys)}
     return il.Case(bodies=bodies, contacts=[il.Contact("hammer", "rod.left", law, gap=gap)], solve=solve, **others)
+
+
+def run_case(**keys: Any) -> il.history.AbstractHistory:
+    """Return the run of the case with these keys: bodies, contacts, solve ..."""
+    return il.run(il.Case(**keys))

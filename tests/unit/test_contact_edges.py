@@ -37,7 +37,7 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row, simulation
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start
-from tests.solving import in_steps, mesh, struck_rod
+from tests.solving import in_steps, mesh, run_case, struck_rod
 
 
 def mass_on_wall(
@@ -250,14 +250,10 @@ def test_a_step_longer_than_the_time_of_a_dashpot_is_warned_of(integrator: str) 
     less than a thousandth of its speed is left. With steps of 100 us it left with a fifth of it, without a word.
     """
     for dt, resolved in ((1e-4, False), (2e-6, True)):
-        history = il.run(
-            il.Case(
-                bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
-                contacts=[
-                    il.Contact("ball", "wall", {"kind": "penalty", "stiffness": 1e6, "damping": 4e4}, gap=7.7e-5)
-                ],
-                solve={"duration": 5e-3, "integrator": {"kind": integrator}, "step": {"dt": dt}},
-            )
+        history = run_case(
+            bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
+            contacts=[il.Contact("ball", "wall", {"kind": "penalty", "stiffness": 1e6, "damping": 4e4}, gap=7.7e-5)],
+            solve={"duration": 5e-3, "integrator": {"kind": integrator}, "step": {"dt": dt}},
         )
         speed = abs(float(history.evaluate(5e-3, "velocity:ball")))
         assert (speed < 1e-3) == resolved

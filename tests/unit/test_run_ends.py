@@ -10,7 +10,7 @@ import impactlab as il
 from impactlab.metrics.impact import momentum_error
 from impactlab.report import summary
 from tests.cases.support import CASES
-from tests.solving import in_steps, mesh, struck_rod
+from tests.solving import in_steps, mesh, run_case, struck_rod
 
 LEAPFROG = {"kind": "central_difference"}
 GRAVITY, MASS = 9.81, 2.0  # m/s2, kg
@@ -23,13 +23,11 @@ def final(history):
 
 
 def falling(dt, end=0.1):
-    return il.run(
-        il.Case(
-            bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
-            contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6}, gap=10.0)],
-            gravity=GRAVITY,
-            solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": dt}},
-        )
+    return run_case(
+        bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
+        contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6}, gap=10.0)],
+        gravity=GRAVITY,
+        solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": dt}},
     )
 
 
@@ -58,12 +56,10 @@ def test_a_run_that_ends_in_contact_has_its_velocity_to_second_order(beyond):
     end = 0.6 * math.pi / omega
     errors = []
     for steps in (50, 100):
-        history = il.run(
-            il.Case(
-                bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
-                contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6})],
-                solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": end / (steps - beyond)}},
-            )
+        history = run_case(
+            bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
+            contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6})],
+            solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": end / (steps - beyond)}},
         )
         errors.append(abs(final(history)["velocity:mass"] - math.cos(omega * end)))
     assert errors[0] < (omega * end / 50) ** 2  # half a step early it was 0.018, ten times this
@@ -94,13 +90,11 @@ def test_a_mass_on_a_bar_ends_as_the_exact_solution_does(scheme):
 @pytest.mark.parametrize("share", [0.02, 0.5, 0.98, 1.0])  # of the step with the kick that is in the run
 def test_a_kick_in_the_last_step_is_in_the_velocity_as_a_whole(scheme, share):
     end = (4.0 + share) * 1e-3
-    history = il.run(
-        il.Case(
-            bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
-            contacts=[il.Contact("one", "other", {"kind": "impulse_momentum", "restitution": 0.5}, gap=3.6e-3)],
-            gravity=GRAVITY,
-            solve={"duration": end, "integrator": {"kind": scheme}, "step": {"dt": 1e-3}},
-        )
+    history = run_case(
+        bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
+        contacts=[il.Contact("one", "other", {"kind": "impulse_momentum", "restitution": 0.5}, gap=3.6e-3)],
+        gravity=GRAVITY,
+        solve={"duration": end, "integrator": {"kind": scheme}, "step": {"dt": 1e-3}},
     )
     (kick,) = history.events
     assert kick.time == pytest.approx(4e-3)
@@ -111,12 +105,10 @@ def test_a_kick_in_the_last_step_is_in_the_velocity_as_a_whole(scheme, share):
 
 @pytest.mark.parametrize("share", [0.02, 0.4, 0.5, 0.6, 1.0])
 def test_a_closing_jump_in_the_last_step_of_leapfrog_is_given_at_once(share):
-    history = il.run(
-        il.Case(
-            bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
-            contacts=[il.Contact("one", "other", {"kind": "velocity_complementarity"}, gap=3.6e-3)],
-            solve={"duration": (4.0 + share) * 1e-3, "integrator": LEAPFROG, "step": {"dt": 1e-3}},
-        )
+    history = run_case(
+        bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
+        contacts=[il.Contact("one", "other", {"kind": "velocity_complementarity"}, gap=3.6e-3)],
+        solve={"duration": (4.0 + share) * 1e-3, "integrator": LEAPFROG, "step": {"dt": 1e-3}},
     )
     assert history.contacts[0].impulse == pytest.approx(1.2)  # a share of a step more or less before
     assert final(history)["velocity:one"] == pytest.approx(0.4)
