@@ -372,20 +372,9 @@ def test_a_case_without_a_contact_has_no_value_of_contacts(tmp_path):
 
 
 def row_of_beads(count: int) -> il.Case:
-    return il.Case.from_dict(
-        {
-            "schema_version": 1,
-            "bodies": {
-                "striker": {"kind": "mass", "mass": 1e-3, "velocity": 0.5},
-                "bead": {"repeat": count, "kind": "mass", "mass": 1e-3},
-                "wall": {"kind": "wall"},
-            },
-            "contacts": [
-                {"chain": ["striker", "bead", "wall"], "gap": 0.0, "law": {"kind": "hertz", "stiffness": 5e9}}
-            ],
-            "solve": in_steps("0.2 ms", "central_difference", dt="0.5 us"),
-        }
-    )
+    bodies = {"striker": il.Mass(1e-3, velocity=0.5), "bead": il.Mass(1e-3, repeat=count), "wall": il.Wall()}
+    chain = il.Chain(["striker", "bead", "wall"], {"kind": "hertz", "stiffness": 5e9}, gap=0.0)
+    return il.Case(bodies=bodies, contacts=[chain], solve=in_steps("0.2 ms", "central_difference", dt="0.5 us"))
 
 
 @pytest.mark.parametrize("form", ["over", "points"])
