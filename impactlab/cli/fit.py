@@ -89,10 +89,7 @@ def fit(
         if out is not None:
             found.write(out, _again(context))
             console.say(f"written: {out}")
-        if as_json:
-            console.print_json(found.to_dict())
-        else:
-            print(found)
+        console.print_json(found.to_dict()) if as_json else print(found)
 
 
 def _again(context: typer.Context) -> str:

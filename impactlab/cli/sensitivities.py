@@ -27,7 +27,4 @@ def sensitivities(
         names = derivatives.DEFAULT if quantities is None else names_in(quantities)
         with given_by("--parameters"):
             found = derivatives.sensitivities(loaded, names_in(parameters), names)
-        if as_json:
-            console.print_json(found.to_dict())
-        else:
-            print(found)
+        console.print_json(found.to_dict()) if as_json else print(found)

@@ -73,10 +73,7 @@ def uncertainty(
             )
         if out is not None:
             console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
-        if as_json:
-            console.print_json(found.to_dict())
-        else:
-            print(found)
+        console.print_json(found.to_dict()) if as_json else print(found)
         if not sweeps.counts(found.data).keys() & {"missing", "completed", "tolerance_not_met"}:
             raise CommandFailed(1)
 
