@@ -29,6 +29,7 @@ from impactlab.report.figures.style import (
     grid,
     lower_margin,
     name_lines,
+    panel_grid,
     room_beside,
     scaled,
     time_axis,
@@ -108,10 +109,8 @@ def loops(history: AbstractHistory, scene: Scene) -> list[Loop]:
 @drawn
 def force_loops(found: Sequence[Loop]) -> Figure:
     """Return the force over the closing of each contact, a panel each."""
-    columns = min(len(found), across(3))
-    figure, axes = grid(-(-len(found) // columns), columns, 2.2, Margins(down=0.75))
-    panels = [axis for row in axes for axis in row]
-    for axis, loop in zip(panels, found, strict=False):
+    figure, axes = panel_grid(len(found), min(len(found), across(3)), 2.2, Margins(down=0.75))
+    for axis, loop in zip(axes, found, strict=True):
         moved = scaled("m", float(np.abs(loop.closing).max()))
         force = scaled("N", float(np.abs(loop.force).max()))
         axis.axhline(0.0, color=MUTED, linewidth=0.8)
@@ -119,8 +118,6 @@ def force_loops(found: Sequence[Loop]) -> Figure:
         axis.set_title(loop.name)
         axis.set_xlabel(f"closing  [{moved.label}]")
         axis.set_ylabel(f"force  F  [{force.label}]")
-    for axis in panels[len(found) :]:
-        axis.set_visible(False)
     return figure
 
 
