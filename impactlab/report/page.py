@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Plate(NamedTuple):
+class PageFigure(NamedTuple):
     """A figure as it stands on the page."""
 
     name: str  # of its files
@@ -47,7 +47,7 @@ class Page(NamedTuple):
     findings: Sequence[str]
     table: Mapping[str, Any]  # a comparison; of one run with one row
     traces: Sequence[Trace]
-    figures: Sequence[Plate]
+    figures: Sequence[PageFigure]
     files: Sequence[tuple[str, str]]  # name, content
     others: Sequence[Callable[[], None]] = ()  # write files of the folder while the figures are drawn
 
@@ -135,7 +135,7 @@ def _facts(page: Page, scene: Scene, left_out: str) -> list[tuple[str, str]]:
     return [*facts.scene_facts(scene, links), *((name, words) for name, words in drawn if words)]
 
 
-def _inline(plate: Plate, folder: Path, formats: Sequence[str]) -> str:
+def _inline(plate: PageFigure, folder: Path, formats: Sequence[str]) -> str:
     """Write the files of a figure and return it as it stands on the page."""
     return inline(save(plate.draw(), folder, plate.name, formats), f"{plate.title}. {plate.caption}")
 

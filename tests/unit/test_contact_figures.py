@@ -46,7 +46,7 @@ def chain_of(beads: int) -> il.Case:
     )
 
 
-def of_run(history: AbstractHistory) -> list[page_figures.Plate]:
+def of_run(history: AbstractHistory) -> list[page_figures.PageFigure]:
     return page_figures.of_run(Trace("laws", history, PALETTE[0]), history.scene)
 
 
