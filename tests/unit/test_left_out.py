@@ -19,7 +19,7 @@ from impactlab.refine.errors.distances import counted, difference
 from impactlab.scene import Beam, BeamSegment, End, Mass
 from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.simulate import driver
-from tests.reference.beam_scenes import ball_on
+from tests.reference.beam_scenes import ball_on, square_bar
 
 SEGMENT = BeamSegment(
     length=0.5, area=7.7e-4, young=1.1e11, density=4430.0, inertia=6.1e-8, shear_stiffness=2.7e7, rotary_inertia=2.7e-4
@@ -104,9 +104,7 @@ def test_steps_that_do_not_resolve_static_shapes_have_no_use_of_them():
 
 def test_a_choice_takes_few_modes_and_static_shapes_in_place_of_many():
     """At a free end of a beam that shears 1377 modes were counted as needed, and a mesh took 16 times as long."""
-    segment = BeamSegment(
-        0.1, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0, shear_stiffness=6.7e6, rotary_inertia=7850.0 * 1e-8 / 12.0
-    )
+    segment = square_bar(0.1, shears=True)
     beam = Beam("beam", (segment,), End("clamped"), End("free"), theory="timoshenko")
     asked = ball_on(beam, 0.1, Hertz(1e9), 5e-4, mass=0.05)
     history, mesh = (

@@ -11,11 +11,11 @@ from impactlab.contact.penalty import Penalty
 from impactlab.refine.convergence import Level
 from impactlab.refine.descriptions.beam_modes import BeamModesFamily
 from impactlab.refine.errors.level_errors import MAX_UNMAGNIFIED, magnified_by_touches
-from impactlab.scene import Beam, BeamSegment, End
+from impactlab.scene import Beam, End
 from impactlab.scene.method import Tolerance
-from tests.reference.beam_scenes import ball_on
+from tests.reference.beam_scenes import ball_on, square_bar
 
-SEGMENT = BeamSegment(0.3, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0)
+SEGMENT = square_bar(0.3)
 
 
 def family(duration: float) -> BeamModesFamily:

@@ -16,14 +16,11 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics.norms import midpoints
 from impactlab.models.base import Face
 from impactlab.models.modal import Modal
-from impactlab.scene import Beam, BeamSegment, End, Rod, Segment
+from impactlab.scene import Beam, End, Rod, Segment
 from impactlab.simulate import driver
-from tests.reference.beam_scenes import ball_on
+from tests.reference.beam_scenes import ball_on, square_bar
 
-PLAIN = BeamSegment(length=0.3, area=1e-4, young=2.1e11, density=7850.0, inertia=1e-8 / 12.0)
-SHEARED = BeamSegment(
-    0.3, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0, shear_stiffness=6.7e6, rotary_inertia=7850.0 * 1e-8 / 12.0
-)
+PLAIN, SHEARED = square_bar(0.3), square_bar(0.3, shears=True)
 ENDS = [("clamped", "free"), ("pinned", "pinned"), ("free", "free")]
 FACES = (Face(0.18, 0, 1.0), Face(0.1, 1, 1.0))
 

@@ -15,15 +15,15 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.modal import Modal
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
+from impactlab.scene import Beam, Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import driver, stepped_run
 from impactlab.simulate.stepping.setup import restepped, retimed
 from impactlab.testing.scenes import simulation
-from tests.reference.beam_scenes import ball_on
+from tests.reference.beam_scenes import ball_on, square_bar
 
 DT = 2e-6  # s
-SEGMENT = BeamSegment(length=0.3, area=1e-4, young=2.1e11, density=7850.0, inertia=1e-8 / 12.0)
+SEGMENT = square_bar(0.3)
 
 
 def struck(law, stop=None, integrator=None):

@@ -8,11 +8,11 @@ from impactlab.contact.power_law import HuntCrossley
 from impactlab.refine.errors.distances import counted, difference
 from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import Simulation, Tolerance
-from tests.reference.beam_scenes import ball_on
+from tests.reference.beam_scenes import ball_on, square_bar
 
 
 def struck_four_times(tolerance: float) -> Simulation:
-    segment = BeamSegment(0.3, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0)
+    segment = square_bar(0.3)
     beam = Beam("beam", (segment,), End("clamped"), End("free"), tension=682.25)
     given = {"mass": 0.041982, "velocity": 0.066402, "gap": 4.1637e-4, "tolerance": Tolerance(tolerance)}
     return ball_on(beam, 0.3, Penalty(stiffness=1690539.4), 0.01572, **given)

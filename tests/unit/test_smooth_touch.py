@@ -18,9 +18,9 @@ from impactlab.refine.errors.raw_records import records_of
 from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh, Wall
 from impactlab.scene.method import Simulation, Tolerance
 from impactlab.testing.scenes import touching
-from tests.reference.beam_scenes import ball_on
+from tests.reference.beam_scenes import ball_on, square_bar
 
-SEGMENT = BeamSegment(length=0.3, area=1e-4, young=2.1e11, density=7850.0, inertia=1e-8 / 12.0)
+SEGMENT = square_bar(0.3)
 
 
 def struck(
@@ -134,15 +134,8 @@ def test_second_differences_of_overlap_and_force():
 
 def test_modes_that_cannot_keep_a_tolerance_leave_it_to_others():
     """The modes of a sprung plastic beam that shears have an error in common; the choice ended with them."""
-    segment = BeamSegment(
-        length=0.57,
-        area=6.45e-4,
-        young=3e9,
-        density=1200.0,
-        inertia=8.89e-9,
-        shear_stiffness=6.2e5,
-        rotary_inertia=1.067e-5,
-    )
+    sizes, shear = (0.57, 6.45e-4, 3e9, 1200.0), {"shear_stiffness": 6.2e5, "rotary_inertia": 1.067e-5}
+    segment = BeamSegment(*sizes, inertia=8.89e-9, **shear)
     ends = End("spring", 8.55e6, rotational=6.07), End("spring", 3.17e6, rotational=463.0)
     beam, tolerance = Beam("beam", (segment,), *ends, theory="timoshenko"), Tolerance(1e-2, ("displacements",))
     asked = ball_on(beam, 0.171, Hertz(1.6e8), 0.054, mass=3.12, velocity=0.115, tolerance=tolerance)

@@ -6,19 +6,11 @@ from impactlab.contact.power_law import Hertz
 from impactlab.refine.convergence import Study
 from impactlab.refine.descriptions.beam_families import families
 from impactlab.refine.errors.level_errors import estimate_errors
-from impactlab.scene import Beam, BeamSegment, End
+from impactlab.scene import Beam, End
 from impactlab.scene.method import Tolerance
-from tests.reference.beam_scenes import ball_on
+from tests.reference.beam_scenes import ball_on, square_bar
 
-SEGMENT = BeamSegment(
-    length=0.06,
-    area=1e-4,
-    young=2.1e11,
-    density=7850.0,
-    inertia=1e-8 / 12.0,
-    shear_stiffness=6.7e6,
-    rotary_inertia=7850.0 * 1e-8 / 12.0,
-)
+SEGMENT = square_bar(0.06, shears=True)
 
 
 def test_a_third_run_lies_between_two_where_the_coarser_one_is_about_as_fine_as_needed():
