@@ -236,7 +236,7 @@ def _part_model(part: type[Any]) -> type[BaseModel]:
         default = ... if field.default is dataclasses.MISSING else field.default
         unit = field.metadata["unit"]
         described = field.metadata["description"] + ("" if unit == "1" else f" [{unit}]")
-        fields[field.name] = (Annotated[Any, allowed.reader()], Field(default=default, description=described))
+        fields[field.name] = (Annotated[Any, allowed.reader()], Field(default, description=described))
     config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
     model: type[BaseModel] = create_model(part.__name__, __config__=config, **fields)
     return model

@@ -18,16 +18,15 @@ class RotationBlock(Block):
     """A steady rotation about a fixed axis; all quantities of the body count from its steady state."""
 
     rate: Annotated[float | None, Reader(_RATE.read, _RATE.json_schema())] = Field(
-        default=None, description="angular velocity [rad/s]; a mass without it takes that of the body that it meets"
+        None, description="angular velocity [rad/s]; a mass without it takes that of the body that it meets"
     )
     axis_at: Place | None = Field(
-        default=None,
+        None,
         description="place of the axis in the body's own x [m]; a mass without it takes its distance from the face "
         "that it meets",
     )
     plane: Annotated[str | None, words("chord", "flap", nothing=True)] = Field(
-        default=None,
-        description="of a beam and of masses that strike it: chord, in the plane of rotation, or flap, across it",
+        None, description="of a beam and of masses that strike it: chord, in the plane of rotation, or flap, across it"
     )
 
 
