@@ -246,7 +246,7 @@ def allowed_of(
     part: type[Any], field: dataclasses.Field[Any], hint: Any
 ) -> Allowed | AllowedPart | AllowedRecord | AllowedNumbers:
     """Return the values that a field allows, from its type and its option."""
-    members = typing.get_args(hint) if _is_union(hint) else (hint,)
+    members = typing.get_args(hint) if typing.get_origin(hint) in (Union, types.UnionType) else (hint,)
     group = group_of(field)
     if group is not None:
         return AllowedPart(group, types.NoneType in members)
@@ -303,7 +303,3 @@ def plain_value(value: Any, given: Mapping[str, Any] | str | None = None) -> Any
         own = {field.name: plain_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
         return {"kind": value.kind, **own} if value.kind else own
     return describe_part(value, given or kind_of(value)) if dataclasses.is_dataclass(value) else value
-
-
-def _is_union(hint: Any) -> bool:
-    return typing.get_origin(hint) in (Union, types.UnionType)
