@@ -30,8 +30,7 @@ from impactlab.casefile.blocks.shared import (
 )
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import Allowed, object_schema, quantity, whole, words
-from impactlab.casefile.values.fields import Reader as Reader
+from impactlab.casefile.values.fields import Allowed, Reader, object_schema, quantity, whole, words
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.scene.method import COUNTED
