@@ -18,9 +18,9 @@ from impactlab.exact.batch.marcher import MAX_POOL, Built
 from impactlab.exact.batch.pattern import Pattern
 from impactlab.exact.batch.writing import SPRING, write
 from impactlab.exact.kernel import MAX_DEPTH, integrate, value
-from impactlab.exact.results.history import ContinuousHistory, Place
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.signals import AbstractSignals
-from impactlab.exact.setup.network import grown
+from impactlab.exact.setup.network import Place, grown
 from impactlab.numerics.addresses import entered
 from impactlab.numerics.compiling import EXACT_ENTRY
 from impactlab.types import Array
