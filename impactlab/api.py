@@ -72,7 +72,7 @@ class Row(NamedTuple):
     name: str
     summary: dict[str, Any]  # of the run, or its status and error
     history: AbstractHistory | None  # None where the run did not end
-    reference: Reference | None  # the answer its errors were measured against
+    reference: Reference | None  # that its errors were measured against
     error: Exception | None
 
 
@@ -90,7 +90,7 @@ class Comparison:
 
     @property
     def reference(self) -> Reference | None:
-        """The answer that the first method with one was measured against, or None."""
+        """The reference of the first method that has one, or None."""
         return next((row.reference for row in self.rows if row.reference is not None), None)
 
     @property
@@ -138,7 +138,7 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
     """Run a case, or a scene with its method, and return the history.
 
     All warnings of the run are collected in ``history.warnings``, and each is issued as a `RunWarning`: as a
-    `DoubtfulResult` where the answer is in doubt, as it misses its tolerance (``history.choice.met`` is False), left
+    `DoubtfulResult` where the result is in doubt, as it misses its tolerance (``history.choice.met`` is False), left
     linear theory, gained energy or lost much of it; else as a `RunNote`, which a filter may show:
     ``warnings.simplefilter("default", il.RunNote)``. A value of the case that looks like a mistake issues an
     `UnusualValue`.
@@ -234,7 +234,7 @@ def physics_of(case: Case) -> Simulation:
 
 
 def reference_of(scene: Scene, method: Method, budget: float | None = None) -> Reference | None:
-    """Return the answer that a run is measured against, or None where there is none.
+    """Return the reference of a run, or None without one.
 
     The exact one where the exact solver supports the scene, else a converged one; ``budget`` are the seconds of
     predicted solving that this may take (`impactlab.refine.references.reference`), by default as many as a comparison

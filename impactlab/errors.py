@@ -197,14 +197,7 @@ class StepError(ImpactlabError):
     """
 
     def __init__(
-        self,
-        text: str,
-        *,
-        time: float,
-        step: int,
-        history: Any = None,
-        remedy: str = "",
-        path: str = "",
+        self, text: str, *, time: float, step: int, history: Any = None, remedy: str = "", path: str = ""
     ) -> None:
         super().__init__(f"{text} (t = {time:.6g} s, step {step})", remedy=remedy, path=path)
         self.time = time

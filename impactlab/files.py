@@ -53,7 +53,7 @@ def write_netcdf(
     summary : mapping, optional
         Its summary; made without errors if not given.
     reference : Reference, optional
-        The answer that the errors of the summary were measured against.
+        The reference of the errors in the summary.
     texts : mapping, optional
         Texts to keep by name, as the command that made the run.
 
@@ -69,9 +69,9 @@ def write_netcdf(
     kept.attrs["texts"] = json.dumps(dict(texts or {}))
     data.write(Path(path), kept)
     if reference is not None:
-        answer = data.to_xarray(reference.history, times)
-        answer.attrs["reference"] = json.dumps([reference.name, *reference[2:]], default=dict)
-        data.write(Path(path), answer, data.REFERENCE)
+        group = data.to_xarray(reference.history, times)
+        group.attrs["reference"] = json.dumps([reference.name, *reference[2:]], default=dict)
+        data.write(Path(path), group, data.REFERENCE)
 
 
 def open_netcdf(path: str | Path) -> SampledHistory:
@@ -94,10 +94,10 @@ def read_netcdf(path: str | Path) -> SavedRun:
     history = data.to_history(dataset, case.simulation(), case)
     reference = None
     if data.has_reference(Path(path)):
-        answer = data.read(Path(path), data.REFERENCE)
+        group = data.read(Path(path), data.REFERENCE)
         of = Simulation(case.scene(), case.simulation().method)
-        name, *known = json.loads(answer.attrs["reference"])
-        reference = Reference(name, data.to_history(answer, of, None), *known)
+        name, *known = json.loads(group.attrs["reference"])
+        reference = Reference(name, data.to_history(group, of, None), *known)
     return SavedRun(case, history, json.loads(dataset.attrs["summary"]), reference, json.loads(dataset.attrs["texts"]))
 
 

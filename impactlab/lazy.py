@@ -44,9 +44,7 @@ def public_names(names: Iterable[str]) -> Callable[[], list[str]]:
     return lambda: list(listed)
 
 
-def lazy_names(
-    package: str, names: Mapping[str, Iterable[str]], first: Callable[[], None] | None = None
-) -> Callable[[str], Any]:
+def lazy_names(package: str, names: Mapping[str, str], first: Callable[[], None] | None = None) -> Callable[[str], Any]:
     """Return a package's `__getattr__` that imports public names on first use.
 
     Parameters
@@ -54,11 +52,11 @@ def lazy_names(
     package : str
         Full name of the package.
     names : mapping
-        Full name of a module to the public names that it defines.
+        Full name of a module to the public names that it defines, with spaces between.
     first : callable, optional
         Called before a name is imported; it may raise.
     """
-    homes = {name: module for module, defined in names.items() for name in defined}
+    homes = {name: module for module, defined in names.items() for name in defined.split()}
 
     def attribute(name: str) -> Any:
         if name not in homes:

@@ -62,10 +62,7 @@ def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
 
 
 def cells(
-    files: Sequence[Path],
-    suite: str,
-    families: Sequence[Family],
-    methods: Sequence[str] | None = None,
+    files: Sequence[Path], suite: str, families: Sequence[Family], methods: Sequence[str] | None = None
 ) -> tuple[list[Cell], dict[str, Job]]:
     """Return the cells of some case files, and for each key the job that makes its row.
 

@@ -184,12 +184,7 @@ def _run(store: Store, missing: Sequence[Job], options: Options, show: Show) -> 
 
 
 def _times(
-    store: Store,
-    jobs: Mapping[str, Job],
-    records: Records,
-    options: Options,
-    show: Show,
-    say: Callable[[str], None],
+    store: Store, jobs: Mapping[str, Job], records: Records, options: Options, show: Show, say: Callable[[str], None]
 ) -> Records:
     """Return the times of all completed rows by key; one process takes them, with no other at work."""
     completed = [key for key, record in records.items() if has_numbers(record["summary"]["status"])]

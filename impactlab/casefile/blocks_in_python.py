@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
-from impactlab.casefile.keys_in_python import BodyKeys
+from impactlab.casefile.keys_in_python import BodyKeys, given
 
 Value: TypeAlias = float | str
 """A number in SI, or a text with a unit such as ``"9 cm^2"``."""
@@ -64,23 +64,7 @@ class Rod(BodyKeys):
         repeat: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(
-            kind="rod",
-            length=length,
-            area=area,
-            diameter=diameter,
-            width=width,
-            height=height,
-            material=material,
-            ends=ends,
-            velocity=velocity,
-            displacement=displacement,
-            segments=segments,
-            damping=damping,
-            rotation=rotation,
-            repeat=repeat,
-            **others,
-        )
+        super().__init__(kind="rod", **given(locals()))
 
 
 class Beam(BodyKeys):
@@ -135,22 +119,7 @@ class Beam(BodyKeys):
         repeat: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(
-            kind="beam",
-            length=length,
-            section=section,
-            material=material,
-            theory=theory,
-            ends=ends,
-            velocity=velocity,
-            displacement=displacement,
-            segments=segments,
-            tension=tension,
-            damping=damping,
-            rotation=rotation,
-            repeat=repeat,
-            **others,
-        )
+        super().__init__(kind="beam", **given(locals()))
 
 
 class Shaft(BodyKeys):
@@ -196,19 +165,7 @@ class Shaft(BodyKeys):
         repeat: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(
-            kind="shaft",
-            length=length,
-            section=section,
-            material=material,
-            ends=ends,
-            twist_rate=twist_rate,
-            twist=twist,
-            segments=segments,
-            damping=damping,
-            repeat=repeat,
-            **others,
-        )
+        super().__init__(kind="shaft", **given(locals()))
 
 
 class Mass(BodyKeys):
@@ -228,7 +185,7 @@ class Mass(BodyKeys):
         repeat: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(kind="mass", mass=mass, velocity=velocity, rotation=rotation, repeat=repeat, **others)
+        super().__init__(kind="mass", **given(locals()))
 
 
 class Wall(BodyKeys):
@@ -283,9 +240,8 @@ class Contact(BodyKeys):
         repeat: int | None = None,
         **others: Any,
     ) -> None:
-        given = {"law": law, "gap": gap, "lever_arm": lever_arm, "overlap": overlap, "along": along}
-        given |= {"pieces": pieces, "name": name, "repeat": repeat}
-        super().__init__(between=[left, right], **given, **others)
+        keys = given(locals())
+        super().__init__(between=[keys.pop("left"), keys.pop("right")], **keys)
 
 
 class Chain(BodyKeys):
@@ -307,12 +263,7 @@ class Chain(BodyKeys):
     block = "ContactBlock"
 
     def __init__(
-        self,
-        bodies: Sequence[str],
-        law: Mapping[str, Any] | None = None,
-        *,
-        gap: Value | None = None,
-        **others: Any,
+        self, bodies: Sequence[str], law: Mapping[str, Any] | None = None, *, gap: Value | None = None, **others: Any
     ) -> None:
         super().__init__(chain=bodies if isinstance(bodies, str) else list(bodies), law=law, gap=gap, **others)
 
@@ -326,7 +277,7 @@ class Link(BodyKeys):
     block = "LinkBlock"
 
     def __init__(self, *, length: Value, mass: Value, inertia: Value | None = None, **others: Any) -> None:
-        super().__init__(kind="link", length=length, mass=mass, inertia=inertia, **others)
+        super().__init__(kind="link", **given(locals()))
 
 
 class Joint(BodyKeys):
@@ -369,8 +320,7 @@ class Joint(BodyKeys):
         axial_modes: int | None = None,
         **others: Any,
     ) -> None:
-        given = {"joint": joint, "angle": angle, "rate": rate, "torque": torque, "drive": drive}
-        super().__init__(body=body, end_mass=end_mass, axial_modes=axial_modes, **given, **others)
+        super().__init__(**given(locals()))
 
 
 class Mechanism(BodyKeys):

@@ -9,7 +9,7 @@ from typing import Any
 from impactlab.casefile.blocks.shafts import ShaftBlock
 from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.check import reference_rod
-from impactlab.casefile.contacts import CaseContact, Row, lever_arm_of, marks_of
+from impactlab.casefile.contacts import AllContacts, CaseContact, lever_arm_of, marks_of
 from impactlab.casefile.infinite_ends import check_rest
 from impactlab.casefile.instruments import probe_of
 from impactlab.casefile.joined import points_of
@@ -36,7 +36,7 @@ HARD_CONTACT = {"kind": "addition_deletion"}  # of a contact without a law, unde
 BY_STEPS = "model, integrator and step in place of the tolerance; errors are then measured."
 
 
-def build(case: CaseBlock, row: Row, name: str, registry: Registry) -> Simulation:
+def build(case: CaseBlock, row: AllContacts, name: str, registry: Registry) -> Simulation:
     """Return the scene of a checked case, whose contacts are ``row``, and the method that it is solved by.
 
     Raises
@@ -134,10 +134,7 @@ def _check_metrics(case: CaseBlock, registry: Registry) -> None:
 
 
 def _method(
-    case: CaseBlock,
-    laws: Mapping[str, AbstractContactLaw],
-    models: Mapping[str, AbstractRodModel],
-    registry: Registry,
+    case: CaseBlock, laws: Mapping[str, AbstractContactLaw], models: Mapping[str, AbstractRodModel], registry: Registry
 ) -> Method:
     if case.solve.tolerance is not None:
         counted: Any = tuple(dict.fromkeys(case.solve.tolerance_on))

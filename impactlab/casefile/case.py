@@ -222,12 +222,7 @@ class Case:
     def hints(self) -> tuple[str, ...]:
         """Values that may be slips, such as wrong wave speeds, a sentence each."""
         scene = self.scene()
-        return (
-            *lone_bodies(scene),
-            *odd_speeds(scene),
-            *odd_loads(scene),
-            *odd_laws(scene, self.built.method.laws),
-        )
+        return (*lone_bodies(scene), *odd_speeds(scene), *odd_loads(scene), *odd_laws(scene, self.built.method.laws))
 
     def _repr_html_(self) -> str:
         made: str = above("report.notebook").of_case(
@@ -332,7 +327,7 @@ def _checked_and_built(
         with folder_of(file):
             checked = CaseBlock.model_validate(data)
     except ValidationError as error:
-        fault = case_error(error, data, allowed=CaseBlock)
+        fault = case_error(error, data, "", CaseBlock)
         raise combined([fault, *part_faults(data, registry)]) from error
     try:
         return checked, build(checked, check(checked, registry), name, registry)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.blocks.shared import ElasticBlock
-from impactlab.casefile.contacts import RULES_OF_CONTACTS, Row, contact_of
+from impactlab.casefile.contacts import RULES_OF_CONTACTS, AllContacts, contact_of
 from impactlab.casefile.instruments import instruments_are_whole
 from impactlab.casefile.joined import check_bonds, is_joined
 from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
@@ -26,7 +26,7 @@ LAST_DIGITS = 1e-12  # of a length: a sum of segments may differ by them
 MAX_TURN, MAX_TURN_OF_TABLE = 0.02, 0.5  # of the largest slope of a shape, at a clamped end; of a table of few lines
 
 
-def check(case: CaseBlock, registry: Registry) -> Row:
+def check(case: CaseBlock, registry: Registry) -> AllContacts:
     """Return the contacts of a case; raise the `CaseError` of the first broken rule, which holds the others."""
     faults: list[CaseError] = []
 
@@ -43,7 +43,7 @@ def check(case: CaseBlock, registry: Registry) -> Row:
     follow(check_mechanisms, case)
     if faults:
         raise combined(faults)
-    row = Row()
+    row = AllContacts()
     for number in range(len(case.contacts)):
         follow(_add_contact, row, case, number, registry)
     for check_contact in RULES_OF_CONTACTS:
@@ -56,7 +56,7 @@ def check(case: CaseBlock, registry: Registry) -> Row:
     return row
 
 
-def _add_contact(row: Row, case: CaseBlock, number: int, registry: Registry) -> None:
+def _add_contact(row: AllContacts, case: CaseBlock, number: int, registry: Registry) -> None:
     row.contacts.append(contact_of(case, number, row, is_joined(case.contacts[number], registry)))
 
 

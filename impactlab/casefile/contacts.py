@@ -34,7 +34,7 @@ class Faces(NamedTuple):
         return self.left.body, self.right.body
 
 
-class Row:
+class AllContacts:
     """All contacts of a case, with tables by which each finds those that matter to it."""
 
     def __init__(self) -> None:
@@ -85,7 +85,7 @@ class CaseContact(NamedTuple):
     number: int
     faces: Faces
     bodies: tuple[Any, Any]  # their blocks: of a body, or of a mechanism
-    row: Row  # all contacts
+    row: AllContacts  # all contacts
     joined: bool = False  # whether it is a link
 
     @property
@@ -170,7 +170,7 @@ def links_meet_others(contact: CaseContact) -> None:
             )
 
 
-def contact_of(case: CaseBlock, number: int, row: Row, joined: bool = False) -> CaseContact:
+def contact_of(case: CaseBlock, number: int, row: AllContacts, joined: bool = False) -> CaseContact:
     """Return a contact with its faces and bodies; raise `CaseError` on a wrong name."""
     faces = faces_of(case, number)
     left, right = (case.bodies.get(name) or case.mechanisms[name] for name in faces.names)

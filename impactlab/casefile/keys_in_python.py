@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -37,6 +38,12 @@ class BodyKeys(dict[str, Any]):
             for key in sorted(others - known.model_fields.keys()):
                 text, remedy = faults.unknown_key(key, [*known.model_fields], [known])
                 raise CaseError(text, remedy=remedy, path=f"{type(self).__name__}.{key}")
+
+
+def given(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys that a constructor was given, from its local variables: parameters, and those in ``others``."""
+    named = {key: value for key, value in arguments.items() if key not in ("self", "others", "__class__")}
+    return {**named, **arguments["others"]}
 
 
 @cache

@@ -54,7 +54,7 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
     try:
         checked = model.model_validate(given)
     except ValidationError as error:
-        raise case_error(error, given, path, allowed=model) from error
+        raise case_error(error, given, path, model) from error
     values = {name: getattr(checked, name) for name in model.model_fields}
     try:
         return part(**values)
@@ -127,7 +127,7 @@ def _read_record(value: Any, path: str, records: tuple[type[Any], ...]) -> Any:
     try:
         checked = model.model_validate(given)
     except ValidationError as error:
-        raise case_error(error, given, path, allowed=model.model_fields) from error
+        raise case_error(error, given, path, model.model_fields) from error
     try:
         return chosen(**{name: getattr(checked, name) for name in model.model_fields})
     except CaseError as error:
@@ -236,7 +236,7 @@ def _part_model(part: type[Any]) -> type[BaseModel]:
         default = ... if field.default is dataclasses.MISSING else field.default
         unit = field.metadata["unit"]
         described = field.metadata["description"] + ("" if unit == "1" else f" [{unit}]")
-        fields[field.name] = (Annotated[Any, allowed.reader()], Field(default=default, description=described))
+        fields[field.name] = (Annotated[Any, allowed.reader()], Field(default, description=described))
     config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
     model: type[BaseModel] = create_model(part.__name__, __config__=config, **fields)
     return model
@@ -246,7 +246,7 @@ def allowed_of(
     part: type[Any], field: dataclasses.Field[Any], hint: Any
 ) -> Allowed | AllowedPart | AllowedRecord | AllowedNumbers:
     """Return the values that a field allows, from its type and its option."""
-    members = typing.get_args(hint) if _is_union(hint) else (hint,)
+    members = typing.get_args(hint) if typing.get_origin(hint) in (Union, types.UnionType) else (hint,)
     group = group_of(field)
     if group is not None:
         return AllowedPart(group, types.NoneType in members)
@@ -303,7 +303,3 @@ def plain_value(value: Any, given: Mapping[str, Any] | str | None = None) -> Any
         own = {field.name: plain_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
         return {"kind": value.kind, **own} if value.kind else own
     return describe_part(value, given or kind_of(value)) if dataclasses.is_dataclass(value) else value
-
-
-def _is_union(hint: Any) -> bool:
-    return typing.get_origin(hint) in (Union, types.UnionType)

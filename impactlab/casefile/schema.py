@@ -30,8 +30,7 @@ from impactlab.casefile.blocks.shared import (
 )
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import Allowed, object_schema, words
-from impactlab.casefile.values.fields import Reader as Reader
+from impactlab.casefile.values.fields import Allowed, Reader, object_schema, quantity, whole, words
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.scene.method import COUNTED
@@ -60,8 +59,8 @@ class MassBlock(Block):
 
     kind: Literal["mass"] = Field(description="mass")
     mass: MassValue = Field(description="mass [kg]")
-    velocity: Velocity = Field(default=0.0, description="velocity at t = 0 [m/s]")
-    rotation: RotationBlock | None = Field(default=None, description="steady rotation; none if not given")
+    velocity: Velocity = Field(0.0, description="velocity at t = 0 [m/s]")
+    rotation: RotationBlock | None = Field(None, description="steady rotation; none if not given")
     repeat: Repeat = REPEAT
 
 
@@ -90,28 +89,28 @@ class ContactBlock(Block):
     between: tuple[str, str] = Field(
         description="left and right face: body, body.left, body.right, body.at(x) or body.along(from, to)"
     )
-    gap: Place = Field(default=0.0, description="gap at t = 0 [m], positive when open")
+    gap: Place = Field(0.0, description="gap at t = 0 [m], positive when open")
     lever_arm: Length | None = Field(
-        default=None, description="distance of the contact from the axis of the shaft that it turns [m]"
+        None, description="distance of the contact from the axis of the shaft that it turns [m]"
     )
     along: Annotated[Any, ALONG] = Field(
-        default=None, description="direction of a contact on a mechanism: x, y or [cos, sin], fixed in space"
+        None, description="direction of a contact on a mechanism: x, y or [cos, sin], fixed in space"
     )
-    pieces: Annotated[int | None, Allowed("1", (("ge", 1), ("le", 400)), whole=True, nothing=True).reader()] = Field(
-        default=None, description="number of equal pieces of a contact along a body, body.along(from, to)"
+    pieces: Annotated[int | None, whole(nothing=True, ge=1, le=400)] = Field(
+        None, description="number of equal pieces of a contact along a body, body.along(from, to)"
     )
     name: Name | None = Field(
-        default=None, description="name of the sum of its forces, force:NAME; contacts of one name are summed"
+        None, description="name of the sum of its forces, force:NAME; contacts of one name are summed"
     )
-    overlap: Annotated[str | None, Allowed(words=("allowed",), nothing=True).reader()] = Field(
-        default=None, description="'allowed' lets a gap be negative"
+    overlap: Annotated[str | None, words("allowed", nothing=True)] = Field(
+        None, description="'allowed' lets a gap be negative"
     )
     law: PartBlock | None = Field(
-        default=None, description="contact law: kind and its parameters; with solve.tolerance hard contact if not given"
+        None, description="contact law: kind and its parameters; with solve.tolerance hard contact if not given"
     )
     repeat: Repeat = REPEAT
     chain: tuple[str, ...] | None = Field(
-        default=None,
+        None,
         min_length=1,
         description="bodies from left to right in place of between: a contact of each with the next; the name of a "
         "repeated block stands for all its bodies",
@@ -127,9 +126,9 @@ class RoundTrips(Block):
 class StepBlock(Block):
     """How the step is chosen; exactly one of the three."""
 
-    points_per_period: Positive | None = Field(default=None, description="steps in the shortest period of the method")
-    dt: Time | None = Field(default=None, description="step [s]")
-    courant: Positive | None = Field(default=None, description="c dt/h of the mesh, the largest of its elements")
+    points_per_period: Positive | None = Field(None, description="steps in the shortest period of the method")
+    dt: Time | None = Field(None, description="step [s]")
+    courant: Positive | None = Field(None, description="c dt/h of the mesh, the largest of its elements")
 
 
 _SECONDS = Allowed(unit="s", limits=(("gt", 0.0),), number=True)
@@ -155,36 +154,36 @@ DURATION = Reader(_read_duration, {"anyOf": [_SECONDS.json_schema(), _TRIPS]})
 CHOSEN = ("model", "models", "integrator", "step", "events")
 """Keys of `solve` that ``tolerance`` replaces by the automatic choice."""
 
-TOLERANCE = Allowed(limits=(("ge", 1e-8), ("le", 0.5)), number=True, nothing=True).reader()
+TOLERANCE = quantity("1", nothing=True, ge=1e-8, le=0.5)
 
 
 class SolveBlock(Block):
     """How the scene is solved. All keys but the duration have defaults."""
 
     duration: Annotated[Any, DURATION] = Field(description="length of the run [s], or {round_trips: number}")
-    round_trips_of: str | None = Field(default=None, description="whose 2L/c is the round trip; the first rod or beam")
+    round_trips_of: str | None = Field(None, description="whose 2L/c is the round trip; the first rod or beam")
     tolerance: Annotated[float | None, TOLERANCE] = Field(
-        default=None,
+        None,
         description="relative error allowed: model, integrator, step, events and the law of hard contacts are then "
         "chosen automatically",
     )
     tolerance_on: tuple[Annotated[str, words(*COUNTED)], ...] = Field(
-        default=COUNTED,
+        COUNTED,
         min_length=1,
         description="quantities whose largest relative error the tolerance bounds; peak forces are compared away from "
         "jumps of the force, by 0.05 T",
     )
     model: PartBlock = Field(
-        default={"kind": "modal", "elements": 100, "modes": 40}, description="description of the rods and beams"
+        {"kind": "modal", "elements": 100, "modes": 40}, description="description of the rods and beams"
     )
-    models: dict[Name, PartBlock] = Field(default={}, description="description of single rods and beams, by name")
-    integrator: PartBlock | None = Field(default=None, description="time integrator; newmark if not given")
-    step: StepBlock = Field(default=StepBlock(points_per_period=10.0), description="step; ten points per period")
+    models: dict[Name, PartBlock] = Field({}, description="description of single rods and beams, by name")
+    integrator: PartBlock | None = Field(None, description="time integrator; newmark if not given")
+    step: StepBlock = Field(StepBlock(points_per_period=10.0), description="step; ten points per period")
     events: Annotated[str, words("dated", "located")] = Field(
-        default="dated", description="dated: whole steps, times interpolated; located: steps are cut at events"
+        "dated", description="dated: whole steps, times interpolated; located: steps are cut at events"
     )
     records: Records = Field(
-        default=RECORDS,
+        RECORDS,
         description="instants kept; of more steps every second, third ... is kept, events all; of more than some 350 "
         "bodies as many as 0.9 GB hold if not given, of rows of beads one in 32 steps, or as many as 2 MB hold if "
         "these are more, 100 at least",
@@ -199,37 +198,37 @@ def _of_probe(value: Any) -> Any:
 
 
 _SCHEMA_OF_PROBE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "null"}]}
-_HERTZ = Allowed("Hz", (("gt", 0.0),), number=True, nothing=True).reader()
+_HERTZ, _METRES = quantity("Hz", nothing=True, gt=0.0), quantity("m", nothing=True, gt=0.0)
 
 
 class ProbeBlock(Block):
     """A quantity at a place, recorded over the run; with one of the keys from length on also measured."""
 
     body: str = Field(description="name of the body")
-    at: Place = Field(default=0.0, description="x from the left end [m]")
+    at: Place = Field(0.0, description="x from the left end [m]")
     quantity: Annotated[str, words(*QUANTITIES)] = Field(
         description="; ".join(f"of a {kind} {', '.join(quantities)}" for kind, quantities in KINDS.items())
     )
-    length: Annotated[float | None, Allowed("m", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
-        default=None, description="length of a strain gauge, its middle at the probe [m]: the mean over it is measured"
+    length: Annotated[float | None, _METRES] = Field(
+        None, description="length of a strain gauge, its middle at the probe [m]: the mean over it is measured"
     )
     bandwidth: Annotated[float | None, _HERTZ] = Field(
-        default=None, description="frequency at which a Gaussian low-pass without delay is 3 dB down [Hz]"
+        None, description="frequency at which a Gaussian low-pass without delay is 3 dB down [Hz]"
     )
     rate: Annotated[float | None, _HERTZ] = Field(
-        default=None, description="samples per second [Hz]; that of the run's records if not given"
+        None, description="samples per second [Hz]; that of the run's records if not given"
     )
     noise: Annotated[Any, Reader(_of_probe, _SCHEMA_OF_PROBE)] = Field(
-        default=None, description="standard deviation of each sample, in the unit of the quantity"
+        None, description="standard deviation of each sample, in the unit of the quantity"
     )
-    seed: Annotated[int | None, Allowed("1", (("ge", 0),), whole=True, nothing=True).reader()] = Field(
-        default=None, description="seed of the noise; 0 if not given"
+    seed: Annotated[int | None, whole(nothing=True, ge=0)] = Field(
+        None, description="seed of the noise; 0 if not given"
     )
-    bits: Annotated[int | None, Allowed("1", (("ge", 1), ("le", 32)), whole=True, nothing=True).reader()] = Field(
-        default=None, description="bits of the converter, over its range"
+    bits: Annotated[int | None, whole(nothing=True, ge=1, le=32)] = Field(
+        None, description="bits of the converter, over its range"
     )
     range: Annotated[Any, Reader(_of_probe, _SCHEMA_OF_PROBE)] = Field(
-        default=None, description="full scale of the converter, from -range to range, in the unit of the quantity"
+        None, description="full scale of the converter, from -range to range, in the unit of the quantity"
     )
     repeat: Repeat = REPEAT
 
@@ -247,9 +246,9 @@ MAX_SNAPSHOTS = 10_000
 class Frames(Block):
     """Equal instants of fields over the whole run; exactly one of the two."""
 
-    every: Time | None = Field(default=None, description="time between two of them [s]")
-    count: Annotated[int, Allowed("1", (("ge", 1), ("le", MAX_SNAPSHOTS)), whole=True).reader()] | None = Field(
-        default=None, description="number of equal parts of the run, with fields at their ends"
+    every: Time | None = Field(None, description="time between two of them [s]")
+    count: Annotated[int, whole(ge=1, le=MAX_SNAPSHOTS)] | None = Field(
+        None, description="number of equal parts of the run, with fields at their ends"
     )
 
     def times(self, duration: float) -> tuple[float, ...]:
@@ -296,12 +295,10 @@ class CaseBlock(Block):
     """A case: bodies, contacts, how to solve them, quantities to record."""
 
     schema_version: Annotated[Literal[1], BeforeValidator(_no_truth)] = Field(description="version of the format: 1")
-    title: Text = Field(default="", description="title of the case, one line")
-    source: Text = Field(default="", description="where it comes from: free text, or a key of citations.bib")
+    title: Text = Field("", description="title of the case, one line")
+    source: Text = Field("", description="where it comes from: free text, or a key of citations.bib")
     bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=MAX_REPEAT, description="bodies by name")
-    contacts: tuple[ContactBlock, ...] = Field(
-        default=(), max_length=MAX_REPEAT, description="pairs of faces that may meet"
-    )
+    contacts: tuple[ContactBlock, ...] = Field((), max_length=MAX_REPEAT, description="pairs of faces that may meet")
     solve: SolveBlock = Field(description="how to solve")
     mechanisms: dict[
         Name,
@@ -309,23 +306,21 @@ class CaseBlock(Block):
             Annotated[MechanismBlock, Tag("chain")] | Annotated[PartBlock, Tag("part")],
             Discriminator(lambda value: "part" if isinstance(value, dict) and "kind" in value else "chain"),
         ],
-    ] = Field(
-        default={}, max_length=100, description="chains of links, or parts with their kind and parameters, by name"
-    )
+    ] = Field({}, max_length=100, description="chains of links, or parts with their kind and parameters, by name")
     gravity: Annotated[Any, GRAVITY] = Field(
-        default=0.0, description="gravity [m/s2], along +x, of beams along +u; [x, y] with mechanisms"
+        0.0, description="gravity [m/s2], along +x, of beams along +u; [x, y] with mechanisms"
     )
-    probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=MAX_REPEAT, description="quantities to record")
+    probes: tuple[ProbeBlock, ...] = Field((), max_length=MAX_REPEAT, description="quantities to record")
     snapshots: Annotated[
         Annotated[tuple[Instant, ...], Tag("times"), Field(max_length=MAX_SNAPSHOTS)] | Annotated[Frames, Tag("equal")],
         Discriminator(lambda value: "equal" if isinstance(value, (dict, Frames)) else "times"),
-    ] = Field(default=(), description="times of fields [s]: a list of them, {every: time} or {count: number of parts}")
+    ] = Field((), description="times of fields [s]: a list of them, {every: time} or {count: number of parts}")
     metrics: tuple[Name, ...] = Field(
-        default=(), max_length=100, description="metrics of plugins to measure; impactlab's own are always measured"
+        (), max_length=100, description="metrics of plugins to measure; impactlab's own are always measured"
     )
     methods: dict[Name, dict[str, Any]] = Field(
-        default={}, max_length=1000, description="named ways to solve it: {dotted.path: value} each"
+        {}, max_length=1000, description="named ways to solve it: {dotted.path: value} each"
     )
     variants: dict[Name, dict[str, Any]] = Field(
-        default={}, max_length=1000, description="named scenes beside the one written: {dotted.path: value} each"
+        {}, max_length=1000, description="named scenes beside the one written: {dotted.path: value} each"
     )

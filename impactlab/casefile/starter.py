@@ -42,7 +42,7 @@ def case_named(name: str) -> Path:
     return known[name]
 
 
-def write_starter(name: str, folder: Path, kind: str = "hammer") -> Path:
+def write_starter(name: str, folder: Path, kind: str) -> Path:
     """Write a commented case of a kind as ``name.yaml`` and return its path.
 
     Raises

@@ -13,7 +13,7 @@ import typer
 
 from impactlab.cli.lazy_modules import bench_report, benching, cells, console, figure_files, output, stability_report
 from impactlab.cli.lazy_modules import grid as grids
-from impactlab.cli.options import Figures, Json, found, names_in
+from impactlab.cli.options import Figures, Json, found, names_in, option
 from impactlab.cli.reporting import CommandFailed, reporting
 
 
@@ -26,22 +26,10 @@ def bench(
         str, typer.Option("--suite", metavar="NAME", help="standard: cases/*.yaml here; hard: cases/hard/*.yaml.")
     ] = "standard",
     grid: Annotated[
-        Path | None,
-        typer.Option(
-            "--grid",
-            metavar="FILE",
-            help="Grid file in place of the suite's, or beside it (extends: builtin).",
-            show_default=False,
-        ),
+        Path | None, option("--grid", "FILE", "Grid file in place of the suite's, or beside it (extends: builtin).")
     ] = None,
     methods: Annotated[
-        str | None,
-        typer.Option(
-            "--methods",
-            metavar="A,B,...",
-            help="Methods of the grid; own: those of the cases; default all.",
-            show_default=False,
-        ),
+        str | None, option("--methods", "A,B,...", "Methods of the grid; own: those of the cases; default all.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the rows and the table.")] = Path(
         "out/bench"
@@ -61,10 +49,7 @@ def bench(
     ] = 60.0,
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave out figures, tables and pages.")] = False,
     table: Annotated[
-        Path | None,
-        typer.Option(
-            "--from", metavar="TABLE", help="Run nothing: draw the report of this table into DIR.", show_default=False
-        ),
+        Path | None, option("--from", "TABLE", "Run nothing: draw the report of this table into DIR.")
     ] = None,
     figures: Figures = None,
     as_json: Json = False,

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from impactlab.cli.lazy_modules import console, fits, output
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load, option
 from impactlab.cli.reporting import given_by, reporting
 from impactlab.errors import CaseError
 
@@ -17,34 +17,21 @@ from impactlab.errors import CaseError
 def _of_instruments(name: str, words: str) -> Any:
     """Return the option of a setting of the instruments."""
     forms = "free, VALUE or LOW:HIGH; of one signal COLUMN=..."
-    return typer.Option(f"--{name}", metavar="SETTING", help=f"{words}: {forms}.", show_default=False)
+    return option(f"--{name}", "SETTING", f"{words}: {forms}.")
 
 
 def fit(
     context: typer.Context,
     case: CaseFile,
     data: Annotated[Path, typer.Argument(metavar="DATA.csv", help="Signals: columns headed by name and unit.")],
-    parameters: Annotated[
-        list[str],
-        typer.Option("--parameters", metavar="PATH=LOW:HIGH", help="A number to fit, with bounds.", show_default=False),
-    ],
+    parameters: Annotated[list[str], option("--parameters", "PATH=LOW:HIGH", "A number to fit, with bounds.")],
     signal: Annotated[
         list[str],
-        typer.Option(
-            "--signal",
-            metavar="COLUMN=CHANNEL",
-            help="A column of the data and its channel, as 'force [kN]=force:a|b'.",
-            show_default=False,
-        ),
+        option("--signal", "COLUMN=CHANNEL", "A column of the data and its channel, as 'force [kN]=force:a|b'."),
     ],
     experiment: Annotated[
         list[str] | None,
-        typer.Option(
-            "--experiment",
-            metavar="CASE=DATA.csv",
-            help="Another case with its signals, fitted together with the first.",
-            show_default=False,
-        ),
+        option("--experiment", "CASE=DATA.csv", "Another case with its signals, fitted together with the first."),
     ] = None,
     gain: Annotated[list[str] | None, _of_instruments("gain", "Gain of the instruments")] = None,
     offset: Annotated[
@@ -79,12 +66,7 @@ def fit(
     sets: Sets = None,
     method: Method = None,
     variant: Variant = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", metavar="DIR", help="Write the fitted case, numbers and a page here.", show_default=False
-        ),
-    ] = None,
+    out: Annotated[Path | None, option("--out", "DIR", "Write the fitted case, numbers and a page here.")] = None,
     as_json: Json = False,
 ) -> None:
     """Fit numbers of a case to measured signals, and print them with their 95 % intervals."""  # fmt: skip
@@ -107,22 +89,19 @@ def fit(
         if out is not None:
             found.write(out, _again(context))
             console.say(f"written: {out}")
-        if as_json:
-            console.print_json(found.to_dict())
-        else:
-            print(found)
+        console.print_json(found.to_dict()) if as_json else print(found)
 
 
 def _again(context: typer.Context) -> str:
     """Return the command that repeats the fit, as a shell takes it; its output folder is left to be named."""
     words = ["impactlab", "fit"]
-    for option in context.command.params:
-        given = context.params.get(str(option.name))
-        if option.name in ("out", "as_json") or given in (None, [], ()) or given == option.default:
+    for known in context.command.params:
+        given = context.params.get(str(known.name))
+        if known.name in ("out", "as_json") or given in (None, [], ()) or given == known.default:
             continue
         for each in given if isinstance(given, (list, tuple)) else [given]:
             text = each.name if isinstance(each, Path) else str(each)
-            words += [text] if option.param_type_name == "argument" else [option.opts[0], text]
+            words += [text] if known.param_type_name == "argument" else [known.opts[0], text]
     return shlex.join(words) + " --out DIR"
 
 

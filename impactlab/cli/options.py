@@ -15,6 +15,12 @@ from impactlab.wall_time import spent_on
 if TYPE_CHECKING:
     from impactlab.casefile import Case
 
+
+def option(name: str, metavar: str, words: str) -> Any:
+    """Return an option with a value, whose help does not show a default."""
+    return typer.Option(name, metavar=metavar, help=words, show_default=False)
+
+
 CaseFile = Annotated[
     Path,
     typer.Argument(
@@ -24,37 +30,15 @@ CaseFile = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
-Out = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="DIR", help="Write history and figures into this folder.", show_default=False),
-]
-Figures = Annotated[
-    str | None,
-    typer.Option(
-        "--figures", metavar="A,B,...", help="Write all figures in these formats: svg, png, pdf.", show_default=False
-    ),
-]
-Width = Annotated[
-    str | None,
-    typer.Option("--width", metavar="one|two", help="Figure width: one or two journal columns.", show_default=False),
-]
-Sets = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="PATH=VALUE", help="Change a value, as in solve.step.dt=1e-7.", show_default=False),
-]
-Method = Annotated[
-    str | None, typer.Option("--method", metavar="NAME", help="One of the methods of the case.", show_default=False)
-]
+Out = Annotated[Path | None, option("--out", "DIR", "Write history and figures into this folder.")]
+Figures = Annotated[str | None, option("--figures", "A,B,...", "Write all figures in these formats: svg, png, pdf.")]
+Width = Annotated[str | None, option("--width", "one|two", "Figure width: one or two journal columns.")]
+Sets = Annotated[list[str] | None, option("--set", "PATH=VALUE", "Change a value, as in solve.step.dt=1e-7.")]
+Method = Annotated[str | None, option("--method", "NAME", "One of the methods of the case.")]
 
-Variant = Annotated[
-    str | None,
-    typer.Option("--variant", metavar="NAME", help="One of the variants of the case.", show_default=False),
-]
+Variant = Annotated[str | None, option("--variant", "NAME", "One of the variants of the case.")]
 
-Metrics = Annotated[
-    list[str] | None,
-    typer.Option("--metric", metavar="NAME", help="Evaluate this metric of a plugin, too.", show_default=False),
-]
+Metrics = Annotated[list[str] | None, option("--metric", "NAME", "Evaluate this metric of a plugin, too.")]
 
 
 def command_line(
@@ -89,11 +73,7 @@ def found(case: Path) -> Path:
 
 
 def load(
-    file: Path,
-    sets: list[str] | None,
-    method: str | None,
-    variant: str | None = None,
-    metrics: list[str] | None = None,
+    file: Path, sets: list[str] | None, method: str | None, variant: str | None = None, metrics: list[str] | None = None
 ) -> Case:
     """Return the case that a command names, its variant and method chosen, its values set."""
     with spent_on("checking"):

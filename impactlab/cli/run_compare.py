@@ -32,6 +32,7 @@ from impactlab.cli.options import (
     command_line,
     load,
     names_in,
+    option,
 )
 from impactlab.cli.reporting import CommandFailed, code_of, print_hints, reporting, words
 from impactlab.errors import CaseError, ImpactlabError
@@ -102,10 +103,7 @@ def run(
 
 def compare(
     case: CaseFile,
-    methods: Annotated[
-        str | None,
-        typer.Option("--methods", metavar="A,B,...", help="Methods to run; default base and all.", show_default=False),
-    ] = None,
+    methods: Annotated[str | None, option("--methods", "A,B,...", "Methods to run; default base and all.")] = None,
     sets: Sets = None,
     variant: Variant = None,
     out: Out = None,

@@ -7,13 +7,11 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import console, jsonschema, listings, registries, verdicts
-from impactlab.cli.options import Json
+from impactlab.cli.options import Json, option
 from impactlab.cli.reporting import CommandFailed, reporting
 
 
-def schema(
-    builtin: Annotated[bool, typer.Option("--builtin", help="Leave out the parts of plugins.")] = False,
-) -> None:
+def schema(builtin: Annotated[bool, typer.Option("--builtin", help="Leave out the parts of plugins.")] = False) -> None:
     """Print the JSON schema of case files, with the fields of every installed part."""
     with reporting(None, as_json=False):
         installed = registries.registry()
@@ -23,11 +21,10 @@ def schema(
 def plugins(
     check_name: Annotated[
         str | None,
-        typer.Option(
+        option(
             "--check",
-            metavar="NAME",
-            help="Run the contract suite of this part and measure it; law:NAME where two kinds share a name.",
-            show_default=False,
+            "NAME",
+            "Run the contract suite of this part and measure it; law:NAME where two kinds share a name.",
         ),
     ] = None,
     as_json: Json = False,

@@ -4,26 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 from impactlab.cli.lazy_modules import console, derivatives
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load, names_in
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load, names_in, option
 from impactlab.cli.reporting import given_by, reporting
 
 
 def sensitivities(
     case: CaseFile,
-    parameters: Annotated[
-        str, typer.Option("--parameters", metavar="A,B,...", help="Paths of numbers of the case.", show_default=False)
-    ],
+    parameters: Annotated[str, option("--parameters", "A,B,...", "Paths of numbers of the case.")],
     quantities: Annotated[
-        str | None,
-        typer.Option(
-            "--quantities",
-            metavar="A,B,...",
-            help="Quantities to differentiate (`impactlab plugins` lists them).",
-            show_default=False,
-        ),
+        str | None, option("--quantities", "A,B,...", "Quantities to differentiate (`impactlab plugins` lists them).")
     ] = None,
     sets: Sets = None,
     method: Method = None,
@@ -37,7 +27,4 @@ def sensitivities(
         names = derivatives.DEFAULT if quantities is None else names_in(quantities)
         with given_by("--parameters"):
             found = derivatives.sensitivities(loaded, names_in(parameters), names)
-        if as_json:
-            console.print_json(found.to_dict())
-        else:
-            print(found)
+        console.print_json(found.to_dict()) if as_json else print(found)

@@ -8,46 +8,32 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option
 from impactlab.cli.reporting import CommandFailed, reporting
 
 MAX_COLUMNS = 24  # of a table on the screen: more are left out in its middle
 
 Quantities = Annotated[
     str | None,
-    typer.Option(
+    option(
         "--quantities",
-        metavar="A,B,...",
-        help="Quantities to record (`impactlab plugins` lists them), or 'max(CHANNEL)', 'min(CHANNEL)'.",
-        show_default=False,
+        "A,B,...",
+        "Quantities to record (`impactlab plugins` lists them), or 'max(CHANNEL)', 'min(CHANNEL)'.",
     ),
 ]
 Workers = Annotated[int, typer.Option("--workers", metavar="N", min=0, max=1024, help="Processes; 0 runs in this one.")]
 Kept = Annotated[
-    Path | None,
-    typer.Option(
-        "--out",
-        metavar="DIR",
-        help="Folder of finished points and results; a sweep continues from it.",
-        show_default=False,
-    ),
+    Path | None, option("--out", "DIR", "Folder of finished points and results; a sweep continues from it.")
 ]
 Shard = Annotated[
-    str | None,
-    typer.Option(
-        "--shard",
-        metavar="K/N",
-        help="Compute part K of N only; a last call without it collects all parts in DIR.",
-        show_default=False,
-    ),
+    str | None, option("--shard", "K/N", "Compute part K of N only; a last call without it collects all parts in DIR.")
 ]
 Cluster = Annotated[
     str | None,
-    typer.Option(
+    option(
         "--cluster",
-        metavar="ADDRESS",
-        help="Compute on a Dask cluster: tcp://HOST:PORT of its scheduler, or local:2 for two processes here.",
-        show_default=False,
+        "ADDRESS",
+        "Compute on a Dask cluster: tcp://HOST:PORT of its scheduler, or local:2 for two processes here.",
     ),
 ]
 
@@ -56,21 +42,12 @@ def sweep(
     case: CaseFile,
     over: Annotated[
         list[str] | None,
-        typer.Option(
-            "--over",
-            metavar="PATH=VALUES",
-            help="An axis: A,B,C or FIRST:LAST:COUNT, or FIRST:LAST:COUNTlog. Several make a grid.",
-            show_default=False,
+        option(
+            "--over", "PATH=VALUES", "An axis: A,B,C or FIRST:LAST:COUNT, or FIRST:LAST:COUNTlog. Several make a grid."
         ),
     ] = None,
     points: Annotated[
-        Path | None,
-        typer.Option(
-            "--points",
-            metavar="FILE.csv",
-            help="Listed points, in place of axes: columns headed by path and unit.",
-            show_default=False,
-        ),
+        Path | None, option("--points", "FILE.csv", "Listed points, in place of axes: columns headed by path and unit.")
     ] = None,
     quantities: Quantities = None,
     sets: Sets = None,

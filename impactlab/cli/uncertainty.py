@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps, uncertainties
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option
 from impactlab.cli.reporting import CommandFailed, given_by, reporting
 from impactlab.cli.sweep import Cluster, Kept, Quantities, Shard, Workers
 from impactlab.errors import CaseError
@@ -17,12 +17,11 @@ def uncertainty(
     case: CaseFile,
     vary: Annotated[
         list[str],
-        typer.Option(
+        option(
             "--vary",
-            metavar="PATH=DISTRIBUTION",
-            help="An uncertain number: normal(MEAN, DEVIATION), lognormal(MEAN, DEVIATION), uniform(LOW, HIGH), "
+            "PATH=DISTRIBUTION",
+            "An uncertain number: normal(MEAN, DEVIATION), lognormal(MEAN, DEVIATION), uniform(LOW, HIGH), "
             "table(VALUE: WEIGHT, ...) or table(FILE.csv, COLUMN).",
-            show_default=False,
         ),
     ],
     samples: Annotated[int, typer.Option("--samples", metavar="N", help="Number of samples, a power of two.")] = 4096,
@@ -32,8 +31,7 @@ def uncertainty(
         str, typer.Option("--percentiles", metavar="A,B,...", help="Percentiles, between 0 and 100.")
     ] = "5,50,95",
     indices: Annotated[
-        bool,
-        typer.Option("--indices/--no-indices", help="Sobol indices; d numbers take d + 2 times the runs."),
+        bool, typer.Option("--indices/--no-indices", help="Sobol indices; d numbers take d + 2 times the runs.")
     ] = True,
     failed: Annotated[str, typer.Option("--failed", help="How to treat failed points: stop, or leave_out.")] = "stop",
     sets: Sets = None,
@@ -75,10 +73,7 @@ def uncertainty(
             )
         if out is not None:
             console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
-        if as_json:
-            console.print_json(found.to_dict())
-        else:
-            print(found)
+        console.print_json(found.to_dict()) if as_json else print(found)
         if not sweeps.counts(found.data).keys() & {"missing", "completed", "tolerance_not_met"}:
             raise CommandFailed(1)
 

@@ -20,10 +20,7 @@ def yielding(
     Prager1956; Smith1960 (the soil spring, without hardening).
     """
     line = yield_force * (1.0 - tangent / stiffness)
-    ends = (
-        Until("static", True, 1, line, tangent),
-        Until("static", False, 2, -line, tangent),
-    )
+    ends = (Until("static", True, 1, line, tangent), Until("static", False, 2, -line, tangent))
     return Branches(
         (
             Branch("elastic", stiffness, damping, ends),
@@ -43,10 +40,7 @@ def yielding_both(stiffness: float, yield_force: float, tangent: float) -> Branc
     ----------
     Kolsky1949 (the specimen between two bars, in compression).
     """
-    ends = (
-        Until("static", True, 1, remembered=1.0),
-        Until("static", False, 2, remembered=-1.0),
-    )
+    ends = (Until("static", True, 1, remembered=1.0), Until("static", False, 2, remembered=-1.0))
     return Branches(
         (
             Branch("elastic", stiffness, 0.0, ends),

@@ -28,10 +28,7 @@ class ElasticPlastic(AbstractContactLaw):
 
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("Prager1956",)
-    examples = (
-        {"stiffness": 1e9, "yield_force": 2e4},
-        {"stiffness": 1e9, "yield_force": 2e4, "hardening": 2e8},
-    )
+    examples = ({"stiffness": 1e9, "yield_force": 2e4}, {"stiffness": 1e9, "yield_force": 2e4, "hardening": 2e8})
     acts_at_start = True
     two_sided = True
 

@@ -49,9 +49,7 @@ class ModalMessengers(AbstractContactLaw):
         "modes", description="velocity of the face per unit force: of the modes, or 1/Z of the place"
     )
     accept: float = option(
-        0.6,
-        above=0.0,
-        description="largest error of messengers, or of 1/Z, over the motion by the modes",
+        0.6, above=0.0, description="largest error of messengers, or of 1/Z, over the motion by the modes"
     )
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:

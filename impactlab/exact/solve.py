@@ -131,12 +131,7 @@ def solve(
 
 
 def marched(
-    run: Simulation,
-    layout: Layout,
-    log: Log,
-    whole: bool,
-    progress: Progress | None,
-    begun: StartedMarch | None,
+    run: Simulation, layout: Layout, log: Log, whole: bool, progress: Progress | None, begun: StartedMarch | None
 ) -> ContinuousHistory | ThinnedHistory:
     """Return the history of a march to the end; the other arguments are those of `solve`."""
     scene = run.scene

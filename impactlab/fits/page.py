@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,9 +31,6 @@ from impactlab.report.figures.figure_files import Plate, saved_plates
 from impactlab.report.page import rendered
 from impactlab.report.provenance import of_case
 from impactlab.report.sketch import sketch
-
-if TYPE_CHECKING:
-    pass
 
 PAGE = "fit.html"
 POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹"

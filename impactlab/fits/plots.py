@@ -26,6 +26,7 @@ from impactlab.report.figures.style import (
     drawn,
     grid,
     log_axis,
+    panel_grid,
     scaled,
 )
 from impactlab.sweeps.plots import fitted as prefixed
@@ -130,12 +131,7 @@ def _signal(axes: Axes, shown: Shown, clock: Unit, *, has_legend: bool) -> None:
 
 
 def _panels(count: int, height: float, margins: Margins) -> tuple[Figure, list[Axes]]:
-    columns = min(count, across(2 if count == 4 else 3))
-    figure, rows = grid(-(-count // columns), columns, height, margins)
-    flat = [axes for row in rows for axes in row]
-    for axes in flat[count:]:
-        axes.set_visible(False)
-    return figure, flat[:count]
+    return panel_grid(count, min(count, across(2 if count == 4 else 3)), height, margins)
 
 
 @drawn

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     import xarray
 
 FORMAT = 1  # of the files
-REFERENCE = "reference"  # group of a file that holds the answer of its errors
+REFERENCE = "reference"  # group of a file that holds the reference of its errors
 COMPRESSED = {"zlib": True, "complevel": 4, "shuffle": True}
 
 
@@ -260,7 +260,7 @@ def read(path: Path, group: str | None = None) -> xarray.Dataset:
 
 
 def has_reference(path: Path) -> bool:
-    """Return whether a file holds the answer that its errors were measured against."""
+    """Return whether a file holds the reference of its errors."""
     with needed("h5netcdf").File(path, "r") as opened:
         return bool(REFERENCE in opened.groups)
 

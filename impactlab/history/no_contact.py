@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
-from impactlab.history.base import Warned
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory, Warned
+from impactlab.history.frame import touched_in
+from impactlab.scene.problem import Contact
 from impactlab.types import Array
 
+GAPS = 2000  # instants at which the gap of an exact history is read
 NOISE_TOL = 1e-6  # of the largest change of a gap: overlaps of contacts below the noise floor are smaller by far
 MIN_OPENING = 1e-12  # m, by which a gap grows that is not rounding of positions of about a metre
 
@@ -36,3 +44,12 @@ def no_contact(contact: str, initial_gap: float, gaps: Array, travel: float) -> 
     else:
         text = f"the faces overlapped by {-smallest:.2g} m at most, too little for a contact"
     return Warned("no_contact", f"{contact}: {text}")
+
+
+def never_closed(history: AbstractHistory, contacts: Iterable[Contact]) -> Iterator[Warned]:
+    """Yield a warning for each of some contacts that was never closed in an exact history."""
+    touched = touched_in(history)
+    for contact in contacts:
+        if contact.name not in touched:
+            gaps = history.evaluate(np.linspace(0.0, history.duration, GAPS), f"gap:{contact.name}")
+            yield no_contact(contact.name, contact.gap, gaps, math.inf)

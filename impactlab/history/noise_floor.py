@@ -66,11 +66,7 @@ def share_of(steps: float) -> float:
 
 
 def above_noise(
-    scene: Scene,
-    models: Models,
-    events: Sequence[Event],
-    spans: Sequence[ContactSpan],
-    steps: float = 0.0,
+    scene: Scene, models: Models, events: Sequence[Event], spans: Sequence[ContactSpan], steps: float = 0.0
 ) -> Found:
     """Return events and spans of a run without noise, in order of time.
 
@@ -257,9 +253,6 @@ def _groups_of(scene: Scene, joined: Sequence[Group]) -> dict[str, int]:
     """Return the number of the group of bodies that each contact is in."""
     group_of = {name: number for number, group in enumerate(joined) for name in group.bodies}
     return {
-        contact.name: max(
-            (group_of[p.body] for p in contact.faces if scene.bodies[p.body].moves),
-            default=-1,
-        )
+        contact.name: max((group_of[p.body] for p in contact.faces if scene.bodies[p.body].moves), default=-1)
         for contact in scene.contacts
     }

@@ -73,7 +73,7 @@ class Facts(NamedTuple):
 class SampledHistory(AbstractHistory):
     """A history at equal instants, linear between them, with the run's events and energies.
 
-    Fields answer at the instants that were kept (`field_times`).
+    Fields exist at the instants that were kept (`field_times`).
     """
 
     def __init__(

@@ -68,12 +68,12 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "impactlab.hopkinson.evaluation": ("Curve", "Specimen", "Test", "equilibrium", "evaluate"),
-        "impactlab.hopkinson.gauges": ("measured",),
-        "impactlab.hopkinson.histories": ("bar_of", "of_history", "sampled"),
-        "impactlab.hopkinson.windows": ("Pulse", "cut", "pulses"),
-        "impactlab.hopkinson.separation": ("TwoWaves", "force_and_velocity", "one_gauge", "two_gauges"),
-        "impactlab.measurement.dispersion": ("Bar", "shift"),
+        "impactlab.hopkinson.evaluation": "Curve Specimen Test equilibrium evaluate",
+        "impactlab.hopkinson.gauges": "measured",
+        "impactlab.hopkinson.histories": "bar_of of_history sampled",
+        "impactlab.hopkinson.windows": "Pulse cut pulses",
+        "impactlab.hopkinson.separation": "TwoWaves force_and_velocity one_gauge two_gauges",
+        "impactlab.measurement.dispersion": "Bar shift",
     },
 )
 __dir__ = public_names(__all__)

@@ -38,10 +38,10 @@ __all__ = [
 __getattr__ = lazy_names(  # a case is read without compiled code
     __name__,
     {
-        "impactlab.integrators.base": ("AbstractAdaptive", "AbstractIntegrator", "Problem", "Step", "Stepper"),
-        "impactlab.integrators.flat_matrices": ("springs_of",),
-        "impactlab.models.base": ("Operators",),
-        "impactlab.numerics.banded_kernels": ("in_springs", "pull"),
+        "impactlab.integrators.base": "AbstractAdaptive AbstractIntegrator Problem Step Stepper",
+        "impactlab.integrators.flat_matrices": "springs_of",
+        "impactlab.models.base": "Operators",
+        "impactlab.numerics.banded_kernels": "in_springs pull",
     },
 )
 __dir__ = public_names(__all__)

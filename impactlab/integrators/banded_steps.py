@@ -10,14 +10,7 @@ travel.
 from __future__ import annotations
 
 from impactlab.integrators.alpha_passes import correct, predict
-from impactlab.numerics.banded_kernels import (
-    add_matrix,
-    factorise,
-    in_motion,
-    in_springs,
-    pull,
-    solve,
-)
+from impactlab.numerics.banded_kernels import add_matrix, factorise, in_motion, in_springs, pull, solve
 from impactlab.numerics.chain_forces import write_chain_forces
 from impactlab.numerics.compiling import UNPACK
 from impactlab.numerics.subnormals import flush_subnormals, restore_subnormals

@@ -179,15 +179,7 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
     state[:n], state[n + r : 2 * n + r] = motion.position, motion.velocity
     after = np.zeros_like(state)
     jump, responses = np.zeros(len(ports) * (n + r)), np.zeros(3 * len(ports) * size)
-    entered(
-        prepare_columns,
-        *(kernel_address(*each) for each in KERNELS),
-        parameters,
-        state,
-        after,
-        jump,
-        responses,
-    )
+    entered(prepare_columns, *(kernel_address(*each) for each in KERNELS), parameters, state, after, jump, responses)
     begun = slice(2 * (n + r), 2 * (n + r) + n + d)
     state[begun] = after[begun]  # accelerations and moments at t = 0: without them the first step is of first order
     at_quarter, at_room = int(parameters[steps.STIFFNESS_AT]) + n * n, int(parameters[steps.ROOM_AT])

@@ -24,7 +24,7 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
 
     The strain is estimated, within a factor of about two, without reading fields: of a rod from the contact forces over
     E A, of a beam from the speed and the way of its struck places. Bodies of a material that no solid is, as those of
-    unit constants, have no such limit; `impactlab.scene.ranges` tells of them.
+    unit constants, have no such limit; `impactlab.scene.ranges` has more on them.
     """
     scene = history.scene
     limits = _limits(scene)

@@ -88,13 +88,7 @@ class Numbers(NamedTuple):
 
 
 def match(
-    case: Case,
-    time: ArrayLike,
-    force: ArrayLike,
-    velocity: ArrayLike,
-    free: Free,
-    *,
-    noise: str = "white",
+    case: Case, time: ArrayLike, force: ArrayLike, velocity: ArrayLike, free: Free, *, noise: str = "white"
 ) -> Match:
     """Return the soil under which a pile that the measured force drives moves with the measured velocity.
 

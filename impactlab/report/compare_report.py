@@ -43,7 +43,7 @@ def write_comparison(
     scene : Scene
         Bodies, contacts, duration and snapshots, the same for all methods.
     reference : Reference or None
-        The answer the errors were measured against.
+        The reference of the errors.
     references : mapping, optional
         Where methods have references of their own: name of the method to that history.
     provenance : Provenance

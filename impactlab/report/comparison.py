@@ -136,14 +136,14 @@ def headings(comparison: Mapping[str, Any]) -> list[str]:
 def cells(row: Mapping[str, Any]) -> list[str]:
     """Return a row of `table_rows` as text; the opening with four digits, shares of rounding without any."""
     texts = {name: cell(row[name]) for name in COLUMNS}
-    texts |= {name: f"<{cell(ROUNDING)}" for name, unit in COLUMNS.items() if unit == "%" and _rounding(row[name])}
+    texts |= {
+        name: f"<{cell(ROUNDING)}"
+        for name, unit in COLUMNS.items()
+        if unit == "%" and 0.0 < (row[name] or 0.0) < ROUNDING
+    }
     if (opening := row["first opening"]) is not None:
         texts["first opening"] = f"{opening:.4f}" if opening >= MIN_FIXED else f"{opening:.4g}"
     return list(texts.values())
-
-
-def _rounding(share: float | None) -> bool:
-    return share is not None and 0.0 < share < ROUNDING
 
 
 NARROW = ("loss", "first opening", "dt", "steps", "integrator", "model", "gain", "law", "warnings", "face")

@@ -137,10 +137,7 @@ def of_history(history: AbstractHistory) -> str:
     rows = [
         ("duration", facts.si(history.duration, "s")),
         ("solution", solved if history.dt is not None else f"exact, in {facts.si(history.cost.solve_s, 's')}"),
-        (
-            "energy",
-            f"gain {100.0 * book.largest_gain:.2g} %, loss {100.0 * book.largest_loss:.2g} %",
-        ),
+        ("energy", f"gain {100.0 * book.largest_gain:.2g} %, loss {100.0 * book.largest_loss:.2g} %"),
     ]
     warned = sorted(history.warnings, key=lambda each: each.code not in SERIOUS)
     return _block(

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Plate(NamedTuple):
+class PageFigure(NamedTuple):
     """A figure as it stands on the page."""
 
     name: str  # of its files
@@ -47,7 +47,7 @@ class Page(NamedTuple):
     findings: Sequence[str]
     table: Mapping[str, Any]  # a comparison; of one run with one row
     traces: Sequence[Trace]
-    figures: Sequence[Plate]
+    figures: Sequence[PageFigure]
     files: Sequence[tuple[str, str]]  # name, content
     others: Sequence[Callable[[], None]] = ()  # write files of the folder while the figures are drawn
 
@@ -135,7 +135,7 @@ def _facts(page: Page, scene: Scene, left_out: str) -> list[tuple[str, str]]:
     return [*facts.scene_facts(scene, links), *((name, words) for name, words in drawn if words)]
 
 
-def _inline(plate: Plate, folder: Path, formats: Sequence[str]) -> str:
+def _inline(plate: PageFigure, folder: Path, formats: Sequence[str]) -> str:
     """Write the files of a figure and return it as it stands on the page."""
     return inline(save(plate.draw(), folder, plate.name, formats), f"{plate.title}. {plate.caption}")
 
@@ -160,11 +160,7 @@ def rendered(package: str, template: str, **values: Any) -> str:
         return next(place for place in places if place.is_file()).read_text(encoding="utf-8")
 
     made = Environment(
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        loader=FunctionLoader(text),
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, loader=FunctionLoader(text)
     )
     made.globals["verbatim"] = lambda name: Markup(text(name))  # noqa: S704 - a file of ours, not a template
     return made.get_template(template).render(**values)

@@ -109,13 +109,7 @@ def _method(trace: Trace) -> dict[str, Any]:
 
 
 def _film(
-    trace: Trace,
-    film: Frames,
-    scene: Scene,
-    packer: Packer,
-    names: Sequence[str],
-    levels: int,
-    every: int,
+    trace: Trace, film: Frames, scene: Scene, packer: Packer, names: Sequence[str], levels: int, every: int
 ) -> dict[str, Any]:
     """Return the motion of one history: motion and load of its bodies, periods of contact, events."""
     history = trace.history

@@ -12,18 +12,18 @@ from impactlab.report.figures import applications, balance, diagram, fields, mec
 from impactlab.report.figures.named_contacts import NamedContact, law_of, named_contacts, with_figures
 from impactlab.report.figures.signals import MEASURED, Panel
 from impactlab.report.figures.style import Trace, exact_of
-from impactlab.report.page import Plate
+from impactlab.report.page import PageFigure
 from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 
 MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page that was not asked for all
 
 
-def of_run(trace: Trace, scene: Scene) -> list[Plate]:
+def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
     """Return the figures of one run."""
     answer = signals.named(trace.reference)
     dark = f" The thin line is the {answer} answer." if trace.reference is not None else ""
-    shares = Plate(
+    shares = PageFigure(
         "energy",
         "Shares of the energy",
         "Stacked: bodies, contacts, booked losses. The dashed line is the energy at the start; a gap below it "
@@ -35,7 +35,9 @@ def of_run(trace: Trace, scene: Scene) -> list[Plate]:
     chains = [name for name, body in scene.bodies.items() if isinstance(body, Mechanism)]
     words = "To scale, links drawn straight: at the start, where contacts begin, and at the end."
     moved = [
-        Plate(f"mechanism_{name}", f"Mechanism {name}", words, partial(mechanism.positions, trace.history, scene, name))
+        PageFigure(
+            f"mechanism_{name}", f"Mechanism {name}", words, partial(mechanism.positions, trace.history, scene, name)
+        )
         for name in chains
     ]
     own = [trace.history, *([trace.reference] if trace.reference is not None else [])]
@@ -43,7 +45,7 @@ def of_run(trace: Trace, scene: Scene) -> list[Plate]:
     return [*first, *waves(own, scene), *over_time, shares, *along]
 
 
-def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) -> list[Plate]:
+def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) -> list[PageFigure]:
     """Return the figures of a comparison, those that show most first."""
     if not shown:
         return []
@@ -59,13 +61,13 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
             "bold is the best of a panel, a hollow dot lies below the scale. The ranking depends on the norm."
         )
         draw = partial(overview.errors, comparison["rows"], {trace.name: trace.colour for trace in shown})
-        figures.append(Plate("errors", "Errors", words, draw))
+        figures.append(PageFigure("errors", "Errors", words, draw))
     if not all(contact.linked for contact in named_contacts([trace.history for trace in shown])):
         words = (
             f"A bar is a period of contact, a tick an impulse. Dotted lines are the {answer} closings and openings: a "
             "bar cut in pieces is chatter, a missing bar a missed contact."
         )
-        figures.append(Plate("contacts", "Periods of contact", words, partial(overview.contacts, shown, scene)))
+        figures.append(PageFigure("contacts", "Periods of contact", words, partial(overview.contacts, shown, scene)))
     several = len(scene.contacts) > 1
     force = (
         f"One panel per method on common axes.{dark} Above a panel stands its error away from the jumps"
@@ -76,11 +78,13 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         "Energy of bodies and contacts plus booked losses less work, beside its first value: zero for a perfect "
         "run, above zero is gained from nothing, below is lost without a booking."
     )
-    figures.append(Plate("energy", "Energy balance", words, partial(balance.energy_balance, shown, scene), True, False))
+    figures.append(
+        PageFigure("energy", "Energy balance", words, partial(balance.energy_balance, shown, scene), True, False)
+    )
     return figures + fields_at_snapshots(shown, scene, f"at the snapshots, one row per method.{dark}")
 
 
-def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Plate]:
+def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[PageFigure]:
     """Return the signals of the probes, as gauges would record them."""
     histories = signals.shown(shown)
     panels = [
@@ -92,7 +96,7 @@ def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Plat
     words += _on_instruments(panels)
     dark = " The dark line is the reference." if len(histories) > 1 else ""
     draw = partial(plots.signals, panels, histories, scene, compared=compared)
-    return [Plate("probes", "Probes", words + dark, draw, True, not (compared and scene.contacts))]
+    return [PageFigure("probes", "Probes", words + dark, draw, True, not (compared and scene.contacts))]
 
 
 def _on_instruments(panels: Sequence[Panel]) -> str:
@@ -103,7 +107,7 @@ def _on_instruments(panels: Sequence[Panel]) -> str:
 
 def histories_of(
     shown: Sequence[Trace], scene: Scene, force: str, dark: str, notes: Mapping[str, str] | None = None
-) -> list[Plate]:
+) -> list[PageFigure]:
     """Return the figures over time: force and gap of each contact, displacements, and how far they stray.
 
     Parameters
@@ -124,7 +128,7 @@ def histories_of(
         traces = shown if notes is not None else [each._replace(name=law_of(each.history, contact)) for each in shown]
         draw = partial(plots.force, traces, scene, contact.name, notes)
         plates.append(
-            Plate(
+            PageFigure(
                 f"force{tail}",
                 f"Contact force{of}",
                 _on_pieces(contact) + force,
@@ -135,7 +139,7 @@ def histories_of(
         )
         if not contact.linked:
             draw = partial(plots.gap, shown, scene, contact.name)
-            plates.append(Plate(f"gap{tail}", f"Gap{of}", words, draw, True, False))
+            plates.append(PageFigure(f"gap{tail}", f"Gap{of}", words, draw, True, False))
     if not scene.contacts:
         return plates
     histories, compared = signals.shown(shown), len(shown) > 1
@@ -147,14 +151,14 @@ def histories_of(
     if panels:
         words = f"Displacement since the start of the masses and faces in contact.{dark}"
         draw = partial(plots.signals, panels, histories, scene, compared=compared)
-        plates.append(Plate("displacement", "Displacement", words, draw, True, False))
+        plates.append(PageFigure("displacement", "Displacement", words, draw, True, False))
     if plots.differences(shown):
         words = (
             "The largest difference of a displacement from the reference so far, in % of its largest value: a curve "
             "rises where its method goes wrong."
         )
         draw = partial(plots.difference, shown, scene)
-        plates.append(Plate("difference", "Growth of the difference", words, draw, is_printed=not compared))
+        plates.append(PageFigure("difference", "Growth of the difference", words, draw, is_printed=not compared))
     return plates
 
 
@@ -163,7 +167,7 @@ def _on_pieces(contact: NamedContact) -> str:
     return f"The sum of {count} pieces. " if count > 1 else ""
 
 
-def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> list[Plate]:
+def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> list[PageFigure]:
     """Return the load along each rod, beam and shaft at the snapshots, where the case has some."""
     plates = []
     for number, (name, body) in enumerate(scene.elastic.items() if scene.snapshots else ()):
@@ -171,7 +175,7 @@ def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> lis
         title = f"{load.replace('_', ' ').capitalize()} in {name}"
         caption = f"Along the {body.kind} {words}"
         plates.append(
-            Plate(
+            PageFigure(
                 f"{load}_{name}",
                 title,
                 caption,
@@ -182,7 +186,7 @@ def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> lis
     return plates
 
 
-def waves(histories: Sequence[AbstractHistory], scene: Scene) -> list[Plate]:
+def waves(histories: Sequence[AbstractHistory], scene: Scene) -> list[PageFigure]:
     """Return the Lagrange diagram of the first history that keeps fields at all times."""
     known = next((history for history in histories if diagram.has_waves(history, scene)), None)
     if known is None:
@@ -191,10 +195,10 @@ def waves(histories: Sequence[AbstractHistory], scene: Scene) -> list[Plate]:
         "All bodies end to end, place to the right, time upwards: waves run along the slanted edges. Red is "
         "compression, blue tension (of beams up and down). A dot is a closing, a ring an opening of a contact."
     )
-    return [Plate("waves", "The waves", words, partial(diagram.lagrange, known, scene), has_live_twin=True)]
+    return [PageFigure("waves", "The waves", words, partial(diagram.lagrange, known, scene), has_live_twin=True)]
 
 
-def force_notes(comparison: Mapping[str, Any], several: bool = False) -> dict[str, str]:
+def force_notes(comparison: Mapping[str, Any], several: bool) -> dict[str, str]:
     """Return the text above the panel of each method: its error of the force away from jumps."""
     words, notes = "off jumps, worst contact" if several else "off jumps", {}
     for row in comparison["rows"]:

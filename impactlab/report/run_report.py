@@ -50,7 +50,7 @@ def write_run(
     summary : mapping
         Summary of the run (`impactlab.report.summary.summarise`).
     reference : Reference or None
-        The answer the errors were measured against.
+        The reference of the errors.
     provenance : Provenance
         Title, source, command and case of the run.
     files : FigureFiles

@@ -118,8 +118,8 @@ def has_numbers(status: str | None) -> bool:
 def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict[str, Any]:
     """Return the errors against a reference, and the uncertainty of that reference.
 
-    A metric whose uncertainty in the reference is above `UNKNOWN_TOL` is None: the force of a converged answer may ring
-    where its displacements have long converged.
+    A metric whose uncertainty in the reference is above `UNKNOWN_TOL` is None: the force of a converged reference
+    may ring where its displacements have long converged.
     """
     found = metrics.errors(history, reference.name, reference.history, scene)
     for name, of_metrics in KNOWN_BY.items():

@@ -13,7 +13,5 @@ if TYPE_CHECKING:
 __all__ = ["Plan", "prepare", "run"]
 
 # Packages below import `impactlab.simulate.planning.pairing` without the step loop.
-__getattr__ = lazy_names(
-    __name__, {"impactlab.simulate.driver": ["run"], "impactlab.simulate.plan": ["Plan", "prepare"]}
-)
+__getattr__ = lazy_names(__name__, {"impactlab.simulate.driver": "run", "impactlab.simulate.plan": "Plan prepare"})
 __dir__ = public_names(__all__)

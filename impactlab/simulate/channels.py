@@ -11,15 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError, closest
-from impactlab.history.base import (
-    END_ROUNDING,
-    AbstractHistory,
-    Cost,
-    Field,
-    instants_around,
-    places_on,
-    within_run,
-)
+from impactlab.history.base import END_ROUNDING, AbstractHistory, Cost, Field, instants_around, places_on, within_run
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Contact, Scene
@@ -75,13 +67,7 @@ class AbstractRecordedHistory(AbstractHistory):
     dropped: tuple[float, int] = (0.0, 0)  # J, by changes of coordinates with a contact, and their number
     _located: tuple[Array, Array, NDArray[np.int64]] | None = None  # ends of steps, instants read last, their steps
 
-    def __init__(
-        self,
-        scene: Scene,
-        method: Method,
-        built: Mapping[str, BuiltBody],
-        dt: float | None = None,
-    ) -> None:
+    def __init__(self, scene: Scene, method: Method, built: Mapping[str, BuiltBody], dt: float | None = None) -> None:
         self.scene, self.method, self.duration, self.dt = scene, method, scene.duration, dt
         self.warnings, self.cost = [], Cost()
         self.built = built

@@ -24,6 +24,7 @@ from impactlab.report.figures.style import (
     grid,
     labelled,
     log_axis,
+    panel_grid,
     scaled,
 )
 from impactlab.sweeps.chunks import STATUSES
@@ -228,16 +229,14 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
 def _maps(found: xarray.Dataset, tables: list[Any], labels: list[str], names: list[str]) -> Figure:
     across, up = (places(found, name) for name in names)
     columns = min(2, len(tables))
-    rows = -(-len(tables) // columns)
     below = _lower_margin(across, columns)
     left = max(0.8, 0.35 + LETTER * _longest(up))
     margins = Margins(left=left, right=0.75, top=0.4, bottom=below, across=0.7 + left, down=0.35 + below)
-    figure, panels = grid(rows, columns, 3.2 if columns > 1 else 4.6, margins)
-    flat = [panel for row in panels for panel in row]
+    figure, flat = panel_grid(len(tables), columns, 3.2 if columns > 1 else 4.6, margins)
     missing = ~np.isin(found["status"].transpose(*names).values, ENDED)
     sequences = np.where(missing, -1, _sequences(found, names))
     whole = _whole(np.concatenate([table.values.ravel() for table in tables]))
-    for axes, table, label in zip(flat, tables, labels, strict=False):
+    for axes, table, label in zip(flat, tables, labels, strict=True):
         axes.set_label(PANEL)
         axes.grid(visible=False)
         _picture(axes, table, table.transpose(*names).values, across, up, whole)
@@ -247,8 +246,6 @@ def _maps(found: xarray.Dataset, tables: list[Any], labels: list[str], names: li
         axes.set_title(label, color=MUTED)
         _set_axis(axes, "x", across, columns)
         _set_axis(axes, "y", up)
-    for axes in flat[len(tables) :]:
-        axes.set_visible(False)
     return figure
 
 

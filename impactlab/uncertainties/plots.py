@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, Unit, drawn, grid
+from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, Unit, drawn, grid, panel_grid
 from impactlab.sweeps.plots import fitted
 from impactlab.types import Array
 from impactlab.uncertainties.records import Estimate, Index, Share, Spread
@@ -170,9 +170,8 @@ def plot_indices(found: Sequence[Index]) -> Figure:
     left = 0.3 + 0.078 * max(map(len, paths))
     margins = Margins(left=left, right=0.2, top=0.65, bottom=0.5, across=0.35, down=0.65)
     columns = min(2, len(names))
-    figure, rows = grid(-(-len(names) // columns), columns, 0.42 * len(paths) + 0.25, margins)
-    flat = [axes for row in rows for axes in row]
-    for number, (axes, name) in enumerate(zip(flat, names, strict=False)):
+    figure, flat = panel_grid(len(names), columns, 0.42 * len(paths) + 0.25, margins)
+    for number, (axes, name) in enumerate(zip(flat, names, strict=True)):
         own = [each for each in found if (each.quantity, each.label) == name]
         for place, each in enumerate(own):
             _bar(axes, each.first, place - 0.17, 0.3, PALETTE[0], "first")
@@ -193,8 +192,6 @@ def plot_indices(found: Sequence[Index]) -> Figure:
         axes.set_xlim(0.0, min(1.5, max(1.05, *(1.02 * each.total.upper for each in own))))
         axes.grid(visible=False, axis="y")
         axes.set_xlabel("Sobol index" if number + columns >= len(names) else "")
-    for axes in flat[len(names) :]:
-        axes.set_visible(False)
     handles: dict[str, Any] = dict(zip(*reversed(flat[0].get_legend_handles_labels()), strict=True))
     figure.legend(handles.values(), handles.keys(), loc="upper right", ncols=3, frameon=False, borderaxespad=0.3)
     return figure

@@ -103,13 +103,7 @@ def error_of_impact(
     ("law", "integrator", "models", "step", "fall"),
     [
         # Ten times finer, in three stages; measured falls are 4.1, 11, 120 and 15.
-        (
-            WaveIdentification(),
-            Newmark(),
-            [Modal(n, n) for n in (10, 30, 100)],
-            StepRule(points_per_period=10.0),
-            3.0,
-        ),
+        (WaveIdentification(), Newmark(), [Modal(n, n) for n in (10, 30, 100)], StepRule(points_per_period=10.0), 3.0),
         (
             WaveIdentification(),
             ExactModal(),

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import impactlab as il
 from impactlab.testing.strategies import log_uniform
+from tests.solving import in_steps
 
 DURATION, STEPS = 0.1, 1000  # s
 RATES = st.one_of(st.floats(-4.0, -0.2), st.floats(0.2, 4.0))  # rad/s
@@ -83,12 +84,7 @@ def chains(draw: st.DrawFn, contact: bool = True, slides: bool | None = None) ->
         "bodies": parts,
         "mechanisms": {"chain": {"links": links, "end": end}},
         "gravity": [draw(st.floats(-5.0, 5.0)), draw(st.floats(-10.0, 10.0))],
-        "solve": {
-            "duration": DURATION,
-            "model": {"kind": "modal", "elements": 16, "modes": 4},
-            "integrator": {"kind": "midpoint"},
-            "step": {"dt": DURATION / STEPS},
-        },
+        "solve": in_steps(DURATION, "midpoint", {"kind": "modal", "elements": 16, "modes": 4}, dt=DURATION / STEPS),
     }
     if contact:
         x, y = tip_velocity(parts, links, sliding)

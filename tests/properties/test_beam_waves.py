@@ -74,23 +74,22 @@ def speeds(segment: BeamSegment, theory: str, model: str, wave_number: float, te
     return phase, group
 
 
-@settings(max_examples=8, deadline=None)
-@given(
+PACKETS = given(
     theory=st.sampled_from(["euler_bernoulli", "timoshenko"]),
     model=st.sampled_from(sorted(MODELS)),
     slenderness=st.floats(0.02, 1.0),
 )
+
+
+@settings(max_examples=8, deadline=None)
+@PACKETS
 def test_a_packet_has_the_phase_and_group_speed_of_its_wave_number(theory, model, slenderness):
     check_speeds(theory, model, slenderness)
 
 
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None)
-@given(
-    theory=st.sampled_from(["euler_bernoulli", "timoshenko"]),
-    model=st.sampled_from(sorted(MODELS)),
-    slenderness=st.floats(0.02, 1.0),
-)
+@PACKETS
 def test_many_packets_have_the_speeds_of_their_wave_numbers(theory, model, slenderness):
     check_speeds(theory, model, slenderness)
 

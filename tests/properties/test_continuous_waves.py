@@ -100,12 +100,7 @@ def test_results_scale_with_units(alpha, length, time, weight):
     bar = replace(bar, segments=(segment,))
     hammer = Mass("hammer", kilogram / alpha, metre / second)
     other = solve(
-        *scene(
-            [hammer, bar],
-            [(point(hammer), point(bar, "left"), 0.0, HARD)],
-            6.0 * second,
-            round_trip=2.0 * second,
-        )
+        *scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, HARD)], 6.0 * second, round_trip=2.0 * second)
     )
     assert [e.time / second for e in other.events] == pytest.approx([e.time for e in plain.events], abs=1e-10)
     newton = kilogram * metre / second**2

@@ -13,6 +13,7 @@ import impactlab as il
 from impactlab.errors import ImpactlabError
 from impactlab.scene.recent import KeepsResults
 from impactlab.simulate import stepped_run
+from tests.solving import in_steps, mesh
 
 CASE: dict[str, Any] = {
     "bodies": {
@@ -30,12 +31,7 @@ CASE: dict[str, Any] = {
         {"between": ["hammer", "rod.left"], "law": {"kind": "penalty", "stiffness": 1e8}},
         {"between": ["rod.right", "stop.left"], "gap": 1e-6, "law": {"kind": "penalty", "stiffness": 1e8}},
     ],
-    "solve": {
-        "duration": 1e-4,
-        "model": {"kind": "finite_element", "elements": 6, "mass": "lumped"},
-        "integrator": {"kind": "newmark"},
-        "step": {"dt": 1e-6},
-    },
+    "solve": in_steps(1e-4, "newmark", mesh(6, "lumped"), dt=1e-6),
 }
 MESH = {"kind": "finite_element", "elements": 6, "mass": "lumped"}
 CHANGES: tuple[tuple[str, Any], ...] = (

@@ -12,6 +12,7 @@ import pytest
 
 import impactlab as il
 from impactlab.history import AbstractHistory
+from tests.solving import run_case
 
 ROOT = Path(__file__).parents[2]
 ARM, CRANK = (il.load_case(ROOT / "cases" / f"{name}.yaml") for name in ("arm_on_stop", "slider_crank"))
@@ -129,13 +130,11 @@ def test_a_link_that_turns_far_in_a_step_may_pass_a_wall_and_says_so(step: dict[
 
     Rigid links have no period: ten points of the one assumed are steps of 0.63 s.
     """
-    history = il.run(
-        il.Case(
-            bodies={"bar": il.Link(length=0.3, mass=0.5), "wall": il.Wall()},
-            mechanisms={"arm": il.Mechanism([il.Joint("bar", rate=10.0)])},
-            contacts=[il.Contact("bar.right", "wall", {"kind": "hertz", "stiffness": 1e8}, along="y", gap=0.01)],
-            solve={"duration": 0.01, "integrator": {"kind": "midpoint"}, "step": step},
-        )
+    history = run_case(
+        bodies={"bar": il.Link(length=0.3, mass=0.5), "wall": il.Wall()},
+        mechanisms={"arm": il.Mechanism([il.Joint("bar", rate=10.0)])},
+        contacts=[il.Contact("bar.right", "wall", {"kind": "hertz", "stiffness": 1e8}, along="y", gap=0.01)],
+        solve={"duration": 0.01, "integrator": {"kind": "midpoint"}, "step": step},
     )
     assert ("coarse_turning" in [each.code for each in history.warnings]) == far
     if not far:

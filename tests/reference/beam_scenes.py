@@ -22,6 +22,19 @@ def sheared(segment: BeamSegment, poisson: float = 0.3) -> BeamSegment:
     )  # fmt: skip
 
 
+def square_bar(length, shears=False):
+    """A piece of a steel beam, 1 cm x 1 cm, that may shear."""
+    shear = {"shear_stiffness": 6.7e6, "rotary_inertia": 7850.0 * 1e-8 / 12.0} if shears else {}
+    return BeamSegment(length, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0, **shear)
+
+
+def ball_on(body, x, law, duration, *, mass, velocity=1.0, gap=0.0, dt=1e-6, face="at", **others):
+    """A rigid ball that strikes a rod or beam at x [m]; other fields as of `simulation`."""
+    contact = Contact(Point("ball", 0.0, "ball"), Point(body.name, x, f"{body.name}.{face}"), gap)
+    bodies = {"ball": Mass("ball", mass, velocity), body.name: body}
+    return simulation("ball", bodies, (contact,), duration, None, StepRule(dt=dt), law=law, **others)
+
+
 def sphere_on_beam(model, integrator, dt, *, ends=("pinned", "pinned"), at=0.5, law=None, segment=STEEL, duration=2e-4,
                    speed=0.01, **given):  # fmt: skip
     """Timoshenko's sphere on a beam: steel, 1 cm x 1 cm, span 15.35 cm, radius 1 cm, 1 cm/s."""

@@ -13,6 +13,7 @@ from impactlab.mechanisms.model import MechanismModel
 from impactlab.mechanisms.terms import terms as of_chain
 from impactlab.numerics.compiling import njit
 from impactlab.scene.bodies import Mechanism
+from tests.solving import in_steps
 
 ALUMINIUM = {"young": 7.0e10, "density": 2700.0}
 terms: Any = njit(of_chain)
@@ -26,12 +27,7 @@ def document(bodies: dict[str, Any], links: list[dict[str, Any]], duration: floa
             "schema_version": 1,
             "bodies": bodies,
             "mechanisms": {"chain": {"links": links, "end": end}},
-            "solve": {
-                "duration": duration,
-                "model": {"kind": "modal", "elements": 160, "modes": modes},
-                "integrator": {"kind": "midpoint"},
-                "step": {"dt": dt},
-            },
+            "solve": in_steps(duration, "midpoint", {"kind": "modal", "elements": 160, "modes": modes}, dt=dt),
             **more,
         }
     )

@@ -138,10 +138,7 @@ def test_a_bare_pile_tends_to_its_exact_answer() -> None:
 @pytest.mark.parametrize(("dt", "bound"), [(1e-6, 2e-4), (0.25e-6, 2e-5)])
 def test_a_specimen_that_yields_between_two_bars(dt: float, bound: float) -> None:
     rise = specimen.YOUNG * specimen.TANGENT / (specimen.YOUNG - specimen.TANGENT)
-    table = {
-        "strain": [0.0, 0.1, 1.0],
-        "stress": [specimen.YIELD, specimen.YIELD + 0.1 * rise, specimen.YIELD + rise],
-    }
+    table = {"strain": [0.0, 0.1, 1.0], "stress": [specimen.YIELD, specimen.YIELD + 0.1 * rise, specimen.YIELD + rise]}
     history = hopkinson(table, dt)
     arrival = 1.5 / specimen.C
     times = arrival + np.array([5e-6, 20e-6, 50e-6, 99e-6])

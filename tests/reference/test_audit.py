@@ -17,10 +17,10 @@ from studies.audit import answers, compare, families, measure, references, scene
 pytestmark = pytest.mark.slow
 
 
-def ball_on_wall(law: scenes.Doc, gap: float = 7.767e-5, tolerance: float = 1e-8) -> scenes.Doc:
+def ball_on_wall(law: scenes.Doc, gap: float = 7.767e-5) -> scenes.Doc:
     """Return a ball of 1 kg at 1 m/s before a wall."""
     bodies = {"ball": {"kind": "mass", "mass": 1.0, "velocity": 1.0}, "wall": {"kind": "wall"}}
-    return scenes.finished(bodies, [{"between": ["ball", "wall"], "gap": gap, "law": law}], 5e-3, tolerance)
+    return scenes.finished(bodies, [{"between": ["ball", "wall"], "gap": gap, "law": law}], 5e-3, 1e-8)
 
 
 @pytest.mark.parametrize("zeta", [0.1, 0.6, 0.9])
@@ -218,8 +218,7 @@ def test_no_run_is_beyond_its_tolerance_in_silence(family: str) -> None:
 
 # A force that rises at the end of the run, one that a jump on its way lets be read at its steepest, long contacts.
 @pytest.mark.parametrize(
-    ("family", "number"),
-    [("power_law", 98), ("damped", 107), ("rigid", 38), ("dashpot", 44), ("dashpot", 53)],
+    ("family", "number"), [("power_law", 98), ("damped", 107), ("rigid", 38), ("dashpot", 44), ("dashpot", 53)]
 )
 def test_no_peak_read_where_the_force_is_steep_is_beyond_its_tolerance(family: str, number: int) -> None:
     row = measure.measured(families.draw(family, 20261122, number))

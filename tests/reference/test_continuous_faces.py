@@ -24,16 +24,16 @@ def written(value):
     return f"{value.kind}{value.value:g}" if isinstance(value, End) else None
 
 
-def on_face(end, law, striker, mirrored, duration=30.0, far=CLAMPED):
+def on_face(end, law, striker, mirrored):
     """A mass of 1 kg or a free rod of impedance 2 at speed 1 strikes the face of a rod; c = Z = L = 1."""
     speed = -1.0 if mirrored else 1.0
     hits = Mass("striker", 1.0, speed) if striker == "mass" else rod("striker", 0.8, 2.0, velocity=speed)
-    bar = rod(left=far, right=end) if mirrored else rod(left=end, right=far)
+    bar = rod(left=CLAMPED, right=end) if mirrored else rod(left=end, right=CLAMPED)
     if mirrored:
         pair = (point(bar, "right"), point(hits, "left" if striker == "rod" else ""))
-        return scene([bar, hits], [(*pair, 0.0, law)], duration)
+        return scene([bar, hits], [(*pair, 0.0, law)], 30.0)
     pair = (point(hits, "right" if striker == "rod" else ""), point(bar, "left"))
-    return scene([hits, bar], [(*pair, 0.0, law)], duration)
+    return scene([hits, bar], [(*pair, 0.0, law)], 30.0)
 
 
 STRUCK = [

@@ -17,6 +17,7 @@ from impactlab.exact.solve import solve
 from impactlab.numerics.addresses import COMPILED
 from impactlab.scene import Mass, Point
 from tests.reference.exact_scenes import CLAMPED, HARD, point, rod, scene, struck
+from tests.solving import run_case
 
 AT = 0.3  # m, where the rod is struck
 
@@ -147,23 +148,18 @@ def test_a_rod_in_two_equal_pieces_is_the_rod_in_one() -> None:
 
     def run(*lengths: float) -> Any:
         first = [{"length": length, "area": 1e-4, "material": steel} for length in lengths]
-        rod = {"kind": "rod", "segments": [*first, {"length": 0.2, "area": 2e-4, "material": steel}]}
+        rod = il.Rod(segments=[*first, {"length": 0.2, "area": 2e-4, "material": steel}])
+        other = il.Rod(length=0.4, area=2e-4, material="steel")
         law = {"kind": "penalty", "stiffness": 1e8}
-        return il.run(
-            il.Case.from_dict({
-                "bodies": {
-                    "ball": {"kind": "mass", "mass": 0.3, "velocity": 2.0},
-                    "rod": rod,
-                    "other": {"kind": "rod", "length": 0.4, "area": 2e-4, "material": "steel"},
-                },
-                "contacts": [
-                    {"between": ["ball", "rod.left"], "law": {"kind": "addition_deletion"}},
-                    {"between": ["rod.right", "other.left"], "gap": 1e-5, "law": law},
-                ],
-                "solve": {"duration": 1.5e-3, "model": {"kind": "continuous"}},
-                "probes": [{"body": "rod", "at": 0.2, "quantity": "stress"}],
-            })
-        )  # fmt: skip
+        return run_case(
+            bodies={"ball": il.Mass(0.3, velocity=2.0), "rod": rod, "other": other},
+            contacts=[
+                il.Contact("ball", "rod.left", {"kind": "addition_deletion"}),
+                il.Contact("rod.right", "other.left", law, gap=1e-5),
+            ],
+            solve={"duration": 1.5e-3, "model": {"kind": "continuous"}},
+            probes=[{"body": "rod", "at": 0.2, "quantity": "stress"}],
+        )
 
     one, three = run(0.3), run(0.1, 0.13, 0.07)
     times = np.linspace(0.0, one.duration, 1000)
@@ -175,14 +171,12 @@ def test_a_rod_in_two_equal_pieces_is_the_rod_in_one() -> None:
 
 def test_a_sweep_of_one_of_two_equal_pieces_is_that_of_single_runs() -> None:
     pieces = [{"length": length, "area": 1e-4, "material": "steel"} for length in (0.1, 0.2)]
-    case = il.Case.from_dict({
-        "bodies": {
-            "ball": {"kind": "mass", "mass": 0.3, "velocity": 2.0},
-            "rod": {"kind": "rod", "segments": pieces, "displacement": {"x": [0.0, 0.3], "u": [0.0, 1e-6]}},
-        },
-        "contacts": [{"between": ["ball", "rod.left"], "law": {"kind": "addition_deletion"}}],
-        "solve": {"duration": 3e-4, "model": {"kind": "continuous"}},
-    })  # fmt: skip
+    rod = il.Rod(segments=pieces, displacement={"x": [0.0, 0.3], "u": [0.0, 1e-6]})
+    case = il.Case(
+        bodies={"ball": il.Mass(0.3, velocity=2.0), "rod": rod},
+        contacts=[il.Contact("ball", "rod.left", {"kind": "addition_deletion"})],
+        solve={"duration": 3e-4, "model": {"kind": "continuous"}},
+    )
     plain = case.with_("bodies.rod.displacement", None)
     areas = np.linspace(0.9e-4, 1.1e-4, 251)  # as many as a batch has; one of them is that of the other piece
     found = il.sweep(plain, {"bodies.rod.segments.1.area": areas}, quantities=["impulse"]).impulse.to_numpy().ravel()

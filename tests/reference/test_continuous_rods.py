@@ -222,24 +222,8 @@ def test_refusals_name_path_and_remedy():
     bar = rod(left=End("mass", 1.0))
     for bodies, pair, gap, law, error, path, word in (
         ([a, b], (point(a), point(b)), 0.0, HARD, CaseError, "bodies", "no rod"),
-        (
-            [a, wall, rod()],
-            (point(a), point(wall)),
-            0.0,
-            HARD,
-            CaseError,
-            "contacts.0",
-            "both faces have mass",
-        ),
-        (
-            [a, bar],
-            (point(a), point(bar, "left")),
-            0.0,
-            HARD,
-            CaseError,
-            "contacts.0",
-            "both faces have mass",
-        ),
+        ([a, wall, rod()], (point(a), point(wall)), 0.0, HARD, CaseError, "contacts.0", "both faces have mass"),
+        ([a, bar], (point(a), point(bar, "left")), 0.0, HARD, CaseError, "contacts.0", "both faces have mass"),
         (
             [wall, rod()],
             (point(wall), point(wall)),
@@ -249,15 +233,7 @@ def test_refusals_name_path_and_remedy():
             "contacts.0",
             "neither side can move",
         ),
-        (
-            [a, rod()],
-            (point(a), point(rod(), "left")),
-            -0.1,
-            HARD,
-            CaseError,
-            "contacts.0.gap",
-            "penetration",
-        ),
+        ([a, rod()], (point(a), point(rod(), "left")), -0.1, HARD, CaseError, "contacts.0.gap", "penetration"),
         ([a, rod()], (point(a), point(rod(), "left")), 0.0, Penalty(math.nan), PairingError, "contacts.0.law", "hard"),
     ):
         wrong = scene(bodies, [(*pair, gap, law)], 1.0)

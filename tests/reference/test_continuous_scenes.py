@@ -208,10 +208,7 @@ def test_rod_between_two_walls():
     # flights across the sum of the gaps, contacts of 2 L/c at each wall, without end
     v, length, gaps = 0.8, 1.3, (0.3, 0.5)
     bar, left, right = rod(length=length, velocity=v), Wall("left"), Wall("right")
-    contacts = [
-        (point(left), point(bar, "left"), gaps[0], HARD),
-        (point(bar, "right"), point(right), gaps[1], HARD),
-    ]
+    contacts = [(point(left), point(bar, "left"), gaps[0], HARD), (point(bar, "right"), point(right), gaps[1], HARD)]
     history = solve(*scene([left, bar, right], contacts, 500.0))
     turn = sum(gaps) / v + 2.0 * length
     closings = gaps[1] / v + turn * np.arange(len(history.contacts))
@@ -233,10 +230,7 @@ def test_rod_tight_between_two_walls_is_plucked():
 
     bar = rod(displacement=shape)
     gap = -strain / 2
-    contacts = [
-        (point(left), point(bar, "left"), gap, HARD),
-        (point(bar, "right"), point(right), gap, HARD),
-    ]
+    contacts = [(point(left), point(bar, "left"), gap, HARD), (point(bar, "right"), point(right), gap, HARD)]
     history = solve(*scene([left, bar, right], contacts, 30.0))
     t = np.linspace(0.0, 30.0, 301)
     expected = strain - rise * np.cos(math.pi * t)
@@ -266,10 +260,7 @@ def test_periodic_bar():
 def test_two_masses_strike_both_ends():
     # by symmetry each strikes half a rod that is clamped: alpha = 1, the paper's scene (its second contact included)
     bar, a, b = rod(length=2.0), Mass("a", 1.0, 1.0), Mass("b", 1.0, -1.0)
-    contacts = [
-        (point(a), point(bar, "left"), 0.0, HARD),
-        (point(bar, "right"), point(b), 0.0, HARD),
-    ]
+    contacts = [(point(a), point(bar, "left"), 0.0, HARD), (point(bar, "right"), point(b), 0.0, HARD)]
     history = solve(*scene([a, bar, b], contacts, 6.0))
     for contact in ("a|rod.left", "rod.right|b"):
         times = [event.time / 2.0 for event in history.events if event.contact == contact]
@@ -284,10 +275,7 @@ def test_a_mass_strikes_a_rod_that_carries_a_mass():
     # what enters is v0 exp(-Z t/M1); at the other end M2 v' = 2 Z r - Z v; true there until 3 L/c
     m1, m2, z = 0.9, 0.4, 1.0
     bar, a, b = rod(z=z), Mass("a", m1, 1.0), Mass("b", m2)
-    contacts = [
-        (point(a), point(bar, "left"), 0.0, HARD),
-        (point(bar, "right"), point(b), 0.0, HARD),
-    ]
+    contacts = [(point(a), point(bar, "left"), 0.0, HARD), (point(bar, "right"), point(b), 0.0, HARD)]
     history = solve(*scene([a, bar, b], contacts, 40.0))
     l1, l2 = z / m1, z / m2
     s = np.linspace(0.0, 0.57, 25)
@@ -305,10 +293,7 @@ def test_ram_cushion_cap_and_pile():
     # returns; the state by the exponential of a matrix
     m1, m2, k, c, z = 2.0, 0.6, 3.0, 0.2, 1.0
     ram, cap, pile = Mass("ram", m1, 1.0), Mass("cap", m2), rod("pile", 5.0, z)
-    contacts = [
-        (point(ram), point(cap), 0.0, Penalty(k, c)),
-        (point(cap), point(pile, "left"), 0.0, HARD),
-    ]
+    contacts = [(point(ram), point(cap), 0.0, Penalty(k, c)), (point(cap), point(pile, "left"), 0.0, HARD)]
     history = solve(*scene([ram, cap, pile], contacts, 60.0))
     a = np.zeros((4, 4))
     a[0, 2] = a[1, 3] = 1.0
@@ -392,10 +377,7 @@ def test_dead_weight_is_struck_through_a_cushion():
     m, g, hammer, k = 0.7, 0.02, 0.5, 1.5
     bar, gap = loaded(m, g, length=4.0)
     weight, striker = Mass("weight", m), Mass("hammer", hammer, 1.0)
-    contacts = [
-        (point(striker), point(weight), 0.0, Penalty(k)),
-        (point(weight), point(bar, "left"), gap, HARD),
-    ]
+    contacts = [(point(striker), point(weight), 0.0, Penalty(k)), (point(weight), point(bar, "left"), gap, HARD)]
     history = solve(*scene([striker, weight, bar], contacts, 7.9, g))
     # hammer feels gravity, the weight's is borne by the rod
     a = np.zeros((5, 5))

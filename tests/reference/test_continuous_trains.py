@@ -60,10 +60,7 @@ def test_random_trains_against_one_rod_and_a_lattice(seed):
 def between_walls(contacts):
     """A rod that flies between two walls (units c = Z = L = 1, gaps of 4, velocity 1) over so many contacts."""
     body, left, right = rod(velocity=1.0), Wall("left"), Wall("right")
-    pairs = [
-        (point(left), point(body, "left"), 4.0, HARD),
-        (point(body, "right"), point(right), 4.0, HARD),
-    ]
+    pairs = [(point(left), point(body, "left"), 4.0, HARD), (point(body, "right"), point(right), 4.0, HARD)]
     return scene([body, left, right], pairs, 4.0 + 10.0 * contacts - 8.0 + 4.0)
 
 

@@ -112,7 +112,7 @@ def test_a_hysteretic_law_on_a_uniform_rod_is_the_delay_equation_s():
     assert metrics.relative_l2(found.history.evaluate(t, "position:hammer"), mass(t)) <= found.uncertainty + 1e-9
 
 
-def damped_modes(alpha, b, count=3000):
+def damped_modes(alpha, b):
     """Return the displacement of a mass stuck to a clamped rod with C = b K, as a function of t.
 
     Modes sin(k x) from the clamped end with k L tan(k L) = alpha; the mass has no damping of its own and K none of the
@@ -120,7 +120,7 @@ def damped_modes(alpha, b, count=3000):
     """
     roots = [
         brentq(lambda z: z * math.sin(z) - alpha * math.cos(z), n * math.pi + 1e-12, (n + 0.5) * math.pi)
-        for n in range(count)
+        for n in range(3000)
     ]
     z = np.array(roots)
     w, tip = z * C / L, np.sin(z)

@@ -45,12 +45,7 @@ def swing(model, integrator, damping):
     viscosity, rayleigh = DAMPINGS[damping]
     piece = dataclasses.replace(PIECE, viscosity=viscosity)
     rod = Rod(
-        "rod",
-        (piece,),
-        End("free"),
-        End("clamped"),
-        displacement=lambda x: 1e-6 * np.cos(NUMBER * x),
-        damping=rayleigh,
+        "rod", (piece,), End("free"), End("clamped"), displacement=lambda x: 1e-6 * np.cos(NUMBER * x), damping=rayleigh
     )
     dt = 2.0 * np.pi / TURN / STEPS
     probe = Probe("rod", 0.0, "displacement")

@@ -54,9 +54,7 @@ def exact(case: Simulation) -> Any:
 
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize(
-    "far",
-    [CLAMPED, FREE, End("spring", 1e9), End("dashpot", 2e4), End("mass", 1.0)],
-    ids=lambda e: e.kind,
+    "far", [CLAMPED, FREE, End("spring", 1e9), End("dashpot", 2e4), End("mass", 1.0)], ids=lambda e: e.kind
 )
 def test_it_converges_to_the_exact_answer(far: End, mirrored: bool) -> None:
     errors = []
@@ -74,18 +72,13 @@ def test_it_converges_to_the_exact_answer(far: End, mirrored: bool) -> None:
 def test_a_hard_contact_beside_a_power_law_converges_to_the_exact_answer() -> None:
     """The wave that wave_identification looks for arrives at the face itself: it needs no messenger there."""
     steel = {"young": 2e11, "density": 8000.0}
-    bodies = {"hammer": {"kind": "mass", "mass": 1.0, "velocity": 1.0}, "last": {"kind": "mass", "mass": 1.0}}
-    bodies["rod"] = {"kind": "rod", "length": 0.5, "area": 1e-3, "material": steel}  # a transit of 0.1 ms
-    struck = {"between": ["hammer", "rod.left"], "law": {"kind": "wave_identification"}}
-    passed_on = {"between": ["rod.right", "last"], "law": {"kind": "hertz", "stiffness": 1e8, "exponent": 1.0}}
-    solve = {"duration": 6e-4, "model": {"kind": "continuous"}}
-    case = il.Case.from_dict(
-        {
-            "schema_version": 1,
-            "bodies": bodies,
-            "contacts": [struck, passed_on],
-            "solve": solve | {"step": {"dt": 1e-5}},
-        }
+    rod = il.Rod(length=0.5, area=1e-3, material=steel)  # a transit of 0.1 ms
+    struck = il.Contact("hammer", "rod.left", {"kind": "wave_identification"})
+    passed_on = il.Contact("rod.right", "last", {"kind": "hertz", "stiffness": 1e8, "exponent": 1.0})
+    case = il.Case(
+        bodies={"hammer": il.Mass(1.0, velocity=1.0), "last": il.Mass(1.0), "rod": rod},
+        contacts=[struck, passed_on],
+        solve={"duration": 6e-4, "model": {"kind": "continuous"}, "step": {"dt": 1e-5}},
     )
     exact = il.run(case.with_("contacts.1.law", {"kind": "penalty", "stiffness": 1e8}))
     wanted = {name: float(exact.evaluate(6e-4, f"velocity:{name}")) for name in ("hammer", "last")}

@@ -12,6 +12,7 @@ import impactlab as il
 from impactlab.derivatives.differences import differences
 from impactlab.sweeps.quantities import asked
 from tests.reference.waves_mp import Struck, derivative, log_derivative
+from tests.solving import in_steps, mesh
 
 STRUCK = Struck(stiffness=20, gap="0.05", duration=2)
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
@@ -27,13 +28,7 @@ def stepped(law=None, gap=0.05, **solve):
         name="stepped",
         bodies={"hammer": il.Mass(mass=0.5, velocity=1.0), "rod": rod},
         contacts=[il.Contact("hammer", "rod.left", law or {"kind": "penalty", "stiffness": 20.0}, gap=gap)],
-        solve={
-            "model": {"kind": "finite_element", "elements": 400, "mass": "lumped"},
-            "duration": {"round_trips": 2},
-            "integrator": {"kind": "central_difference"},
-            "step": {"courant": 0.9},
-            **solve,
-        },
+        solve=in_steps({"round_trips": 2}, "central_difference", mesh(400, "lumped"), courant=0.9) | solve,
     )
 
 

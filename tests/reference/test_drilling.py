@@ -11,6 +11,7 @@ import pytest
 
 import impactlab as il
 from impactlab.drilling import Blow, blow, sweep
+from tests.solving import in_steps
 
 AREA, SPEED, STRIKE, HAMMER = 1e-3, 5000.0, 10.0, 0.5  # m2, m/s, m/s, m; Z = 40 kN s/m, E A = 200 MN, 200 J
 MATERIAL = {"young": 2e11, "density": 8000.0}
@@ -45,17 +46,10 @@ def rock(stiffness: float, gamma: float) -> dict[str, Any]:
 def mesh(elements: int) -> Blow:
     """Return a blow on a mesh with c dt = h."""
     size = HAMMER / elements
-    meshes = {"hammer": elements, "rod": 6 * elements}
-    case = drill(2.5e8, 0.1).with_(
-        "solve",
-        {
-            "duration": 1.2e-3,
-            "model": {"kind": "finite_element", "elements": 1, "mass": "lumped"},
-            "models": {name: {"kind": "finite_element", "elements": n, "mass": "lumped"} for name, n in meshes.items()},
-            "integrator": {"kind": "central_difference"},
-            "step": {"dt": size / SPEED},
-        },
-    )
+    lumped = {"kind": "finite_element", "elements": 1, "mass": "lumped"}
+    models = {name: lumped | {"elements": n} for name, n in (("hammer", elements), ("rod", 6 * elements))}
+    solve = in_steps(1.2e-3, "central_difference", lumped, dt=size / SPEED) | {"models": models}
+    case = drill(2.5e8, 0.1).with_("solve", solve)
     return blow(case.with_("contacts.0.law", {"kind": "addition_deletion"}))
 
 

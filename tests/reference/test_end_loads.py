@@ -27,6 +27,7 @@ from impactlab.testing.plain_loop import PlainLoop
 from impactlab.testing.strategies import in_other_units, mirrored
 from impactlab.types import Array
 from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene
+from tests.solving import in_steps, mesh, run_case
 
 Z, T, F = 4000.0, 2e-4, 1e4
 SINE = "1e4*sin(2*pi*t/2e-4)"
@@ -134,12 +135,10 @@ def test_the_stepped_delay_line() -> None:
     """A hertz contact far away makes the continuous rod a delay line: F(t)/Z plus echoes, as means over steps."""
     rod = il.Rod(length=0.5, area=1e-4, material={"young": 200e9, "density": 8000.0}, ends={"left": {"force": PULSE}})
     law = {"kind": "hertz", "stiffness": 1e9}
-    history = il.run(
-        il.Case(
-            bodies={"far": il.Mass(1.0), "rod": rod},
-            contacts=[il.Contact("rod.right", "far", gap=1.0, law=law)],
-            solve={"duration": 2.5 * T, "model": {"kind": "continuous"}, "step": {"dt": 1e-6}},
-        )
+    history = run_case(
+        bodies={"far": il.Mass(1.0), "rod": rod},
+        contacts=[il.Contact("rod.right", "far", gap=1.0, law=law)],
+        solve={"duration": 2.5 * T, "model": {"kind": "continuous"}, "step": {"dt": 1e-6}},
     )
     t = np.arange(0, 500) * 1e-6  # ends of steps: displacements are exact there, as 1 us divides all breaks
     once = np.concatenate(([0.0], np.cumsum(0.5e-6 * (trapezoid(t[1:]) + trapezoid(t[:-1])))))
@@ -354,11 +353,6 @@ def test_a_pulse_between_two_instants_of_a_scheme_is_not_missed(scheme: str) -> 
     steel_like = {"young": 1.0, "density": 1.0}
     case = il.Case(
         bodies={"rod": il.Rod(length=1.0, area=1.0, material=steel_like, ends={"left": {"force": pulse}})},
-        solve={
-            "duration": 3.0,
-            "model": {"kind": "finite_element", "elements": 8, "mass": "lumped"},
-            "integrator": {"kind": scheme},
-            "step": {"dt": 0.02},
-        },
+        solve=in_steps(3.0, scheme, mesh(8, "lumped"), dt=0.02),
     )
     assert il.run(case).evaluate(3.0, "momentum:rod") == pytest.approx(0.1, rel=1e-9)

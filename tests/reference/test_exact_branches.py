@@ -21,6 +21,7 @@ from impactlab.exact.results.thinned import ThinnedHistory
 from impactlab.exact.solve import serves, solve
 from impactlab.history import AbstractHistory
 from impactlab.refine.references import reference
+from tests.solving import run_case
 
 CASES = Path(__file__).parents[2] / "cases"
 HARD = {"kind": "addition_deletion"}
@@ -487,9 +488,7 @@ def test_a_rod_comes_to_rest_on_soil_and_stays() -> None:
     soil = {"kind": "smith", "capacity": 1e3, "quake": 1e-4, "damping": 0.5, "rule": "viscous", "tension": False}
     bodies = {"rod": il.Rod(length=0.5, area=1e-3, material=STEEL), "ground": il.Wall()}
     contacts = [il.Contact("rod.right", "ground", soil, name="soil")]
-    history = il.run(
-        il.Case(bodies=bodies, contacts=contacts, gravity=9.81, solve={"duration": "0.3 s", "model": EXACT})
-    )
+    history = run_case(bodies=bodies, contacts=contacts, gravity=9.81, solve={"duration": "0.3 s", "model": EXACT})
     assert [change.branch for change in history.changes] == ["elastic"]
     assert at(history, 0.3, "force:soil") == pytest.approx(9.81 * 4.0, rel=1e-6)
     assert history.links[0].set == 0.0

@@ -159,8 +159,3 @@ def test_fronts_that_die_out_are_not_counted(seed):
 def test_a_mass_on_a_rod(alpha, trips):
     scene = struck(alpha, 2.0 * trips, CLAMPED)
     assert 1.0 / 3.0 < cost.predicted_s(*scene) / whole(scene) < 3.0
-
-
-def test_the_same_scene_has_the_same_prediction():
-    scene = random_train(np.random.default_rng(3)).scene()
-    assert cost.predicted_s(*scene) == cost.predicted_s(*scene)

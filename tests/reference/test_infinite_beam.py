@@ -35,6 +35,7 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
 from impactlab.testing.scenes import struck
 from tests.reference.test_timoshenko_waves import beam as timoshenko
+from tests.solving import in_steps, mesh
 
 INFINITE, FREE = End("infinite"), End("free")
 SEGMENT = BeamSegment(2.0, 1e-4, 2.1e11, 7900.0, inertia=1e-8 / 12.0)
@@ -377,18 +378,9 @@ def test_a_beam_that_is_straight_at_its_infinite_ends_may_be_displaced(shape: st
 def endless_beam(displacement: str) -> il.Case:
     section, ends = {"width": 0.01, "height": 0.01}, {"left": "infinite", "right": "infinite"}
     beam = il.Beam(
-        length=1.0,
-        section=section,
-        material={"young": 2.1e11, "density": 7900},
-        ends=ends,
-        displacement=displacement,
+        length=1.0, section=section, material={"young": 2.1e11, "density": 7900}, ends=ends, displacement=displacement
     )
-    solve = {
-        "duration": 1e-3,
-        "model": {"kind": "finite_element", "elements": 10},
-        "integrator": {"kind": "newmark"},
-        "step": {"dt": 1e-5},
-    }
+    solve = in_steps(1e-3, "newmark", mesh(10), dt=1e-5)
     return il.Case(bodies={"beam": beam}, solve=solve)
 
 

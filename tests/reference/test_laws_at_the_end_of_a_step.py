@@ -17,6 +17,7 @@ from impactlab.history import AbstractHistory
 from impactlab.numerics.compiling import plain
 from impactlab.simulate.stepping.ports import fill_acting
 from impactlab.types import Port, SideFacts
+from tests.solving import run_case
 
 STIFFNESS, SPEED = 1e6, 1.0  # N/m, m/s, with 1 kg: w = 1000/s, a contact lasts some 3 ms
 LINKS = ("slack", "elastic_plastic", "smith")
@@ -26,12 +27,10 @@ ANYWHERE = SideFacts("mass", 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 def on_a_wall(law: dict[str, Any], dt: float, duration: float = 0.02) -> AbstractHistory:
     """Return 1 kg at 1 m/s that meets a wall."""
     gap = None if law["kind"] in LINKS else 1.3217e-4
-    return il.run(
-        il.Case(
-            bodies={"m": il.Mass(1.0, velocity=SPEED), "w": il.Wall()},
-            contacts=[il.Contact("m", "w", law, gap=gap)],
-            solve={"duration": duration, "integrator": {"kind": "generalised_alpha"}, "step": {"dt": dt}},
-        )
+    return run_case(
+        bodies={"m": il.Mass(1.0, velocity=SPEED), "w": il.Wall()},
+        contacts=[il.Contact("m", "w", law, gap=gap)],
+        solve={"duration": duration, "integrator": {"kind": "generalised_alpha"}, "step": {"dt": dt}},
     )
 
 

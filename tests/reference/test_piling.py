@@ -19,6 +19,7 @@ from impactlab.piling.blow import sets_of
 from impactlab.piling.drive import _next as after
 from impactlab.piling.pile import pile_of
 from impactlab.piling.static_rest import rest_of
+from tests.solving import in_steps, mesh
 
 Z, LENGTH, SPEED = 1.6e6, 20.0, 4000.0  # N s/m, m, m/s
 TOE = {"kind": "smith", "capacity": "900 kN", "quake": "3 mm", "damping": 0.5, "tension": False}
@@ -52,12 +53,7 @@ def driven(
             "base": il.Wall(),
         },
         contacts=[il.Contact(*((b, a) if mirrored else (a, b)), law, **more) for a, b, law, more in pairs],
-        solve={
-            "duration": 0.1,
-            "model": {"kind": "finite_element", "elements": elements, "mass": "lumped"},
-            "integrator": {"kind": "central_difference"},
-            "step": {"courant": courant},
-        },
+        solve=in_steps(0.1, "central_difference", mesh(elements, "lumped"), courant=courant),
     )
 
 
@@ -183,12 +179,7 @@ def test_a_blow_on_a_pile_of_two_sections_begins_with_the_forces_of_the_one_befo
             il.Contact("pile.at(4)", "ground", soil),
             il.Contact("pile.right", "base", TOE),
         ],
-        solve={
-            "duration": 0.2,
-            "model": {"kind": "finite_element", "elements": 80, "mass": "lumped"},
-            "integrator": {"kind": "central_difference"},
-            "step": {"courant": 0.5},
-        },
+        solve=in_steps(0.2, "central_difference", mesh(80, "lumped"), courant=0.5),
     )
     run, history = case.simulation(), il.run(case)
     found = pile_of(run)

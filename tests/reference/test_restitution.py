@@ -26,6 +26,7 @@ from impactlab.scene import Mass, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule, sides
 from impactlab.simulate import run
 from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row, struck
+from tests.solving import run_case
 
 MASS, SPEED, STIFFNESS = 2.0, 1.5, 1e9
 
@@ -299,12 +300,10 @@ def test_steps_in_which_hysteresis_turns_the_mass_round_are_warned_of(scheme: st
     The damping of Flores' law stops it: it returns with less than 1/(a v0) = e/(1.6 (1 - e)) of its speed.
     """
     law = {"kind": "flores", "stiffness": 3e7, "restitution": restitution}
-    history = il.run(
-        il.Case(
-            bodies={"m": il.Mass(1.0, velocity=1.0), "w": il.Wall()},
-            contacts=[il.Contact("m", "w", law, gap=1.03e-4)],
-            solve={"duration": 0.01, "integrator": {"kind": scheme}, "step": {"dt": 1e-5}},
-        )
+    history = run_case(
+        bodies={"m": il.Mass(1.0, velocity=1.0), "w": il.Wall()},
+        contacts=[il.Contact("m", "w", law, gap=1.03e-4)],
+        solve={"duration": 0.01, "integrator": {"kind": scheme}, "step": {"dt": 1e-5}},
     )
     wrong = -float(history.evaluate(0.01, "velocity:m")) > 2.0 * restitution / 1.6
     assert wrong == (restitution == 1e-6) == ("coarse_contact" in {warning.code for warning in history.warnings})

@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 
 import impactlab as il
 from impactlab.history import AbstractHistory
+from tests.solving import in_steps, mesh, run_case
 
 C, RHO, D = 5000.0, 8000.0, 20e-3
 AREA = math.pi * D**2 / 4.0
@@ -27,7 +28,11 @@ JOHNSON_COOK = {"kind": "johnson_cook", "A": 300e6, "C": 0.02}
 
 def bars(flow: dict[str, Any], duration: float = 480e-6, dt: float = 0.25e-6, **specimen: Any) -> AbstractHistory:
     law = {"kind": "specimen", "length": LENGTH, "area": SECTION, "young": YOUNG, "flow": flow, **specimen}
-    case = il.Case(
+    models = {
+        name: mesh(round(length / (C * dt)), "lumped")
+        for name, length in (("striker", 0.25), ("incident", 1.5), ("transmitted", 1.5))
+    }
+    return run_case(
         bodies={
             "striker": il.Rod(length=0.25, area=AREA, material=STEEL, velocity=12.0),
             "incident": il.Rod(length=1.5, area=AREA, material=STEEL),
@@ -37,17 +42,8 @@ def bars(flow: dict[str, Any], duration: float = 480e-6, dt: float = 0.25e-6, **
             il.Contact("striker.right", "incident.left", {"kind": "addition_deletion"}),
             il.Contact("incident.right", "transmitted.left", law, name="specimen"),
         ],
-        solve={
-            "duration": duration,
-            "models": {
-                name: {"kind": "finite_element", "elements": round(length / (C * dt)), "mass": "lumped"}
-                for name, length in (("striker", 0.25), ("incident", 1.5), ("transmitted", 1.5))
-            },
-            "integrator": {"kind": "central_difference"},
-            "step": {"dt": dt},
-        },
+        solve=in_steps(duration, "central_difference", dt=dt) | {"models": models},
     )
-    return il.run(case)
 
 
 def exact(t: float) -> float:

@@ -1,8 +1,10 @@
-"""A history made of plain functions: to test a metric, a figure or a report without a run."""
+"""A history made of plain functions, and its law: to test a metric, a figure or a report without a run."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +14,20 @@ from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
 Signal = Callable[[Array], Array]
+
+
+@dataclasses.dataclass(frozen=True)
+class SyntheticLaw:
+    """Stands for a contact law that answers by force, with what a metric or a summary asks of it."""
+
+    answers_force: ClassVar[bool] = True
+    hard: ClassVar[bool] = False
+    force_jumps: ClassVar[bool] = False
+    remembers: ClassVar[bool] = False
+    two_sided: ClassVar[bool] = False
+
+    def restitutions(self) -> None:
+        return None
 
 
 class SyntheticHistory(AbstractHistory):

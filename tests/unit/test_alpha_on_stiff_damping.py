@@ -5,26 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 import impactlab as il
+from tests.solving import in_steps, mesh, struck_rod
 
 
 def struck(integrator: str, dt: float) -> il.Case:
-    rod = il.Rod(
-        length=0.3,
-        area=9e-4,
-        material={"young": 2.1e11, "density": 7900.0},
-        ends={"right": "clamped"},
-        damping={"stiffness": 1e-4},
-    )
-    return il.Case(
-        bodies={"hammer": il.Mass(mass=2.133, velocity=1.0), "rod": rod},
-        contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e11})],
-        solve={
-            "duration": 3.5e-4,
-            "model": {"kind": "finite_element", "elements": 20},
-            "integrator": {"kind": integrator},
-            "step": {"dt": dt},
-        },
-    )
+    law, rod = {"kind": "penalty", "stiffness": 1e11}, {"damping": {"stiffness": 1e-4}}
+    return struck_rod(law, in_steps(3.5e-4, integrator, mesh(20), dt=dt), rod=rod)
 
 
 def test_a_run_whose_motion_is_nearly_as_right_as_that_of_newmark_is_not_refused() -> None:

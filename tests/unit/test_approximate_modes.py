@@ -6,35 +6,21 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps
 
 DURATION = 5e-3
 
 
 def struck_cantilever(model: dict[str, object], ends: tuple[str, str] = ("clamped", "free")) -> il.Case:
     integrator = "newmark" if model["kind"] == "finite_element" else "exact_modal"
-    return il.Case.from_dict(
-        {
-            "schema_version": 1,
-            "bodies": {
-                "beam": {
-                    "kind": "beam",
-                    "theory": "euler_bernoulli",
-                    "length": 1.0,
-                    "section": {"width": 0.02, "height": 0.02},
-                    "material": {"young": 2e11, "density": 8000.0},
-                    "ends": {"left": ends[0], "right": ends[1]},
-                },
-                "ball": {"kind": "mass", "mass": 0.1, "velocity": -1.0},
-            },
-            "contacts": [{"between": ["beam.at(0.5)", "ball"], "law": {"kind": "hertz", "stiffness": 1e9}}],
-            "solve": {
-                "duration": DURATION,
-                "model": model,
-                "integrator": {"kind": integrator},
-                "step": {"dt": 2e-6},
-            },
-            "probes": [{"body": "beam", "at": 0.0, "quantity": "bending_moment"}],
-        }
+    section, material = {"width": 0.02, "height": 0.02}, {"young": 2e11, "density": 8000.0}
+    sides = dict(zip(("left", "right"), ends, strict=True))
+    beam = il.Beam(length=1.0, section=section, material=material, theory="euler_bernoulli", ends=sides)
+    return il.Case(
+        bodies={"beam": beam, "ball": il.Mass(0.1, velocity=-1.0)},
+        contacts=[il.Contact("beam.at(0.5)", "ball", {"kind": "hertz", "stiffness": 1e9})],
+        solve=in_steps(DURATION, integrator, model, dt=2e-6),
+        probes=[{"body": "beam", "at": 0.0, "quantity": "bending_moment"}],
     )
 
 

@@ -77,10 +77,7 @@ CALLS = {
         },
     ),
     "guided_rod": (dispersion.guided_rod, {"wave_speed": 5000.0, "rate": 100.0}),
-    "free_rod": (
-        dispersion.free_rod,
-        {"wave_speed": 5000.0, "rate": 100.0, "gyration": 0.006, "branch": "axial"},
-    ),
+    "free_rod": (dispersion.free_rod, {"wave_speed": 5000.0, "rate": 100.0, "gyration": 0.006, "branch": "axial"}),
     "beam": (dispersion.beam, {"segment": BEAM, "rate": 60.0, "plane": "chord", "tension": 0.0}),
 }
 WRONG = ["a", (), [], {}, (1.0,), object(), 1 + 2j, [["a"]], np.zeros((2, 2)), "20 kg"]

@@ -12,6 +12,7 @@ import pytest
 
 import impactlab as il
 from impactlab.errors import CaseError, PairingError, StepError
+from tests.solving import in_steps
 
 HERTZ = {"kind": "hertz", "stiffness": 1.0e9}
 CASE: dict[str, Any] = {
@@ -36,12 +37,7 @@ CASE: dict[str, Any] = {
         }
     },
     "contacts": [{"between": ["rod.right", "block"], "along": "x", "gap": 0.02, "law": HERTZ}],
-    "solve": {
-        "duration": 2.0e-4,
-        "model": {"kind": "modal", "elements": 40, "modes": 6},
-        "integrator": {"kind": "midpoint"},
-        "step": {"dt": 1.0e-5},
-    },
+    "solve": in_steps(2.0e-4, "midpoint", {"kind": "modal", "elements": 40, "modes": 6}, dt=1.0e-5),
 }
 LINKS, LAST = "mechanisms.press.links", "mechanisms.press.links.1"
 GONE = object()
@@ -122,12 +118,7 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     ({"contacts.0.along": GONE}, "contacts.0.along", "this key is missing", "along: x, y or [cos, sin]"),
     ({"contacts.0.along": [0.0, 0.0]}, "contacts.0.along", "the direction [0, 0] has no length", "Fix the value"),
     ({"contacts.0.along": [math.nan, 1.0]}, "contacts.0.along", "nan is not a finite number", "Fix the value"),
-    (
-        {**NO_MECHANISM, "contacts.0.along": "x", "bodies.crank": GONE},
-        "contacts.0.along",
-        "no link",
-        "Remove along",
-    ),
+    ({**NO_MECHANISM, "contacts.0.along": "x", "bodies.crank": GONE}, "contacts.0.along", "no link", "Remove along"),
     ({"contacts.1": SIDEWAYS}, "contacts.1.along", "'block' moves along one line", "one direction"),
     ({"contacts.1": ITSELF}, "contacts.1.between", "cannot strike itself", "Let a link meet another body"),
     ({"bodies.block.rotation": {}}, "contacts.0.between", "'block' turns steadily", "Remove its rotation"),

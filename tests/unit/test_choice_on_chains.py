@@ -12,6 +12,7 @@ from impactlab.refine.errors.level_errors import estimate_errors
 from impactlab.refine.references.converged import descriptions_of
 from impactlab.refine.studies import studies_of
 from impactlab.scene.method import Simulation
+from tests.solving import run_case
 
 
 def chain(beads, duration, **solve):
@@ -35,12 +36,10 @@ def test_a_chain_is_stepped_by_leapfrog_within_the_error_stated(tolerance):
 
 
 def test_no_description_takes_a_chain_of_one_contact_off_the_scheme_that_conserves_energy():
-    history = il.run(
-        il.Case(
-            bodies={"a": il.Mass(4e-3, velocity=1.0), "b": il.Mass(4e-3)},
-            contacts=[il.Contact("a", "b", {"kind": "hertz", "stiffness": 7.7e9})],
-            solve={"duration": 1e-4, "tolerance": 1e-3},
-        )
+    history = run_case(
+        bodies={"a": il.Mass(4e-3, velocity=1.0), "b": il.Mass(4e-3)},
+        contacts=[il.Contact("a", "b", {"kind": "hertz", "stiffness": 7.7e9})],
+        solve={"duration": 1e-4, "tolerance": 1e-3},
     )
     assert "leapfrog" not in history.choice.chosen
 

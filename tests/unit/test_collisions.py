@@ -30,6 +30,7 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.sweeps import quantities
 from impactlab.testing.scenes import in_a_row
 from tests.cases.support import case_of
+from tests.solving import in_steps, mesh
 
 
 def test_impulses_of_periods_that_reach_into_a_time() -> None:
@@ -122,11 +123,11 @@ def test_the_speeds_in_a_chain_do_not_follow_its_records() -> None:
     assert known[1].energy_lost == pytest.approx(known[0].energy_lost, rel=1e-9)
 
 
-def two_models(label: str, modes: int = 40, elements: int = 60) -> list[Simulation]:
+def two_models(label: str) -> list[Simulation]:
     given = case_of(label).simulation()
     step = given.method.step
-    fine = modelled_as(given, FiniteElement(elements), Midpoint(), step)
-    return [modelled_as(given, Modal(modes=modes), ExactModal(), step), fine]
+    fine = modelled_as(given, FiniteElement(60), Midpoint(), step)
+    return [modelled_as(given, Modal(modes=40), ExactModal(), step), fine]
 
 
 def summaries(label: str) -> list[tuple[str, dict[str, object]]]:
@@ -181,9 +182,7 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
     for modes in (20, 40):
         scene = modelled_as(
             case.simulation(), Modal(modes=modes), ExactModal(), StepRule(dt=1e-6), AdditionDeletion()
-        ).but(
-            events="located",
-        )
+        ).but(events="located")
         history = il.run(scene)
         codes = {warned.code: warned.text for warned in history.warnings}
         assert "t^-1/2" in codes["singular_force"]
@@ -422,12 +421,7 @@ def struck_rod(ends: dict[str, Any], duration: float) -> il.Case:
             "rod": il.Rod(length=0.5, area=4e-4, material="steel", ends=ends),
         },
         contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9}, gap=3.3e-5)],
-        solve={
-            "duration": duration,
-            "model": {"kind": "finite_element", "elements": 100},
-            "integrator": {"kind": "newmark"},
-            "step": {"courant": 0.5},
-        },
+        solve=in_steps(duration, "newmark", mesh(100), courant=0.5),
     )
 
 
@@ -456,12 +450,7 @@ def test_the_speed_of_a_rod_that_a_wall_turns_round_between_two_records_is_not_k
             "ball": il.Mass(0.02, velocity=-3.0),
         },
         contacts=[il.Contact("wall", "rod.left", spring), il.Contact("rod.right", "ball", spring, gap=2e-4)],
-        solve={
-            "duration": 0.1,
-            "model": {"kind": "finite_element", "elements": 20},
-            "integrator": {"kind": "newmark"},
-            "step": {"courant": 0.5},
-        },
+        solve=in_steps(0.1, "newmark", mesh(20), courant=0.5),
     )
     found = next(each for each in collisions(case.scene(), il.run(case)) if each.bodies == "rod|ball")
     assert (found.approach_speed, found.restitution) == (None, None)

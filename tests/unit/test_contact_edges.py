@@ -37,6 +37,7 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row, simulation
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start
+from tests.solving import in_steps, mesh, run_case, struck_rod
 
 
 def mass_on_wall(
@@ -249,14 +250,10 @@ def test_a_step_longer_than_the_time_of_a_dashpot_is_warned_of(integrator: str) 
     less than a thousandth of its speed is left. With steps of 100 us it left with a fifth of it, without a word.
     """
     for dt, resolved in ((1e-4, False), (2e-6, True)):
-        history = il.run(
-            il.Case(
-                bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
-                contacts=[
-                    il.Contact("ball", "wall", {"kind": "penalty", "stiffness": 1e6, "damping": 4e4}, gap=7.7e-5)
-                ],
-                solve={"duration": 5e-3, "integrator": {"kind": integrator}, "step": {"dt": dt}},
-            )
+        history = run_case(
+            bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
+            contacts=[il.Contact("ball", "wall", {"kind": "penalty", "stiffness": 1e6, "damping": 4e4}, gap=7.7e-5)],
+            solve={"duration": 5e-3, "integrator": {"kind": integrator}, "step": {"dt": dt}},
         )
         speed = abs(float(history.evaluate(5e-3, "velocity:ball")))
         assert (speed < 1e-3) == resolved
@@ -266,18 +263,7 @@ def test_a_step_longer_than_the_time_of_a_dashpot_is_warned_of(integrator: str) 
 @pytest.mark.parametrize("law", ["wave_initialised", "addition_deletion"])
 def test_a_hard_constraint_that_gains_energy_names_the_lumped_mesh(law: str) -> None:
     """The advice was a softer contact, which a hard constraint does not have, or a smaller step."""
-    steel = {"young": 2.1e11, "density": 7900.0}
-    rod = il.Rod(length=0.3, area=9e-4, material=steel, ends={"left": "free", "right": "clamped"})
-    case = il.Case(
-        bodies={"hammer": il.Mass(2.133, velocity=1.0), "rod": rod},
-        contacts=[il.Contact("hammer", "rod.left", {"kind": law})],
-        solve={
-            "duration": {"round_trips": 3},
-            "model": {"kind": "finite_element", "elements": 20},
-            "integrator": {"kind": "newmark"},
-            "step": {"courant": 0.5},
-        },
-    )
+    case = struck_rod({"kind": law}, in_steps({"round_trips": 3}, "newmark", mesh(20), courant=0.5))
     with pytest.raises(StepError, match="mass: lumped"):
         il.run(case)
     assert il.run(case.with_("solve.model.mass", "lumped")).energy.largest_gain < 0.15

@@ -15,6 +15,7 @@ from impactlab.report import page_figures
 from impactlab.report.figures import overview, plots, signals
 from impactlab.report.figures.named_contacts import MAX_FIGURES, view_of, with_figures, words_on_figures
 from impactlab.report.figures.style import LABEL, MAX_LABELS, PALETTE, Trace, labelled, traces
+from tests.solving import in_steps
 
 PILE = Path(__file__).parents[2] / "cases" / "smith_pile.yaml"
 COARSE = {"kind": "finite_element", "elements": 40, "mass": "lumped"}
@@ -37,16 +38,14 @@ def chain() -> AbstractHistory:
 
 
 def chain_of(beads: int) -> il.Case:
-    return il.Case.from_dict(
-        {
-            "bodies": {"striker": il.Mass(4e-3, velocity=1.0), "bead": il.Mass(4e-3, repeat=beads)},
-            "contacts": [il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 7.7e9})],
-            "solve": {"duration": 5e-4, "integrator": {"kind": "central_difference"}, "step": {"dt": 2e-7}},
-        }
+    return il.Case(
+        bodies={"striker": il.Mass(4e-3, velocity=1.0), "bead": il.Mass(4e-3, repeat=beads)},
+        contacts=[il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 7.7e9})],
+        solve=in_steps(5e-4, "central_difference", dt=2e-7),
     )
 
 
-def of_run(history: AbstractHistory) -> list[page_figures.Plate]:
+def of_run(history: AbstractHistory) -> list[page_figures.PageFigure]:
     return page_figures.of_run(Trace("laws", history, PALETTE[0]), history.scene)
 
 

@@ -15,6 +15,7 @@ from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.mesh.contact_nodes import with_nodes_at
 from impactlab.models.modal import Modal
 from impactlab.scene.bodies import Beam, BeamSegment, End, Rod, Segment
+from tests.solving import in_steps
 
 LENGTH, PLACE = 0.6, 0.21
 STEEL = Segment(LENGTH, 6.0e-4, 2.1e11, 7850.0)
@@ -118,12 +119,7 @@ def test_courant_counts_the_shortest_element_beside_a_contact(kind):
             "hammer": il.Mass(0.1, velocity=1.0),
         },
         contacts=[il.Contact("hammer", "rod.at(0.21)", {"kind": "penalty", "stiffness": 1e7})],
-        solve={
-            "duration": "0.1 ms",
-            "model": {"kind": kind, "elements": 7, "mass": "lumped"},
-            "integrator": {"kind": "central_difference"},
-            "step": {"courant": 0.99},
-        },
+        solve=in_steps("0.1 ms", "central_difference", {"kind": kind, "elements": 7, "mass": "lumped"}, courant=0.99),
     )
     speed = case.scene().bodies["rod"].elastic.segments[0].wave_speed
     history = il.run(case)  # with the length of all elements alike the step would be beyond stability

@@ -6,23 +6,15 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps, struck_rod
 
 EXIT = -0.698875581996163  # m/s, of the striker: the exact solution
 
 
 def struck(basis: str, law: str, integrator: str) -> il.Case:
     """Return the paper's impact, 20 coordinates of a mesh of 60 elements."""
-    rod = il.Rod(length=0.3, area=9e-4, material={"young": 2.1e11, "density": 7900}, ends={"right": "clamped"})
-    return il.Case(
-        bodies={"hammer": il.Mass(2.133, velocity=1.0), "rod": rod},
-        contacts=[il.Contact("hammer", "rod.left", {"kind": law})],
-        solve={
-            "duration": {"round_trips": 3},
-            "model": {"kind": "modal", "elements": 60, "modes": 20, "basis": basis},
-            "integrator": {"kind": integrator},
-            "step": {"points_per_period": 10},
-        },
-    )
+    model = {"kind": "modal", "elements": 60, "modes": 20, "basis": basis}
+    return struck_rod({"kind": law}, in_steps({"round_trips": 3}, integrator, model, points_per_period=10))
 
 
 def test_kicks_that_change_coordinates_hundreds_of_times_are_a_serious_warning() -> None:

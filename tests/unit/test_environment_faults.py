@@ -43,13 +43,7 @@ def impactlab(
 ) -> subprocess.CompletedProcess[str]:
     changed = os.environ | environment
     return subprocess.run(
-        [*COMMAND, *arguments],
-        capture_output=True,
-        text=True,
-        env=changed,
-        preexec_fn=before,
-        timeout=300,
-        check=False,
+        [*COMMAND, *arguments], capture_output=True, text=True, env=changed, preexec_fn=before, timeout=300, check=False
     )
 
 

@@ -5,6 +5,7 @@ import re
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps, run_case
 
 
 def struck(modes, speed=5.0, theory="euler_bernoulli", **model):
@@ -14,17 +15,10 @@ def struck(modes, speed=5.0, theory="euler_bernoulli", **model):
     section = {"width": 0.01, "height": 0.01}
     beam = il.Beam(length=0.15, section=section, material="steel", ends=ends, theory=theory)
     law = {"kind": "hertz", "stiffness": 1.6e10}
-    return il.run(
-        il.Case(
-            bodies={"sphere": sphere, "beam": beam},
-            contacts=[il.Contact("sphere", "beam.at(0.075)", law=law)],
-            solve={
-                "duration": 2e-4,
-                "model": {"kind": "modal", "modes": modes, **model},
-                "integrator": {"kind": "exact_modal"},
-                "step": {"dt": 2e-8},
-            },
-        )
+    return run_case(
+        bodies={"sphere": sphere, "beam": beam},
+        contacts=[il.Contact("sphere", "beam.at(0.075)", law=law)],
+        solve=in_steps(2e-4, "exact_modal", {"kind": "modal", "modes": modes, **model}, dt=2e-8),
     )
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import impactlab as il
 from impactlab.simulate import channels
+from tests.solving import run_case
 
 TIMES = (2.0e-5, 5.05e-5, 1.0e-4)
 PRESSED = (
@@ -20,19 +21,12 @@ PRESSED = (
 
 
 def snapshots(body: il.Beam | il.Rod, face: str, model: dict[str, Any], law: str, **solve: Any) -> il.History:
-    case = il.Case(
+    return run_case(
         bodies={"b": body, "m": il.Mass(0.1, velocity=1.0)},
         contacts=[il.Contact("m", face, {"kind": law})],
         snapshots=list(TIMES),
-        solve={
-            "duration": 2e-4,
-            "model": model,
-            "integrator": {"kind": "newmark"},
-            "step": {"dt": 1e-6},
-            **solve,
-        },
+        solve={"duration": 2e-4, "model": model, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}, **solve},
     )
-    return il.run(case)
 
 
 @pytest.mark.parametrize(("model", "law"), PRESSED)

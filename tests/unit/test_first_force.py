@@ -9,6 +9,7 @@ import pytest
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
+from tests.solving import in_steps, mesh, run_case
 
 YOUNG, DENSITY, AREA = 210e9, 7800.0, 1e-3
 IMPEDANCE = AREA * math.sqrt(YOUNG * DENSITY)  # N s/m
@@ -19,28 +20,21 @@ TRANSIT = math.sqrt(DENSITY / YOUNG)  # s
 def of_two_rods(dashpot: float, courant: float, gap: float) -> AbstractHistory:
     """Return the run of a rod that strikes an equal one through a dashpot [N s/m]."""
     material = {"young": YOUNG, "density": DENSITY}
-    return il.run(
-        il.Case(
-            bodies={
-                "striker": il.Rod(length=1.0, area=AREA, material=material, velocity=SPEED),
-                "rod": il.Rod(length=1.0, area=AREA, material=material),
-            },
-            contacts=[
-                il.Contact(
-                    "striker.right",
-                    "rod.left",
-                    {"kind": "penalty", "stiffness": STIFFNESS, "damping": dashpot},
-                    gap=gap,
-                    name="pair",
-                )
-            ],
-            solve={
-                "duration": TRANSIT,
-                "model": {"kind": "finite_element", "elements": ELEMENTS, "mass": "lumped"},
-                "integrator": {"kind": "central_difference"},
-                "step": {"courant": courant},
-            },
-        )
+    return run_case(
+        bodies={
+            "striker": il.Rod(length=1.0, area=AREA, material=material, velocity=SPEED),
+            "rod": il.Rod(length=1.0, area=AREA, material=material),
+        },
+        contacts=[
+            il.Contact(
+                "striker.right",
+                "rod.left",
+                {"kind": "penalty", "stiffness": STIFFNESS, "damping": dashpot},
+                gap=gap,
+                name="pair",
+            )
+        ],
+        solve=in_steps(TRANSIT, "central_difference", mesh(ELEMENTS, "lumped"), courant=courant),
     )
 
 
@@ -92,18 +86,12 @@ def test_a_mass_on_a_spring_and_dashpot_converges_at_the_second_order(share: flo
 
     def error(steps: int) -> float:
         duration, gap = 2e-3, (0.1 + share / steps) * 2e-3 * SPEED
-        run = il.run(
-            il.Case(
-                bodies={"ball": il.Mass(mass, velocity=SPEED), "wall": il.Wall()},
-                contacts=[
-                    il.Contact("ball", "wall", {"kind": "penalty", "stiffness": stiffness, "damping": damping}, gap=gap)
-                ],
-                solve={
-                    "duration": duration,
-                    "integrator": {"kind": "central_difference"},
-                    "step": {"dt": duration / steps},
-                },
-            )
+        run = run_case(
+            bodies={"ball": il.Mass(mass, velocity=SPEED), "wall": il.Wall()},
+            contacts=[
+                il.Contact("ball", "wall", {"kind": "penalty", "stiffness": stiffness, "damping": damping}, gap=gap)
+            ],
+            solve=in_steps(duration, "central_difference", dt=duration / steps),
         )
         t = np.linspace(gap / SPEED, duration, 500)
         closed = t - gap / SPEED

@@ -8,22 +8,15 @@ import pytest
 import impactlab as il
 from impactlab.fits.model import Means
 from impactlab.types import Array
+from tests.solving import struck_rod
 
 CHANNEL, SAMPLES, FRONT = "force:hammer|rod.left", 100, 36657.0
 
 
 @pytest.mark.parametrize(("noise", "offset", "warned"), [(1.0, "free", True), (0.02, "free", False), (1.0, 0.0, False)])
 def test_a_front_that_the_noise_hides_is_warned_of(noise: float, offset: str | float, warned: bool) -> None:
-    case = il.Case(
-        bodies={
-            "hammer": il.Mass(mass=2.133, velocity=1.0),
-            "rod": il.Rod(
-                length=0.3, area=9e-4, material={"young": 2.1e11, "density": 7900.0}, ends={"right": "clamped"}
-            ),
-        },
-        contacts=[il.Contact("hammer", "rod.left", {"kind": "addition_deletion"})],
-        solve={"duration": {"round_trips": 1.5}, "model": {"kind": "continuous"}},
-    )
+    solve = {"duration": {"round_trips": 1.5}, "model": {"kind": "continuous"}}
+    case = struck_rod({"kind": "addition_deletion"}, solve)
     history = il.run(case)
     width = 1.05 * history.duration / SAMPLES
     times = np.asarray((np.arange(SAMPLES) + 0.5) * width, dtype=float)

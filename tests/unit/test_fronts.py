@@ -10,6 +10,7 @@ from impactlab.metrics.fronts import Samples, jumps_at, returns
 from impactlab.metrics.norms import midpoints
 from impactlab.metrics.peaks import find_peak
 from impactlab.types import Array
+from tests.solving import run_case
 
 T = midpoints(1.0, 4000)
 AT, REACH, LEAST = 0.4, 0.05, 0.01
@@ -79,19 +80,17 @@ def test_ringing_where_a_front_is_supposed_but_does_not_arrive_counts() -> None:
     ]
     load = "25998.49817346177*sin(pi*t/0.0001422886168106216)**2"
     area, hard = 7.942842963021206e-4, {"kind": "addition_deletion"}
-    history = il.run(
-        il.Case(
-            bodies={
-                "left": il.Rod(segments=left, ends={"left": "clamped"}),
-                "middle": il.Rod(length=0.33423426460961736, area=area, material=titanium, velocity=-0.56),
-                "right": il.Rod(segments=right, velocity=3.231, ends={"right": {"force": load}}),
-            },
-            contacts=[
-                il.Contact("left.right", "middle.left", hard),
-                il.Contact("middle.right", "right.left", hard, gap=2.1601964480640425e-5),
-            ],
-            solve={"duration": 2.9612062663975807e-4, "tolerance": 0.01},
-        )
+    history = run_case(
+        bodies={
+            "left": il.Rod(segments=left, ends={"left": "clamped"}),
+            "middle": il.Rod(length=0.33423426460961736, area=area, material=titanium, velocity=-0.56),
+            "right": il.Rod(segments=right, velocity=3.231, ends={"right": {"force": load}}),
+        },
+        contacts=[
+            il.Contact("left.right", "middle.left", hard),
+            il.Contact("middle.right", "right.left", hard, gap=2.1601964480640425e-5),
+        ],
+        solve={"duration": 2.9612062663975807e-4, "tolerance": 0.01},
     )
     one, other = 2.47708077638763e-4 * np.sqrt(110e9 * 2700.0), area * np.sqrt(110e9 * 4430.0)
     exact = one * other / (one + other) * 0.56

@@ -11,6 +11,7 @@ import impactlab as il
 from impactlab import hopkinson
 from impactlab.errors import ImpactlabError
 from impactlab.hopkinson import Bar, Specimen, Test
+from tests.solving import run_case
 
 # records of 560 us end while the specimen unloads, which these tests do not read
 pytestmark = pytest.mark.filterwarnings("ignore:the record ends:impactlab.errors.DoubtfulResult")
@@ -265,11 +266,11 @@ def test_bad_input_is_refused_in_words():
         ):
             with pytest.raises(ImpactlabError, match="it must be positive"):
                 refused()
-    history = il.run(il.Case(
+    history = run_case(
         bodies={"ball": il.Mass(0.1, velocity=1.0), "rod": il.Rod(length=1.0, diameter=D, material=STEEL)},
         contacts=[il.Contact("ball", "rod.left", {"kind": "penalty", "stiffness": 1e8})],
-        solve={"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": 1e-6}},
-    ))  # fmt: skip
+        solve={"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": 1e-6}}
+    )  # fmt: skip
     with pytest.raises(ImpactlabError, match="'ball' is not a rod with one segment"):
         hopkinson.of_history(history, "ball", "rod")
     with pytest.raises(ImpactlabError, match="'rod' has 0 strain probes"):

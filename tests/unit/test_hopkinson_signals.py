@@ -260,10 +260,7 @@ def test_lengths_take_units() -> None:
             "diameter of the bar: '16 kg' has a unit of another dimension",
         ),
         (lambda: hopkinson.Bar("16", 5172.0, 7850.0), "'16' is not a number with a unit"),
-        (
-            lambda: hopkinson.Bar("-16 mm", 5172.0, 7850.0),
-            r"diameter of the bar is -0\.016 m; it must be positive",
-        ),
+        (lambda: hopkinson.Bar("-16 mm", 5172.0, 7850.0), r"diameter of the bar is -0\.016 m; it must be positive"),
         (lambda: hopkinson.Bar(None, 5172.0, 7850.0), "diameter of the bar is None; it must be a number in m"),
         (lambda: hopkinson.Specimen("6 mm", "9 s"), "diameter of the specimen: '9 s' has a unit of another dimension"),
     ],

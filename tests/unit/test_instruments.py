@@ -14,15 +14,11 @@ from impactlab.history.instruments import Measured, measured_file
 from impactlab.numerics.low_pass import deviation
 from impactlab.report.figures.signals import MEASURED, panels
 from impactlab.report.figures.style import PALETTE, Trace
+from tests.solving import in_steps, mesh
 
 FORCE, AREA, YOUNG, SPEED = 1e4, 1e-4, 2e11, 5000.0
 STRAIN = FORCE / (YOUNG * AREA)
-MESH = {
-    "duration": "250 us",
-    "model": {"kind": "finite_element", "elements": 100, "mass": "lumped"},
-    "integrator": {"kind": "central_difference"},
-    "step": {"courant": 1.0},
-}
+MESH = in_steps("250 us", "central_difference", mesh(100, "lumped"), courant=1.0)
 EXACT = {"duration": "250 us", "model": {"kind": "continuous"}}
 BAR = {"kind": "rod", "length": 1.0, "area": AREA, "material": {"young": YOUNG, "density": 8000}}
 

@@ -4,27 +4,21 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps, run_case
 
 
 def turned(torque, thickness=0.002, duration=0.3, **joint):
     """Return the run of an arm of aluminium, 1 m long with 0.5 kg at its end, turned by a torque at its hinge."""
     arm = il.Beam(length=1.0, section={"width": 0.02, "height": thickness}, material={"young": 7e10, "density": 2700})
     stop = {"kind": "hertz", "stiffness": 1e6}
-    return il.run(
-        il.Case(
-            bodies={"arm": arm, "side": il.Wall(), "above": il.Wall()},
-            mechanisms={"robot": il.Mechanism([il.Joint("arm", torque=torque, end_mass=0.5, **joint)])},
-            contacts=[
-                il.Contact("arm.right", "side", stop, along="x", gap=10.0),
-                il.Contact("arm.right", "above", stop, along="y", gap=10.0),
-            ],
-            solve={
-                "duration": duration,
-                "model": {"kind": "modal", "elements": 40, "modes": 6},
-                "integrator": {"kind": "midpoint"},
-                "step": {"dt": "20 us"},
-            },
-        )
+    return run_case(
+        bodies={"arm": arm, "side": il.Wall(), "above": il.Wall()},
+        mechanisms={"robot": il.Mechanism([il.Joint("arm", torque=torque, end_mass=0.5, **joint)])},
+        contacts=[
+            il.Contact("arm.right", "side", stop, along="x", gap=10.0),
+            il.Contact("arm.right", "above", stop, along="y", gap=10.0),
+        ],
+        solve=in_steps(duration, "midpoint", {"kind": "modal", "elements": 40, "modes": 6}, dt="20 us"),
     )
 
 

@@ -10,6 +10,7 @@ import impactlab as il
 from impactlab.cli import app
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.metrics.linear_theory import strain_of_beam, strain_of_rod
+from tests.solving import in_steps, mesh
 
 STEPPED = [
     {"length": 0.2, "diameter": 0.025, "material": "steel"},
@@ -19,10 +20,7 @@ STEPPED = [
 
 def struck(speed, **solve):
     """Return the run of a mass that strikes a stepped rod."""
-    bodies = {
-        "hammer": il.Mass(0.74, velocity=speed),
-        "rod": il.Rod(segments=STEPPED, ends={"right": "clamped"}),
-    }
+    bodies = {"hammer": il.Mass(0.74, velocity=speed), "rod": il.Rod(segments=STEPPED, ends={"right": "clamped"})}
     contact = il.Contact("hammer", "rod.left", {"kind": "addition_deletion"})
     return il.run(il.Case(bodies=bodies, contacts=[contact], solve={"duration": "0.3 ms", **solve}))
 
@@ -68,12 +66,7 @@ def test_the_strain_of_a_beam_is_estimated_within_a_factor_of_two(mass, x):
     case = il.Case(
         bodies={"body": il.Mass(mass, velocity=1.0), "strip": strip},
         contacts=[contact],
-        solve={
-            "duration": 0.05,
-            "model": {"kind": "finite_element", "elements": 40},
-            "integrator": {"kind": "midpoint"},
-            "step": {"dt": "5 us"},
-        },
+        solve=in_steps(0.05, "midpoint", mesh(40), dt="5 us"),
     )
     history = il.run(case, frames=400)
     beam = history.scene.bodies["strip"]

@@ -6,35 +6,19 @@ import numpy as np
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
+from tests.solving import in_steps, mesh, run_case
 
 STEP = 1e-6
 TIMES = (20.2e-6, 20.5e-6, 20.75e-6, 20.95e-6)
 
 
 def history_of(times: tuple[float, ...], duration: float = 4e-5) -> AbstractHistory:
-    return il.run(
-        il.Case.from_dict(
-            {
-                "schema_version": 1,
-                "bodies": {
-                    "rod": {
-                        "kind": "rod",
-                        "length": 0.3,
-                        "area": 9e-4,
-                        "material": {"young": 2.1e11, "density": 7900.0},
-                        "ends": {"left": {"force": 1e4}, "right": "free"},
-                    }
-                },
-                "solve": {
-                    "duration": duration,
-                    "model": {"kind": "finite_element", "elements": 40, "mass": "lumped"},
-                    "integrator": {"kind": "central_difference"},
-                    "step": {"dt": STEP},
-                },
-                "snapshots": [*times],
-                "probes": [{"body": "rod", "at": 0.09, "quantity": "velocity"}],
-            }
-        )
+    steel, ends = {"young": 2.1e11, "density": 7900.0}, {"left": {"force": 1e4}, "right": "free"}
+    return run_case(
+        bodies={"rod": il.Rod(length=0.3, area=9e-4, material=steel, ends=ends)},
+        solve=in_steps(duration, "central_difference", mesh(40, "lumped"), dt=STEP),
+        snapshots=[*times],
+        probes=[{"body": "rod", "at": 0.09, "quantity": "velocity"}],
     )
 
 

@@ -16,10 +16,10 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine.errors import left_out
 from impactlab.refine.errors.distances import counted, difference
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
+from impactlab.scene import Beam, BeamSegment, End, Mass
 from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.simulate import driver
-from impactlab.testing.scenes import simulation
+from tests.reference.beam_scenes import ball_on, square_bar
 
 SEGMENT = BeamSegment(
     length=0.5, area=7.7e-4, young=1.1e11, density=4430.0, inertia=6.1e-8, shear_stiffness=2.7e7, rotary_inertia=2.7e-4
@@ -29,9 +29,7 @@ SEGMENT = BeamSegment(
 def pressed(x: float, stiffness: float) -> Simulation:
     """Return a ball on a stiff clamped beam under a soft contact."""
     beam = Beam("beam", (SEGMENT,), End("clamped"), End("clamped"), theory="timoshenko")
-    bodies = {"ball": Mass("ball", 0.1, 0.1), "beam": beam}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", x, "beam.at"), 0.0)
-    scene = simulation("beam", bodies, (contact,), 1e-3, None, StepRule(dt=5e-7), law=Penalty(stiffness=stiffness))
+    scene = ball_on(beam, x, Penalty(stiffness=stiffness), 1e-3, mass=0.1, velocity=0.1, dt=5e-7)
     return scene.but(integrator=ExactModal())
 
 
@@ -106,13 +104,9 @@ def test_steps_that_do_not_resolve_static_shapes_have_no_use_of_them():
 
 def test_a_choice_takes_few_modes_and_static_shapes_in_place_of_many():
     """At a free end of a beam that shears 1377 modes were counted as needed, and a mesh took 16 times as long."""
-    segment = BeamSegment(
-        0.1, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0, shear_stiffness=6.7e6, rotary_inertia=7850.0 * 1e-8 / 12.0
-    )
+    segment = square_bar(0.1, shears=True)
     beam = Beam("beam", (segment,), End("clamped"), End("free"), theory="timoshenko")
-    bodies = {"ball": Mass("ball", 0.05, 1.0), "beam": beam}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.1, "beam.at"), 0.0)
-    asked = simulation("beam", bodies, (contact,), 5e-4, None, StepRule(dt=1e-6), law=Hertz(1e9))
+    asked = ball_on(beam, 0.1, Hertz(1e9), 5e-4, mass=0.05)
     history, mesh = (
         api.solve(*asked.but(tolerance=Tolerance(1e-4))),
         driver.run(

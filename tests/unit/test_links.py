@@ -17,15 +17,11 @@ from impactlab.history import AbstractHistory
 from impactlab.metrics.impact import momentum_error
 from impactlab.numerics.compiling import plain
 from impactlab.types import Port
+from tests.solving import in_steps, mesh
 
 STEEL = {"young": 2.1e11, "density": 7850.0}
 SMITH = {"kind": "smith", "capacity": 2e4, "quake": 1e-4, "damping": 0.1}
-SOLVE = {
-    "duration": "2 ms",
-    "model": {"kind": "finite_element", "elements": 40, "mass": "lumped"},
-    "integrator": {"kind": "central_difference"},
-    "step": {"courant": 0.5},
-}
+SOLVE = in_steps("2 ms", "central_difference", mesh(40, "lumped"), courant=0.5)
 
 
 def rod(**others: Any) -> il.Rod:

@@ -11,21 +11,18 @@ from impactlab.contact.penalty import Penalty
 from impactlab.refine.convergence import Level
 from impactlab.refine.descriptions.beam_modes import BeamModesFamily
 from impactlab.refine.errors.level_errors import MAX_UNMAGNIFIED, magnified_by_touches
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
-from impactlab.scene.method import Simulation, StepRule, Tolerance
-from impactlab.testing.scenes import simulation
+from impactlab.scene import Beam, End
+from impactlab.scene.method import Tolerance
+from tests.reference.beam_scenes import ball_on, square_bar
 
-SEGMENT = BeamSegment(0.3, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0)
+SEGMENT = square_bar(0.3)
 
 
 def family(duration: float) -> BeamModesFamily:
     """Return the modes for a ball that meets the tip of a cantilever once or several times."""
     beam = Beam("beam", (SEGMENT,), End("clamped"), End("free"), tension=682.25)
-    bodies = {"ball": Mass("ball", 0.041982, 0.066402), "beam": beam}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.3, "beam.at"), 4.1637e-4)
-    law = Penalty(stiffness=1690539.4)
-    scene = simulation("touches", bodies, (contact,), duration, None, StepRule(dt=1e-6), law=law)
-    return BeamModesFamily(Simulation(*scene.but(tolerance=Tolerance(1e-3))))
+    given = {"mass": 0.041982, "velocity": 0.066402, "gap": 4.1637e-4, "tolerance": Tolerance(1e-3)}
+    return BeamModesFamily(ball_on(beam, 0.3, Penalty(stiffness=1690539.4), duration, **given))
 
 
 @pytest.mark.parametrize(("duration", "touches"), [(0.0069, 1), (0.01572, 4)])

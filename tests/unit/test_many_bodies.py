@@ -19,6 +19,7 @@ from impactlab.history.frame import frames, groups
 from impactlab.printing import counted
 from impactlab.report.figures.drawn_part import MAX_DRAWN, drawn_part
 from impactlab.simulate.plan import prepare
+from tests.solving import in_steps, mesh
 
 N = 250
 TEXT = f"""
@@ -199,10 +200,5 @@ def row_of_rods(count: int, elements: int) -> il.Case:
             "rod": il.Rod(length=0.1, area=1e-4, material={"young": 2e11, "density": 7800.0}, repeat=count),
         },
         contacts=[il.Chain(["striker", "rod"], {"kind": "penalty", "stiffness": 1e8})],
-        solve={
-            "duration": 1e-4,
-            "model": {"kind": "finite_element", "elements": elements, "mass": "lumped"},
-            "integrator": {"kind": "central_difference"},
-            "step": {"courant": 0.9},
-        },
+        solve=in_steps(1e-4, "central_difference", mesh(elements, "lumped"), courant=0.9),
     )

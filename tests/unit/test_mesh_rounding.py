@@ -11,23 +11,17 @@ import impactlab as il
 from impactlab.errors import StepError
 from impactlab.simulate.checks import check_gain, check_momentum
 from impactlab.simulate.mesh_rounding import MAX_ROUNDED, rounded
+from tests.solving import in_steps, mesh, run_case
 
 FIELDS: dict[str, Any] = {"length": 1.0, "section": {"diameter": 0.02}, "material": "steel"}
 
 
 def free_beam(duration: float, elements: int, integrator: str = "newmark", **start: Any) -> Any:
     """Return the history of a free beam below a ball that it never meets."""
-    return il.run(
-        il.Case(
-            bodies={"beam": il.Beam(**FIELDS, **start), "ball": il.Mass(1.0)},
-            contacts=[il.Contact("beam.at(0.5)", "ball", {"kind": "penalty", "stiffness": 1e7}, gap=10.0)],
-            solve={
-                "duration": duration,
-                "model": {"kind": "finite_element", "elements": elements},
-                "integrator": {"kind": integrator},
-                "step": {"dt": 1e-5},
-            },
-        )
+    return run_case(
+        bodies={"beam": il.Beam(**FIELDS, **start), "ball": il.Mass(1.0)},
+        contacts=[il.Contact("beam.at(0.5)", "ball", {"kind": "penalty", "stiffness": 1e7}, gap=10.0)],
+        solve=in_steps(duration, integrator, mesh(elements), dt=1e-5),
     )
 
 

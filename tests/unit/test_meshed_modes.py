@@ -14,10 +14,10 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics.norms import midpoints
 from impactlab.models.modal import Modal
 from impactlab.refine.descriptions import meshed_modes
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
+from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.simulate import driver
-from impactlab.testing.scenes import simulation
+from tests.reference.beam_scenes import ball_on
 
 SEGMENT = BeamSegment(0.142, 1.03e-4, 1.52e10, 1150.0, inertia=8.85e-10)
 SHEARED = dataclasses.replace(SEGMENT, shear_stiffness=5e5, rotary_inertia=1150.0 * 8.85e-10)
@@ -30,10 +30,8 @@ def struck(segment: BeamSegment, tolerance: float) -> Simulation:
     """Return a light ball that strikes a beam beside its support, which then vibrates for a long time."""
     theory = "euler_bernoulli" if segment is SEGMENT else "timoshenko"
     beam = Beam("beam", (segment,), End("spring", 2e6), End("pinned"), theory=theory)
-    bodies = {"ball": Mass("ball", MASS, 0.15), "beam": beam}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.136, "beam.at"), 0.0)
-    scene = simulation("beam", bodies, (contact,), DURATION, None, StepRule(dt=1e-6), law=Penalty(STIFFNESS))
-    return Simulation(*scene.but(tolerance=Tolerance(tolerance)))
+    given = {"mass": MASS, "velocity": 0.15, "tolerance": Tolerance(tolerance)}
+    return ball_on(beam, 0.136, Penalty(STIFFNESS), DURATION, **given)
 
 
 def moved(asked: Simulation, elements: int) -> np.ndarray:

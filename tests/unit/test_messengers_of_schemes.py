@@ -9,6 +9,7 @@ import pytest
 
 import impactlab as il
 from impactlab.history import AbstractHistory
+from tests.solving import in_steps
 
 WEIGHT, MODES, POINTS = 0.3, 20, 10  # N of 1 kg on a rod of c = Z = 1, m = 1; it swings about 0.3 m of compression
 
@@ -19,12 +20,7 @@ def resting(scheme: str, duration: float = 6.0) -> AbstractHistory:
         bodies={"m": il.Mass(1.0), "rod": rod},
         contacts=[il.Contact("m", "rod.left", {"kind": "modal_messengers"})],
         gravity=WEIGHT,
-        solve={
-            "duration": duration,
-            "model": {"kind": "modal", "modes": MODES},
-            "integrator": {"kind": scheme},
-            "step": {"points_per_period": POINTS},
-        },
+        solve=in_steps(duration, scheme, {"kind": "modal", "modes": MODES}, points_per_period=POINTS),
     )
     return il.run(case)
 
@@ -61,12 +57,7 @@ def test_an_impedance_that_the_modes_do_not_have_is_warned_of() -> None:
         case = il.Case(
             bodies={"m": il.Mass(1.0, velocity=0.1), "rod": rod},
             contacts=[il.Contact("m", "rod.left", {"kind": "modal_messengers", "balance": balance})],
-            solve={
-                "duration": 4.0,
-                "model": {"kind": "modal", "modes": 10},
-                "integrator": {"kind": "exact_modal"},
-                "step": {"points_per_period": points},
-            },
+            solve=in_steps(4.0, "exact_modal", {"kind": "modal", "modes": 10}, points_per_period=points),
         )
         return il.run(case)
 

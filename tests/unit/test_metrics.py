@@ -15,7 +15,7 @@ from impactlab.scene import Rod
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import FREE, UNIT, mass_on_rod, touching
 from impactlab.types import Array
-from tests.unit.synthetic import SyntheticHistory
+from tests.unit.synthetic import SyntheticHistory, SyntheticLaw
 
 PAIR = "hammer|rod.left"
 MASS, FACE, FORCE = "position:hammer", "displacement:rod@0", f"force:{PAIR}"
@@ -24,12 +24,10 @@ DURATION = 3.0 * T
 
 
 @dataclasses.dataclass(frozen=True)
-class Hard:
-    """Stands for a law that answers by force."""
+class Hard(SyntheticLaw):
+    """Stands for a law of hard faces."""
 
-    answers_force: ClassVar[bool] = True
     hard: ClassVar[bool] = True
-    two_sided: ClassVar[bool] = False
 
 
 class Link(Hard):

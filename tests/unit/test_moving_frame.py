@@ -25,6 +25,7 @@ from impactlab.scene import Body, End, Mass, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import FREE, in_a_row, simulation, touching
+from tests.solving import in_steps, mesh
 
 STEEL = Segment(0.3, 9e-4, 2.1e11, 7850.0)
 
@@ -118,12 +119,7 @@ def test_bodies_that_only_drift_keep_the_energy_of_their_drift_as_scale() -> Non
 )
 def test_a_rod_that_falls_freely_neither_gains_nor_loses(integrator: dict[str, Any]) -> None:
     """The rounding of its energy less that of its fall was the scale: 1e5 steps had losses of 190 %."""
-    solve = {
-        "duration": 2e-3,
-        "model": {"kind": "finite_element", "elements": 10},
-        "integrator": integrator,
-        "step": {"dt": 1e-7},
-    }
+    solve = in_steps(2e-3, integrator, mesh(10), dt=1e-7)
     rod = il.Rod(length=1.0, area=1e-4, material="steel")
     book = il.run(il.Case(bodies={"rod": rod}, gravity=9.81, solve=solve)).energy
     assert book.scale == pytest.approx(0.5 * 0.785 * (9.81 * 2e-3) ** 2, rel=1e-6)  # J, of the fall

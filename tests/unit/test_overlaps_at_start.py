@@ -9,6 +9,7 @@ import pytest
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
+from tests.solving import run_case
 
 DEPTH = 1e-4  # m, of the overlap at t = 0
 DAMPED: dict[str, dict[str, Any]] = {
@@ -22,12 +23,10 @@ DAMPED: dict[str, dict[str, Any]] = {
 
 def parting(law: dict[str, Any], integrator: str, velocity: float, dt: float = 1e-6, duration: float = 2e-4) -> Any:
     """Return the history of a mass of 2 kg that starts DEPTH inside a wall on its right."""
-    return il.run(
-        il.Case(
-            bodies={"ball": il.Mass(2.0, velocity=velocity), "wall": il.Wall()},
-            contacts=[il.Contact("ball", "wall", law, gap=-DEPTH, overlap="allowed")],
-            solve={"duration": duration, "integrator": {"kind": integrator}, "step": {"dt": dt}},
-        )
+    return run_case(
+        bodies={"ball": il.Mass(2.0, velocity=velocity), "wall": il.Wall()},
+        contacts=[il.Contact("ball", "wall", law, gap=-DEPTH, overlap="allowed")],
+        solve={"duration": duration, "integrator": {"kind": integrator}, "step": {"dt": dt}},
     )
 
 
@@ -65,13 +64,11 @@ def test_the_energy_of_an_overlap_is_balanced(law: str, velocity: float, integra
 def test_bodies_that_part_in_free_fall_are_not_failed_by_the_rounding_of_their_fall() -> None:
     """Only 1.3e-11 J can be exchanged, of 50 J: the rounding of these is more than that."""
     law = {"kind": "lankarani_nikravesh", "stiffness": 1e12, "restitution": 0.28}
-    history = il.run(
-        il.Case(
-            bodies={"left": il.Mass(1.0, velocity=-10.0), "right": il.Mass(2.0)},
-            contacts=[il.Contact("left", "right", law, gap=-1e-9, overlap="allowed")],
-            gravity=-9.81,
-            solve={"duration": 2e-3, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
-        )
+    history = run_case(
+        bodies={"left": il.Mass(1.0, velocity=-10.0), "right": il.Mass(2.0)},
+        contacts=[il.Contact("left", "right", law, gap=-1e-9, overlap="allowed")],
+        gravity=-9.81,
+        solve={"duration": 2e-3, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
     )
     assert [each.code for each in history.warnings] == ["slow_touch", "no_contact"]
     assert history.energy.at_stake < 1e-10 < history.energy.total[0]

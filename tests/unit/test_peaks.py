@@ -8,28 +8,27 @@ import pytest
 import impactlab as il
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.peaks import find_peak, peak_force
+from tests.solving import run_case
 
 ROUND_TRIP = 2.0 / 5188.7  # s, of a rod of 1 m
 
 
-def pushed_against_a_wall(shift: float, width: float = 0.05) -> AbstractHistory:
+def pushed_against_a_wall(shift: float) -> AbstractHistory:
     """Return the exact run of a rod that a triangle of force pushes onto a stiff spring, its kink at a shifted time."""
-    top, end = (0.2 + shift) * ROUND_TRIP, (0.2 + width + shift) * ROUND_TRIP
+    top, end = (0.2 + shift) * ROUND_TRIP, (0.25 + shift) * ROUND_TRIP
     load = {"t": [0.0, top, end], "f": [0.0, 1e4, 0.0]}
-    return il.run(
-        il.Case(
-            bodies={
-                "rod": il.Rod(
-                    length=1.0,
-                    diameter="20 mm",
-                    material={"young": 210e9, "density": 7800.0},
-                    ends={"left": {"force": load}},
-                ),
-                "wall": il.Wall(),
-            },
-            contacts=[il.Contact("rod.right", "wall", {"kind": "penalty", "stiffness": 2e9})],
-            solve={"duration": 1.9 * ROUND_TRIP, "model": {"kind": "continuous"}},
-        )
+    return run_case(
+        bodies={
+            "rod": il.Rod(
+                length=1.0,
+                diameter="20 mm",
+                material={"young": 210e9, "density": 7800.0},
+                ends={"left": {"force": load}},
+            ),
+            "wall": il.Wall(),
+        },
+        contacts=[il.Contact("rod.right", "wall", {"kind": "penalty", "stiffness": 2e9})],
+        solve={"duration": 1.9 * ROUND_TRIP, "model": {"kind": "continuous"}},
     )
 
 
@@ -85,15 +84,13 @@ def test_a_peak_is_not_left_out_where_faces_chatter() -> None:
         {"length": 0.594603, "area": 4.84391e-4, "material": steel},
         {"length": 0.350418, "area": 6.475928e-4, "material": soft},
     ]
-    history = il.run(
-        il.Case(
-            bodies={
-                "bar": il.Rod(length=0.390676, area=4.8384e-4, material=light),
-                "striker": il.Rod(segments=segments, velocity=-0.913, ends={"right": {"force": load}}),
-            },
-            contacts=[il.Contact("bar.right", "striker.left", {"kind": "addition_deletion"}, gap=1.19377e-4)],
-            solve={"duration": 3.761538e-4, "tolerance": 0.01},
-        )
+    history = run_case(
+        bodies={
+            "bar": il.Rod(length=0.390676, area=4.8384e-4, material=light),
+            "striker": il.Rod(segments=segments, velocity=-0.913, ends={"right": {"force": load}}),
+        },
+        contacts=[il.Contact("bar.right", "striker.left", {"kind": "addition_deletion"}, gap=1.19377e-4)],
+        solve={"duration": 3.761538e-4, "tolerance": 0.01},
     )
     one, other = (area * np.sqrt(m["young"] * m["density"]) for area, m in ((4.8384e-4, light), (4.84391e-4, steel)))
     exact = one * other / (one + other) * 0.913

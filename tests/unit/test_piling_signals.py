@@ -11,6 +11,7 @@ import pytest
 import impactlab as il
 from impactlab.errors import UnusualValue
 from impactlab.piling import blow, case_method, match
+from tests.solving import in_steps, mesh
 
 Z, PEAK = 1.6e6, 4e6  # N s/m, N
 TIME = np.arange(2001) * 2.5e-5  # s, five round trips
@@ -84,12 +85,7 @@ def on_two_sections(mirrored: bool) -> il.Case:
             "base": il.Wall(),
         },
         contacts=[il.Contact(*((b, a) if mirrored else (a, b)), law) for a, b, law in pairs],
-        solve={
-            "duration": 0.02,
-            "model": {"kind": "finite_element", "elements": 40, "mass": "lumped"},
-            "integrator": {"kind": "central_difference"},
-            "step": {"courant": 0.5},
-        },
+        solve=in_steps(0.02, "central_difference", mesh(40, "lumped"), courant=0.5),
     )
 
 

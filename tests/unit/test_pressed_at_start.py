@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps, mesh
 
 MASS, STIFFNESS, OVERLAP = 1e-3, 1e6, 1e-5  # kg, N/m, m
 OMEGA = math.sqrt(STIFFNESS / MASS)
@@ -140,12 +141,7 @@ def test_a_joint_acts_from_the_start_on_a_rod_that_is_displaced(integrator, stre
             },
             contacts=[il.Contact("wall", "rod.left", {"kind": "slack", "stiffness": STIFFNESS})],
             probes=[{"body": "rod", "at": 0.0, "quantity": "displacement"}],
-            solve={
-                "duration": end,
-                "model": {"kind": "finite_element", "elements": 1, "mass": "lumped"},
-                "integrator": {"kind": integrator},
-                "step": {"dt": end / steps},
-            },
+            solve=in_steps(end, integrator, mesh(1, "lumped"), dt=end / steps),
         )
         moved = il.run(case).evaluate([end], "displacement:rod@0")[0] - stretch
         errors.append(abs(moved / (exact[0] - stretch) - 1.0))

@@ -16,10 +16,7 @@ def struck(right: dict[str, float], **solve: object) -> il.Case:
         {"body": "beam", "at": 0.0, "quantity": "bending_moment"},
     ]
     return il.Case(
-        bodies={
-            "ball": il.Mass(0.1, velocity=1.0),
-            "beam": il.Beam(**BEAM, ends={"left": "clamped", "right": right}),
-        },
+        bodies={"ball": il.Mass(0.1, velocity=1.0), "beam": il.Beam(**BEAM, ends={"left": "clamped", "right": right})},
         contacts=[il.Contact("ball", "beam.at(0.2)", law={"kind": "hertz", "stiffness": 1e9})],
         probes=probes,
         solve={"duration": 0.002, **solve},

@@ -6,6 +6,7 @@ import pytest
 import impactlab as il
 from impactlab.models.base import Face
 from impactlab.models.mesh.beams import BeamMesh
+from tests.solving import in_steps, mesh, run_case
 
 FORCE, LENGTH = 1e4, 0.5
 
@@ -64,13 +65,11 @@ def test_a_mesh_is_right_at_the_loaded_end():
 def test_the_face_of_a_contact_is_warned_of_where_its_force_is_left_out(model, lacks):
     """A mass on a soft spring presses the face slowly: the force in the rod there is that of the contact."""
     rod = il.Rod(length=LENGTH, area=1e-4, material={"young": 2e11, "density": 7800}, ends={"right": "clamped"})
-    history = il.run(
-        il.Case(
-            bodies={"hammer": il.Mass(2.0, velocity=1.0), "rod": rod},
-            contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e6})],
-            probes=[{"body": "rod", "at": 0.0, "quantity": "force"}],
-            solve={"duration": 4e-3, "model": model, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
-        )
+    history = run_case(
+        bodies={"hammer": il.Mass(2.0, velocity=1.0), "rod": rod},
+        contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e6})],
+        probes=[{"body": "rod", "at": 0.0, "quantity": "force"}],
+        solve={"duration": 4e-3, "model": model, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-6}},
     )
     times = np.linspace(1e-3, 3.5e-3, 50)
     force = history.evaluate(times, "force:hammer|rod.left")
@@ -87,13 +86,11 @@ def moments(model, stiffness):
         material={"young": 2.1e11, "density": 7850},
         ends={"left": "pinned", "right": "pinned"},
     )
-    return il.run(
-        il.Case(
-            bodies={"m": il.Mass(0.1, velocity=1.0), "b": beam},
-            contacts=[il.Contact("m", "b.at(0.3)", {"kind": "penalty", "stiffness": stiffness})],
-            probes=[{"body": "b", "at": x, "quantity": "bending_moment"} for x in (0.3, 0.35, 0.5)],
-            solve={"duration": 2e-3, "model": model, "integrator": {"kind": "newmark"}, "step": {"dt": 2e-6}},
-        )
+    return run_case(
+        bodies={"m": il.Mass(0.1, velocity=1.0), "b": beam},
+        contacts=[il.Contact("m", "b.at(0.3)", {"kind": "penalty", "stiffness": stiffness})],
+        probes=[{"body": "b", "at": x, "quantity": "bending_moment"} for x in (0.3, 0.35, 0.5)],
+        solve={"duration": 2e-3, "model": model, "integrator": {"kind": "newmark"}, "step": {"dt": 2e-6}},
     )
 
 
@@ -128,18 +125,11 @@ def test_shear_forces_beside_a_contact_on_a_beam_are_right_or_warned_of(elements
         ends={"left": "pinned", "right": "pinned"},
         damping={"mass": 50.0},
     )
-    history = il.run(
-        il.Case(
-            bodies={"m": il.Mass(1e5, velocity=1e-3), "b": beam},
-            contacts=[il.Contact("m", f"b.at({place})", {"kind": "penalty", "stiffness": 1e5})],
-            probes=[{"body": "b", "at": x, "quantity": "shear_force"} for x in (place, 0.015)],
-            solve={
-                "duration": 0.3,
-                "model": {"kind": "finite_element", "elements": elements},
-                "integrator": {"kind": "newmark"},
-                "step": {"dt": 1e-4},
-            },
-        )
+    history = run_case(
+        bodies={"m": il.Mass(1e5, velocity=1e-3), "b": beam},
+        contacts=[il.Contact("m", f"b.at({place})", {"kind": "penalty", "stiffness": 1e5})],
+        probes=[{"body": "b", "at": x, "quantity": "shear_force"} for x in (place, 0.015)],
+        solve=in_steps(0.3, "newmark", mesh(elements), dt=1e-4),
     )
     force = history.evaluate(0.3, f"force:m|b.at({place})")
     there, beside = (history.evaluate(0.3, f"shear_force:b@{x:g}") for x in (place, 0.015))
@@ -179,18 +169,11 @@ def test_a_free_end_without_internal_force_is_not_warned_of(quantity):
         material={"young": 2.1e11, "density": 7850},
         ends={"left": "clamped"},
     )
-    history = il.run(
-        il.Case(
-            bodies={"m": il.Mass(0.05, velocity=0.5), "b": beam},
-            contacts=[il.Contact("m", "b.at(0.5)", {"kind": "hertz", "stiffness": 1e8})],
-            probes=[{"body": "b", "at": 1.0, "quantity": quantity}],
-            solve={
-                "duration": 5e-3,
-                "model": {"kind": "modal", "modes": 40},
-                "integrator": {"kind": "exact_modal"},
-                "step": {"dt": 2e-6},
-            },
-        )
+    history = run_case(
+        bodies={"m": il.Mass(0.05, velocity=0.5), "b": beam},
+        contacts=[il.Contact("m", "b.at(0.5)", {"kind": "hertz", "stiffness": 1e8})],
+        probes=[{"body": "b", "at": 1.0, "quantity": quantity}],
+        solve=in_steps(5e-3, "exact_modal", {"kind": "modal", "modes": 40}, dt=2e-6),
     )
     assert np.abs(history.recorded[f"{quantity}:b@1"].values).max() < 1e-9
     assert warned(history) == []
@@ -208,18 +191,13 @@ def test_coordinates_that_change_with_the_contact_are_those_of_the_closed_contac
         material={"young": 2.1e11, "density": 7850},
         ends={"left": "pinned", "right": "pinned"},
     )
-    history = il.run(
-        il.Case(
-            bodies={"m": il.Mass(50.0, velocity=0.1), "b": beam},
-            contacts=[il.Contact("m", f"b.at({place})", {"kind": "penalty", "stiffness": 1e4})],
-            probes=[{"body": "b", "at": place, "quantity": "shear_force"}],
-            solve={
-                "duration": 0.1,
-                "model": {"kind": "modal", "elements": elements, "modes": 12, "basis": "striker_attached"},
-                "integrator": {"kind": "newmark"},
-                "step": {"dt": 2e-5},
-            },
-        )
+    history = run_case(
+        bodies={"m": il.Mass(50.0, velocity=0.1), "b": beam},
+        contacts=[il.Contact("m", f"b.at({place})", {"kind": "penalty", "stiffness": 1e4})],
+        probes=[{"body": "b", "at": place, "quantity": "shear_force"}],
+        solve=in_steps(
+            0.1, "newmark", {"kind": "modal", "elements": elements, "modes": 12, "basis": "striker_attached"}, dt=2e-5
+        ),
     )
     times = np.linspace(0.04, 0.09, 50)
     force, shear = (history.evaluate(times, name) for name in (f"force:m|b.at({place})", f"shear_force:b@{place}"))

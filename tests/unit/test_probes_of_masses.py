@@ -9,6 +9,7 @@ import pytest
 
 import impactlab as il
 from impactlab.api import summarised
+from tests.solving import struck_rod
 
 ROD: dict[str, Any] = {"length": 0.3, "area": 9.0e-4, "material": {"young": 2.1e11, "density": 7900}}
 SOLVE: dict[str, dict[str, Any]] = {
@@ -24,12 +25,8 @@ SOLVE: dict[str, dict[str, Any]] = {
 def test_a_probe_of_a_mass_is_its_position_or_velocity(name: str) -> None:
     """Exact runs listed such a channel and then refused it, so that the command left with 2 after the run."""
     law = {"kind": "hertz", "stiffness": 1e10} if name == "delay line" else {"kind": "penalty", "stiffness": 1e9}
-    case = il.Case(
-        bodies={"hammer": il.Mass(2.133, velocity=1.0), "rod": il.Rod(ends={"right": "clamped"}, **ROD)},
-        contacts=[il.Contact("hammer", "rod.left", law)],
-        probes=[{"body": "hammer", "quantity": quantity} for quantity in ("displacement", "velocity")],
-        solve={"duration": 1e-4, **SOLVE[name]},
-    )
+    probes = [{"body": "hammer", "quantity": quantity} for quantity in ("displacement", "velocity")]
+    case = struck_rod(law, {"duration": 1e-4, **SOLVE[name]}, probes=probes)
     history = il.run(case)
     t = np.linspace(0.0, history.duration, 101)
     for probed, own in (("displacement:hammer@0", "position:hammer"), ("velocity:hammer@0", "velocity:hammer")):

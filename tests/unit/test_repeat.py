@@ -82,11 +82,7 @@ def test_repeated_blocks_are_the_bits_of_those_written_out() -> None:
 def test_the_classes_make_the_same_case() -> None:
     case = il.Case(
         name="beads",
-        bodies={
-            "striker": il.Mass(1e-3, velocity=1.0),
-            "bead": il.Mass("1e-3*0.9**i", repeat=4),
-            "wall": il.Wall(),
-        },
+        bodies={"striker": il.Mass(1e-3, velocity=1.0), "bead": il.Mass("1e-3*0.9**i", repeat=4), "wall": il.Wall()},
         contacts=[il.Chain(["striker", "bead", "wall"], LAW, gap="1e-6*(i - 1)/n")],
         solve=SOLVE,
     )

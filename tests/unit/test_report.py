@@ -32,24 +32,11 @@ from impactlab.scene import Contact, End, Rod, Wall
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import UNIT, face, mass_on_rod, touching
 from tests.cases.support import CASES
-from tests.unit.synthetic import SyntheticHistory
+from tests.unit.synthetic import SyntheticHistory, SyntheticLaw
 
 PAIR = "hammer|rod.left"
 T = 2.0
 DURATION = 3.0 * T
-
-
-@dataclasses.dataclass(frozen=True)
-class Law:
-    """Stands for a contact law."""
-
-    answers_force: ClassVar[bool] = True
-    hard: ClassVar[bool] = False
-    remembers: ClassVar[bool] = False
-    two_sided: ClassVar[bool] = False
-
-    def restitutions(self) -> None:
-        return None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,7 +48,7 @@ class Model:
 
 
 def scene(**changes: Any) -> Simulation:
-    law: Any = Law()
+    law: Any = SyntheticLaw()
     model: Any = Model()
     return mass_on_rod(model, law, segments=(UNIT,), mass_ratio=2.0, snapshots=(0.5, 1.5)).but(**changes)
 

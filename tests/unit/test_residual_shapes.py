@@ -16,15 +16,11 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics.norms import midpoints
 from impactlab.models.base import Face
 from impactlab.models.modal import Modal
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Rod, Segment
-from impactlab.scene.method import StepRule
+from impactlab.scene import Beam, End, Rod, Segment
 from impactlab.simulate import driver
-from impactlab.testing.scenes import simulation
+from tests.reference.beam_scenes import ball_on, square_bar
 
-PLAIN = BeamSegment(length=0.3, area=1e-4, young=2.1e11, density=7850.0, inertia=1e-8 / 12.0)
-SHEARED = BeamSegment(
-    0.3, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0, shear_stiffness=6.7e6, rotary_inertia=7850.0 * 1e-8 / 12.0
-)
+PLAIN, SHEARED = square_bar(0.3), square_bar(0.3, shears=True)
 ENDS = [("clamped", "free"), ("pinned", "pinned"), ("free", "free")]
 FACES = (Face(0.18, 0, 1.0), Face(0.1, 1, 1.0))
 
@@ -62,9 +58,7 @@ def test_they_vibrate_as_the_modes_left_out_do_together(theory, left, right, mod
 
 
 def struck(law, theory, right="free", x=0.3):
-    bodies = {"ball": Mass("ball", 0.05, 1.0), "beam": beam(theory, "clamped", right)}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", x, "beam.at"), 0.0)
-    scene = simulation("beam", bodies, (contact,), 4e-4, None, StepRule(dt=2.5e-7), law=law)
+    scene = ball_on(beam(theory, "clamped", right), x, law, 4e-4, mass=0.05, dt=2.5e-7)
     return scene.but(integrator=ExactModal())
 
 

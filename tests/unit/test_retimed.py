@@ -15,14 +15,15 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.modal import Modal
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
+from impactlab.scene import Beam, Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import driver, stepped_run
 from impactlab.simulate.stepping.setup import restepped, retimed
 from impactlab.testing.scenes import simulation
+from tests.reference.beam_scenes import ball_on, square_bar
 
 DT = 2e-6  # s
-SEGMENT = BeamSegment(length=0.3, area=1e-4, young=2.1e11, density=7850.0, inertia=1e-8 / 12.0)
+SEGMENT = square_bar(0.3)
 
 
 def struck(law, stop=None, integrator=None):
@@ -123,9 +124,7 @@ def rod_on_beam():
 def damped_beam():
     """Return a ball on a damped beam, whose modes Newmark's method steps."""
     beam = Beam("beam", (SEGMENT,), End("pinned"), End("pinned"), damping=Rayleigh(mass=100.0, stiffness=1e-7))
-    bodies = {"ball": Mass("ball", 0.05, 1.0), "beam": beam}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.15, "beam.at"), 0.0)
-    scene = simulation("beam", bodies, (contact,), 1e-3, None, StepRule(dt=DT), law=Hertz(1e9))
+    scene = ball_on(beam, 0.15, Hertz(1e9), 1e-3, mass=0.05, dt=DT)
     return scene.but(models={"beam": Modal(modes=12)}, integrator=Newmark())
 
 

@@ -10,8 +10,8 @@ import impactlab as il
 from impactlab.metrics.impact import momentum_error
 from impactlab.report import summary
 from tests.cases.support import CASES
+from tests.solving import in_steps, mesh, run_case, struck_rod
 
-STEEL = {"young": 2.1e11, "density": 7900}
 LEAPFROG = {"kind": "central_difference"}
 GRAVITY, MASS = 9.81, 2.0  # m/s2, kg
 
@@ -23,13 +23,11 @@ def final(history):
 
 
 def falling(dt, end=0.1):
-    return il.run(
-        il.Case(
-            bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
-            contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6}, gap=10.0)],
-            gravity=GRAVITY,
-            solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": dt}},
-        )
+    return run_case(
+        bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
+        contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6}, gap=10.0)],
+        gravity=GRAVITY,
+        solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": dt}},
     )
 
 
@@ -58,12 +56,10 @@ def test_a_run_that_ends_in_contact_has_its_velocity_to_second_order(beyond):
     end = 0.6 * math.pi / omega
     errors = []
     for steps in (50, 100):
-        history = il.run(
-            il.Case(
-                bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
-                contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6})],
-                solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": end / (steps - beyond)}},
-            )
+        history = run_case(
+            bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
+            contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6})],
+            solve={"duration": end, "integrator": LEAPFROG, "step": {"dt": end / (steps - beyond)}},
         )
         errors.append(abs(final(history)["velocity:mass"] - math.cos(omega * end)))
     assert errors[0] < (omega * end / 50) ** 2  # half a step early it was 0.018, ten times this
@@ -73,16 +69,7 @@ def test_a_run_that_ends_in_contact_has_its_velocity_to_second_order(beyond):
 @pytest.mark.parametrize("scheme", ["central_difference", "generalised_alpha", "newmark"])
 def test_a_mass_on_a_bar_ends_as_the_exact_solution_does(scheme):
     def run(**method):
-        return il.run(
-            il.Case(
-                bodies={
-                    "hammer": il.Mass(2.133, velocity=1.0),
-                    "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
-                },
-                contacts=[il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9})],
-                solve={"duration": 1e-4, **method},
-            )
-        )
+        return il.run(struck_rod({"kind": "penalty", "stiffness": 1e9}, {"duration": 1e-4, **method}))
 
     def ends(history):
         return final(history) | {"impulse": history.contacts[0].impulse}
@@ -103,13 +90,11 @@ def test_a_mass_on_a_bar_ends_as_the_exact_solution_does(scheme):
 @pytest.mark.parametrize("share", [0.02, 0.5, 0.98, 1.0])  # of the step with the kick that is in the run
 def test_a_kick_in_the_last_step_is_in_the_velocity_as_a_whole(scheme, share):
     end = (4.0 + share) * 1e-3
-    history = il.run(
-        il.Case(
-            bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
-            contacts=[il.Contact("one", "other", {"kind": "impulse_momentum", "restitution": 0.5}, gap=3.6e-3)],
-            gravity=GRAVITY,
-            solve={"duration": end, "integrator": {"kind": scheme}, "step": {"dt": 1e-3}},
-        )
+    history = run_case(
+        bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
+        contacts=[il.Contact("one", "other", {"kind": "impulse_momentum", "restitution": 0.5}, gap=3.6e-3)],
+        gravity=GRAVITY,
+        solve={"duration": end, "integrator": {"kind": scheme}, "step": {"dt": 1e-3}},
     )
     (kick,) = history.events
     assert kick.time == pytest.approx(4e-3)
@@ -120,12 +105,10 @@ def test_a_kick_in_the_last_step_is_in_the_velocity_as_a_whole(scheme, share):
 
 @pytest.mark.parametrize("share", [0.02, 0.4, 0.5, 0.6, 1.0])
 def test_a_closing_jump_in_the_last_step_of_leapfrog_is_given_at_once(share):
-    history = il.run(
-        il.Case(
-            bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
-            contacts=[il.Contact("one", "other", {"kind": "velocity_complementarity"}, gap=3.6e-3)],
-            solve={"duration": (4.0 + share) * 1e-3, "integrator": LEAPFROG, "step": {"dt": 1e-3}},
-        )
+    history = run_case(
+        bodies={"one": il.Mass(2.0, velocity=1.0), "other": il.Mass(3.0)},
+        contacts=[il.Contact("one", "other", {"kind": "velocity_complementarity"}, gap=3.6e-3)],
+        solve={"duration": (4.0 + share) * 1e-3, "integrator": LEAPFROG, "step": {"dt": 1e-3}},
     )
     assert history.contacts[0].impulse == pytest.approx(1.2)  # a share of a step more or less before
     assert final(history)["velocity:one"] == pytest.approx(0.4)
@@ -139,21 +122,9 @@ def test_a_touch_after_the_end_of_the_run_is_not_in_its_velocities(law, scheme):
     """The last step holds the force of a touch that comes when the run is over."""
 
     def ends(duration):
-        history = il.run(
-            il.Case(
-                bodies={
-                    "hammer": il.Mass(2.133, velocity=1.0),
-                    "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
-                },
-                contacts=[il.Contact("hammer", "rod.left", {"kind": law}, gap=1.0e-6)],
-                solve={
-                    "duration": duration,
-                    "model": {"kind": "finite_element", "elements": 50, "mass": "lumped"},
-                    "integrator": {"kind": scheme},
-                    "step": {"dt": 3.5e-7},  # the third step begins at 0.7 us, the touch is at 1 us
-                },
-            )
-        )
+        # the third step begins at 0.7 us, the touch is at 1 us
+        solve = in_steps(duration, scheme, mesh(50, "lumped"), dt=3.5e-7)
+        history = il.run(struck_rod({"kind": law}, solve, gap=1e-6))
         return history, final(history)
 
     history, found = ends(0.98e-6)
@@ -190,16 +161,8 @@ def test_free_faces_of_delay_lines_have_the_velocity_of_the_end_to_second_order(
     """A step gives the mean velocity of a face without mass: it belongs to the middle of the step."""
 
     def run(dt):
-        history = il.run(
-            il.Case(
-                bodies={
-                    "hammer": il.Mass(2.133, velocity=1.0),
-                    "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
-                },
-                contacts=[il.Contact("hammer", "rod.left", {"kind": "hertz", "stiffness": 1e10})],
-                solve={"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": dt}},
-            )
-        )
+        solve = {"duration": 1e-4, "model": {"kind": "continuous"}, "step": {"dt": dt}}
+        history = il.run(struck_rod({"kind": "hertz", "stiffness": 1e10}, solve))
         return history.evaluate([5e-5, 1e-4], "velocity:rod@0")
 
     fine, *errors = (run(dt) for dt in (2.5e-8, 2e-7, 4e-7))
@@ -219,23 +182,9 @@ def test_the_impulse_of_faces_that_are_pressed_together_at_the_start_counts_from
 def struck(law, integrator, end, gap, events="dated"):
     """Return a mass on a clamped bar, with steps of 1 us."""
     explicit, modes = integrator == "central_difference", integrator == "exact_modal"
-    mesh = {"kind": "finite_element", "elements": 10} | ({"mass": "lumped"} if explicit else {})
-    return il.run(
-        il.Case(
-            bodies={
-                "hammer": il.Mass(0.5, velocity=1.0),
-                "rod": il.Rod(length=0.3, area=9e-4, material=STEEL, ends={"right": "clamped"}),
-            },
-            contacts=[il.Contact("hammer", "rod.left", law, gap=gap)],
-            solve={
-                "duration": end,
-                "model": {"kind": "modal", "modes": 8} if modes else mesh,
-                "integrator": {"kind": integrator},
-                "step": {"dt": 1e-6},
-                "events": events,
-            },
-        )
-    )
+    model = {"kind": "modal", "modes": 8} if modes else mesh(10, "lumped" if explicit else None)
+    solve = in_steps(end, integrator, model, dt=1e-6) | {"events": events}
+    return il.run(struck_rod(law, solve, mass=0.5, gap=gap))
 
 
 @pytest.mark.parametrize("integrator", ["exact_modal", "midpoint"])

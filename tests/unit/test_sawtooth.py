@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps, mesh
 
 STEEL = {"young": 2e11, "density": 8000.0}
 HAMMER = {"kind": "mass", "mass": 0.3, "velocity": 1.0}
@@ -27,12 +28,7 @@ def ran(
         bodies={"rod": rod} | ({} if law is None else {"hammer": HAMMER}),
         contacts=[] if law is None else [il.Contact("hammer", "rod.left", law, gap=gap)],
         probes=[{"body": "rod", "at": x, "quantity": "force"} for x in (0.2, 0.2005)],  # a node, inside an element
-        solve={
-            "duration": 1e-4,
-            "model": {"kind": "finite_element", "elements": 600, "mass": "lumped"},
-            "integrator": {"kind": "central_difference"},
-            "step": {"courant": courant},
-        },
+        solve=in_steps(1e-4, "central_difference", mesh(600, "lumped"), courant=courant),
     )
     return il.run(case)
 

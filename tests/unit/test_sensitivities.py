@@ -46,13 +46,6 @@ def struck(
     }
 
 
-def before_wall(gap: float = 0.35) -> il.Case:
-    case = struck(1.0, far_end="free", duration=4.0)
-    case["bodies"]["wall"] = {"kind": "wall"}
-    case["contacts"].append({"between": ["rod.right", "wall"], "gap": gap, "law": HARD})
-    return il.Case.from_dict(case)
-
-
 def random_case(draw: Any) -> dict[str, Any]:
     """Return a mass, two or three rods and perhaps a wall, with hard contacts and springs."""
     number = st.floats(0.3, 3.0)
@@ -460,22 +453,19 @@ def test_a_kink_beside_the_value_spoils_no_difference_of_runs() -> None:
         {"length": 0.10165, "area": 3.2621e-4, "material": aluminium},
     ]
     pushed = {"t": [3.7777e-05, 9.2906e-05, 1.3199e-4, 1.4517e-4], "f": [0.0, -11122.0, 17328.0, 0.0]}
-    case = il.Case.from_dict({
-        "bodies": {
-            "one": {"kind": "rod", "segments": pieces, "velocity": 2.8474, "ends": {"left": {"force": pushed}}},
-            "between": {"kind": "mass", "mass": 0.15295},
-            "two": {"kind": "rod", "segments": others},
-            "last": {"kind": "mass", "mass": 5.8358},
-            "wall": {"kind": "wall"},
+    case = il.Case(
+        bodies={
+            "one": il.Rod(segments=pieces, velocity=2.8474, ends={"left": {"force": pushed}}),
+            "between": il.Mass(0.15295), "two": il.Rod(segments=others), "last": il.Mass(5.8358), "wall": il.Wall(),
         },
-        "contacts": [
-            {"between": ["one.right", "between"], "law": {"kind": "addition_deletion"}},
-            {"between": ["between", "two.left"], "law": {"kind": "penalty", "stiffness": 3.7864e8}},
-            {"between": ["two.right", "last"], "law": {"kind": "addition_deletion"}, "gap": 1e-4},
-            {"between": ["last", "wall"], "law": {"kind": "penalty", "stiffness": 6.2875e7, "damping": 3403.1}},
+        contacts=[
+            il.Contact("one.right", "between", {"kind": "addition_deletion"}),
+            il.Contact("between", "two.left", {"kind": "penalty", "stiffness": 3.7864e8}),
+            il.Contact("two.right", "last", {"kind": "addition_deletion"}, gap=1e-4),
+            il.Contact("last", "wall", {"kind": "penalty", "stiffness": 6.2875e7, "damping": 3403.1}),
         ],
-        "solve": {"duration": 7.047e-4, "model": {"kind": "continuous"}},
-    })  # fmt: skip
+        solve={"duration": 7.047e-4, "model": {"kind": "continuous"}},
+    )  # fmt: skip
     path, length = "bodies.one.segments.1.length", 0.16171
 
     def impulse(value: float) -> float:

@@ -6,19 +6,16 @@ from impactlab import api
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import HuntCrossley
 from impactlab.refine.errors.distances import counted, difference
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
-from impactlab.scene.method import Simulation, StepRule, Tolerance
-from impactlab.testing.scenes import simulation
+from impactlab.scene import Beam, BeamSegment, End
+from impactlab.scene.method import Simulation, Tolerance
+from tests.reference.beam_scenes import ball_on, square_bar
 
 
 def struck_four_times(tolerance: float) -> Simulation:
-    segment = BeamSegment(0.3, 1e-4, 2.1e11, 7850.0, inertia=1e-8 / 12.0)
+    segment = square_bar(0.3)
     beam = Beam("beam", (segment,), End("clamped"), End("free"), tension=682.25)
-    bodies = {"ball": Mass("ball", 0.041982, 0.066402), "beam": beam}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.3, "beam.at"), 4.1637e-4)
-    law = Penalty(stiffness=1690539.4)
-    scene = simulation("touches", bodies, (contact,), 0.01572, None, StepRule(dt=1e-6), law=law)
-    return Simulation(*scene.but(tolerance=Tolerance(tolerance)))
+    given = {"mass": 0.041982, "velocity": 0.066402, "gap": 4.1637e-4, "tolerance": Tolerance(tolerance)}
+    return ball_on(beam, 0.3, Penalty(stiffness=1690539.4), 0.01572, **given)
 
 
 def test_the_stated_error_counts_how_touches_magnify_that_of_modes_left_out() -> None:
@@ -38,11 +35,8 @@ def tip_of_a_sheared_beam(tolerance: float) -> Simulation:
         0.0546, 1.13e-5, 7e10, 2700.0, inertia=2.81e-12, shear_stiffness=2.53e5, rotary_inertia=7.58e-9
     )
     beam = Beam("beam", (segment,), End("clamped"), End("free"), theory="timoshenko")
-    bodies = {"ball": Mass("ball", 7.92e-4, 0.743), "beam": beam}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.0546, "beam.right"), 0.0)
-    law = HuntCrossley(5.83e9, restitution=0.322)
-    scene = simulation("tip", bodies, (contact,), 1.07e-4, None, StepRule(dt=1e-6), law=law)
-    return Simulation(*scene.but(tolerance=Tolerance(tolerance)))
+    given = {"mass": 7.92e-4, "velocity": 0.743, "face": "right", "tolerance": Tolerance(tolerance)}
+    return ball_on(beam, 0.0546, HuntCrossley(5.83e9, restitution=0.322), 1.07e-4, **given)
 
 
 def test_static_shapes_of_a_beam_that_shears_leave_out_more_where_it_is_touched_again() -> None:

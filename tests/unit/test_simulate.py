@@ -30,6 +30,7 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
 from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row
 from impactlab.testing.scenes import mass_on_rod as paper
+from tests.solving import in_steps, mesh
 
 TEN = StepRule(points_per_period=10)
 
@@ -295,12 +296,7 @@ def test_an_overlap_by_a_displacement_at_the_start_holds_its_energy(law, integra
     case = il.Case(
         bodies={"ball": il.Mass(0.5), "rod": il.Rod(length=0.5, area=1e-4, material=material, displacement=pushed)},
         contacts=[il.Contact("ball", "rod.left", law, overlap="allowed")],
-        solve={
-            "duration": 4e-4,
-            "model": {"kind": "finite_element", "elements": 100, "mass": "lumped"},
-            "integrator": {"kind": integrator},
-            "step": {"courant": 0.5},
-        },
+        solve=in_steps(4e-4, integrator, mesh(100, "lumped"), courant=0.5),
     )
     history = il.run(case)
     k, n = float(law["stiffness"]), 1.0 if law["kind"] == "penalty" else 1.5

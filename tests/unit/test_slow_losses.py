@@ -6,31 +6,15 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps
 
 
 def swinging(integrator: str, step: float, steps: int = 200_000) -> il.Case:
     """Return a stretched rod that is let go and swings in one mode."""
-    return il.Case.from_dict(
-        {
-            "schema_version": 1,
-            "bodies": {
-                "rod": {
-                    "kind": "rod",
-                    "length": 1.0,
-                    "area": 1e-4,
-                    "material": {"young": 2e8, "density": 8000.0},
-                    "ends": {"left": "clamped", "right": "free"},
-                    "displacement": "1e-3 * x",
-                }
-            },
-            "solve": {
-                "duration": steps * step,
-                "model": {"kind": "modal", "modes": 1},
-                "integrator": {"kind": integrator},
-                "step": {"dt": step},
-            },
-        }
-    )
+    material, ends = {"young": 2e8, "density": 8000.0}, {"left": "clamped", "right": "free"}
+    rod = il.Rod(length=1.0, area=1e-4, material=material, ends=ends, displacement="1e-3 * x")
+    solve = in_steps(steps * step, integrator, {"kind": "modal", "modes": 1}, dt=step)
+    return il.Case(bodies={"rod": rod}, solve=solve)
 
 
 def lost(case: il.Case) -> tuple[float, list[str]]:

@@ -15,11 +15,12 @@ from impactlab.refine.descriptions.suitable import for_choice
 from impactlab.refine.errors import smooth_touch, touched_once
 from impactlab.refine.errors.distances import counted, difference
 from impactlab.refine.errors.raw_records import records_of
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Wall
-from impactlab.scene.method import Simulation, StepRule, Tolerance
-from impactlab.testing.scenes import simulation
+from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh, Wall
+from impactlab.scene.method import Simulation, Tolerance
+from impactlab.testing.scenes import touching
+from tests.reference.beam_scenes import ball_on, square_bar
 
-SEGMENT = BeamSegment(length=0.3, area=1e-4, young=2.1e11, density=7850.0, inertia=1e-8 / 12.0)
+SEGMENT = square_bar(0.3)
 
 
 def struck(
@@ -33,13 +34,12 @@ def struck(
     mass=0.05,
 ):
     beam = Beam("beam", (SEGMENT,), End(ends[0]), End(ends[1]), damping=damping)
-    bodies = {"ball": Mass("ball", mass, 1.0), "beam": beam}
-    contacts = [Contact(Point("ball", 0.0, "ball"), Point("beam", x, "beam.at"), 0.0)]
-    if stop:
-        bodies["wall"] = Wall("wall")
-        contacts.append(Contact(Point("beam", 0.3, "beam.right"), Point("wall", 0.0, "wall"), 1e-4))
-    scene = simulation("beam", bodies, tuple(contacts), duration, None, StepRule(dt=1e-6), law=law)
-    return Simulation(*scene.but(tolerance=Tolerance(tolerance)))
+    made = ball_on(beam, x, law, duration, mass=mass, tolerance=Tolerance(tolerance))
+    if not stop:
+        return made
+    wall = Wall("wall")
+    contacts = (*made.scene.contacts, touching(beam, wall, 1e-4))
+    return made.but(bodies={**made.scene.bodies, "wall": wall}, contacts=contacts).but(law=law)
 
 
 def levels_of(history):
@@ -134,20 +134,11 @@ def test_second_differences_of_overlap_and_force():
 
 def test_modes_that_cannot_keep_a_tolerance_leave_it_to_others():
     """The modes of a sprung plastic beam that shears have an error in common; the choice ended with them."""
-    segment = BeamSegment(
-        length=0.57,
-        area=6.45e-4,
-        young=3e9,
-        density=1200.0,
-        inertia=8.89e-9,
-        shear_stiffness=6.2e5,
-        rotary_inertia=1.067e-5,
-    )
+    sizes, shear = (0.57, 6.45e-4, 3e9, 1200.0), {"shear_stiffness": 6.2e5, "rotary_inertia": 1.067e-5}
+    segment = BeamSegment(*sizes, inertia=8.89e-9, **shear)
     ends = End("spring", 8.55e6, rotational=6.07), End("spring", 3.17e6, rotational=463.0)
-    bodies = {"ball": Mass("ball", 3.12, 0.115), "beam": Beam("beam", (segment,), *ends, theory="timoshenko")}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.171, "beam.at"), 0.0)
-    scene = simulation("beam", bodies, (contact,), 0.054, None, StepRule(dt=1e-6), law=Hertz(1.6e8))
-    asked = Simulation(*scene.but(tolerance=Tolerance(1e-2, ("displacements",))))
+    beam, tolerance = Beam("beam", (segment,), *ends, theory="timoshenko"), Tolerance(1e-2, ("displacements",))
+    asked = ball_on(beam, 0.171, Hertz(1.6e8), 0.054, mass=3.12, velocity=0.115, tolerance=tolerance)
     modes = for_choice(asked)[0][0]
     assert modes.unseen(modes.max_fineness, None) > 1e-2
     history = api.solve(*asked)

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from impactlab.contact.power_law import Hertz
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene import Rod, Segment
 from impactlab.scene.facts import split_at_contacts
-from impactlab.scene.method import StepRule
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import FREE
+from tests.reference.beam_scenes import ball_on
 
 STEEL = Segment(length=0.3, area=1e-4, young=2.1e11, density=7850.0)
 
 
 def struck_at(x):
     """Return a scene with a ball on a rod at x [m]."""
-    bodies = {"ball": Mass("ball", 0.1, 1.0), "rod": Rod("rod", (STEEL,), End("free"), End("free"))}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("rod", x, "rod.at"), 0.0)
-    return simulation("rod", bodies, (contact,), 1e-4, None, StepRule(dt=1e-6), law=Hertz(1e9)).scene
+    return ball_on(Rod("rod", (STEEL,), FREE, FREE), x, Hertz(1e9), 1e-4, mass=0.1).scene
 
 
 def test_a_scene_without_inner_contacts_is_the_same_object():

@@ -10,6 +10,7 @@ import pytest
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
+from tests.solving import in_steps
 
 SECTION = {"width": 0.02, "height": 0.005}
 MATERIAL = {"young": 2.0e11, "density": 8000, "poisson": 0.3}
@@ -100,12 +101,7 @@ def held_arm(gravity: float, rate: float = 0.0) -> AbstractHistory:
         mechanisms={"robot": il.Mechanism([il.Joint("arm", joint="clamped", end_mass=0.2, drive=drive)])},
         contacts=[il.Contact("mass", "arm.right", {"kind": "hertz", "stiffness": 1e6}, gap=1e-3, along="y")],
         gravity=[0.0, gravity],
-        solve={
-            "duration": 0.3,
-            "model": {"kind": "modal", "elements": 40, "modes": 4},
-            "integrator": {"kind": "midpoint"},
-            "step": {"dt": 5e-5},
-        },
+        solve=in_steps(0.3, "midpoint", {"kind": "modal", "elements": 40, "modes": 4}, dt=5e-5),
     )
     return il.run(case)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from tests.solving import in_steps, mesh, run_case
 
 AREA, YOUNG, DENSITY, LENGTH = 2.4e-4, 70e9, 4430.0, 0.31
 IMPEDANCE = AREA * np.sqrt(YOUNG * DENSITY)
@@ -16,20 +17,13 @@ MATERIAL = {"young": YOUNG, "density": DENSITY}
 def run(ratio: float, courant: float, velocities: tuple[float, float], gap: float) -> il.History:
     """Return the run of two rods, the left one with a dashpot of so many impedances at its right end."""
     ends = {"right": {"dashpot": ratio * IMPEDANCE}}
-    return il.run(
-        il.Case(
-            bodies={
-                "left": il.Rod(length=LENGTH, area=AREA, material=MATERIAL, velocity=velocities[0], ends=ends),
-                "right": il.Rod(length=LENGTH, area=AREA, material=MATERIAL, velocity=velocities[1]),
-            },
-            contacts=[il.Contact("left.right", "right.left", {"kind": "addition_deletion"}, gap=gap)],
-            solve={
-                "duration": 0.9 * TRANSIT,
-                "model": {"kind": "finite_element", "elements": 40, "mass": "lumped"},
-                "integrator": {"kind": "central_difference"},
-                "step": {"courant": courant},
-            },
-        )
+    return run_case(
+        bodies={
+            "left": il.Rod(length=LENGTH, area=AREA, material=MATERIAL, velocity=velocities[0], ends=ends),
+            "right": il.Rod(length=LENGTH, area=AREA, material=MATERIAL, velocity=velocities[1]),
+        },
+        contacts=[il.Contact("left.right", "right.left", {"kind": "addition_deletion"}, gap=gap)],
+        solve=in_steps(0.9 * TRANSIT, "central_difference", mesh(40, "lumped"), courant=courant),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,25 +24,18 @@ from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import UNIT, mass_on_rod
 from impactlab.types import Relative
-from tests.unit.synthetic import SyntheticHistory
+from tests.unit.synthetic import SyntheticHistory, SyntheticLaw
 
 PAIR = "hammer|rod.left"
 T = 2.0
 
 
 @dataclasses.dataclass(frozen=True)
-class SoftSpring:
+class SoftSpring(SyntheticLaw):
     """Stands for a law with options."""
 
-    answers_force: ClassVar[bool] = True
-    hard: ClassVar[bool] = False
-    force_jumps: ClassVar[bool] = False
-    two_sided: ClassVar[bool] = False
     stiffness: float | Relative = 1.0
     damping: float = 0.0
-
-    def restitutions(self) -> None:
-        return None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -27,6 +27,7 @@ from impactlab.metrics.collisions import collisions
 from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
 from impactlab.sweeps import axes, chunks, counts, engines, points, run
 from impactlab.sweeps.quantities import asked, values
+from tests.solving import in_steps
 
 PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
@@ -350,11 +351,7 @@ def test_several_contacts_of_one_name_have_the_largest_force_of_their_sum():
             "schema_version": 1,
             "bodies": {**balls, "wall_1": {"kind": "wall"}, "wall_2": {"kind": "wall"}},
             "contacts": [{**blow, "between": [f"ball_{k}", f"wall_{k}"], "name": "stop"} for k in (1, 2)],
-            "solve": {
-                "duration": "0.1 ms",
-                "integrator": {"kind": "central_difference"},
-                "step": {"dt": "0.2 us"},
-            },
+            "solve": in_steps("0.1 ms", "central_difference", dt="0.2 us"),
         }
     )
     found = il.sweep(twice, {"bodies.ball_1.mass": [1e-3]}, quantities=["largest_force", "peak_force"])
@@ -377,24 +374,9 @@ def test_a_case_without_a_contact_has_no_value_of_contacts(tmp_path):
 
 
 def row_of_beads(count: int) -> il.Case:
-    return il.Case.from_dict(
-        {
-            "schema_version": 1,
-            "bodies": {
-                "striker": {"kind": "mass", "mass": 1e-3, "velocity": 0.5},
-                "bead": {"repeat": count, "kind": "mass", "mass": 1e-3},
-                "wall": {"kind": "wall"},
-            },
-            "contacts": [
-                {"chain": ["striker", "bead", "wall"], "gap": 0.0, "law": {"kind": "hertz", "stiffness": 5e9}}
-            ],
-            "solve": {
-                "duration": "0.2 ms",
-                "integrator": {"kind": "central_difference"},
-                "step": {"dt": "0.5 us"},
-            },
-        }
-    )
+    bodies = {"striker": il.Mass(1e-3, velocity=0.5), "bead": il.Mass(1e-3, repeat=count), "wall": il.Wall()}
+    chain = il.Chain(["striker", "bead", "wall"], {"kind": "hertz", "stiffness": 5e9}, gap=0.0)
+    return il.Case(bodies=bodies, contacts=[chain], solve=in_steps("0.2 ms", "central_difference", dt="0.5 us"))
 
 
 @pytest.mark.parametrize("form", ["over", "points"])

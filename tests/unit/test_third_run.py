@@ -6,19 +6,11 @@ from impactlab.contact.power_law import Hertz
 from impactlab.refine.convergence import Study
 from impactlab.refine.descriptions.beam_families import families
 from impactlab.refine.errors.level_errors import estimate_errors
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
-from impactlab.scene.method import StepRule, Tolerance
-from impactlab.testing.scenes import simulation
+from impactlab.scene import Beam, End
+from impactlab.scene.method import Tolerance
+from tests.reference.beam_scenes import ball_on, square_bar
 
-SEGMENT = BeamSegment(
-    length=0.06,
-    area=1e-4,
-    young=2.1e11,
-    density=7850.0,
-    inertia=1e-8 / 12.0,
-    shear_stiffness=6.7e6,
-    rotary_inertia=7850.0 * 1e-8 / 12.0,
-)
+SEGMENT = square_bar(0.06, shears=True)
 
 
 def test_a_third_run_lies_between_two_where_the_coarser_one_is_about_as_fine_as_needed():
@@ -27,10 +19,7 @@ def test_a_third_run_lies_between_two_where_the_coarser_one_is_about_as_fine_as_
     Peak forces of a stiff contact on a beam that shears state four times their error by two runs.
     """
     beam = Beam("beam", (SEGMENT,), End("pinned"), End("pinned"), theory="timoshenko")
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.03, "beam.at"), 0.0)
-    bodies = {"ball": Mass("ball", 0.05, 1.0), "beam": beam}
-    asked = simulation("beam", bodies, (contact,), 1e-4, None, StepRule(dt=1e-6), law=Hertz(1e11))
-    asked = asked.but(tolerance=Tolerance(1e-3))
+    asked = ball_on(beam, 0.03, Hertz(1e11), 1e-4, mass=0.05, tolerance=Tolerance(1e-3))
     (meshes,) = (each for each in families(asked) if each.name == "lumped mesh, central difference")
     study = Study(meshes, 180)
     for fineness in (69, 180):

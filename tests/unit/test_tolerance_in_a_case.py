@@ -174,10 +174,7 @@ solve: {duration: 1.0e-4, tolerance: 1.0e-3}
 """
 
 
-@pytest.mark.parametrize(
-    ("place", "second"),
-    [("left", "two, rod.left"), ("at(0.1)", "rod.at(0.1), two")],
-)
+@pytest.mark.parametrize(("place", "second"), [("left", "two, rod.left"), ("at(0.1)", "rod.at(0.1), two")])
 def test_masses_that_meet_through_one_bare_face_are_refused(tmp_path, place, second):
     file = tmp_path / "case.yaml"
     file.write_text(BARE_FACE.replace("PLACE", place).replace("SECOND", second), encoding="utf-8")

@@ -21,16 +21,7 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.numerics.banded import full
-from impactlab.plugins import (
-    INTEGRATORS,
-    LAWS,
-    MODELS,
-    Entry,
-    Group,
-    Registry,
-    installed_entries,
-    kind_of,
-)
+from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Entry, Group, Registry, installed_entries, kind_of
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run

@@ -16,7 +16,7 @@ MAX_RATIO = 2.0  # time of a chosen run over the fastest, above which it is coun
 MAX_CHOOSING = 10.0  # times its own run that a choice may take
 
 
-class Choice(NamedTuple):
+class ChosenRun(NamedTuple):
     """One automatic run."""
 
     scene: str
@@ -28,16 +28,16 @@ class Choice(NamedTuple):
     choosing: float | None  # time to choose over time to solve
 
 
-def choices(scenes: Sequence[SceneRows]) -> list[Choice]:
+def choices(scenes: Sequence[SceneRows]) -> list[ChosenRun]:
     """Return all rows of the automatic choice, with their measured errors."""
     return [_choice(row, scene) for scene in scenes for row in scene.automatic]
 
 
-def _choice(row: Row, scene: SceneRows) -> Choice:
+def _choice(row: Row, scene: SceneRows) -> ChosenRun:
     asked, measured = row.tolerance_asked, error(row, BOTH, scene)
     rival = best(scene, BOTH, asked) if asked is not None else None
     ratio = over(row.solve_s or None, None if rival is None else rival.solve_s)
-    return Choice(
+    return ChosenRun(
         scene.name, row, measured, _verdict(row, scene, measured), rival, ratio, over(row.choosing_s, row.solve_s)
     )
 

@@ -35,7 +35,7 @@ MIN_SCENES = 5  # below it a map and profiles over scenes show less than the tab
 CLOCK_TABS = {"solve": "", "total": ", with set-up"}
 
 
-class Plate(NamedTuple):
+class TabbedFigure(NamedTuple):
     """A figure of a page."""
 
     name: str
@@ -47,12 +47,12 @@ class Plate(NamedTuple):
 
 def plate(
     out: Path, name: str, title: str, caption: str, figure: Figure, tab: str = "", formats: Sequence[str] = ("svg",)
-) -> Plate:
+) -> TabbedFigure:
     """Save a figure and return it for the page."""
     svg = inline(save(figure, out / "figures", name, formats), f"{title}. {caption}")
     for number, (_, colour, _) in enumerate(overview.SHADES):  # a dark page turns the ramp round
         svg = svg.replace(colour, f"var(--shade{number})")
-    return Plate(name, tab, title, caption, lean(svg, name))
+    return TabbedFigure(name, tab, title, caption, lean(svg, name))
 
 
 def lean(svg: str, name: str) -> str:
@@ -130,8 +130,8 @@ def write_index(
     scenes: Sequence[SceneRows],
     styles: MethodStyles,
     drawn: Sequence[str],
-    formats: Sequence[str] = (),
-    command: str = "",
+    formats: Sequence[str],
+    command: str,
 ) -> None:
     """Write the page over all scenes with its tables and figures.
 

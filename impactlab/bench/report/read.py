@@ -27,10 +27,7 @@ def read_table(path: Path) -> tuple[Row, ...]:
     import pandas
 
     path = Path(path)
-    no_table, remedy = (
-        f"{path.name} is not the table of a bench: ",
-        "Give the table.csv of `impactlab bench`.",
-    )
+    no_table, remedy = (f"{path.name} is not the table of a bench: ", "Give the table.csv of `impactlab bench`.")
     try:
         # Without a header no column becomes an index; this engine marks the missing cells of a short line.
         text = io.StringIO(_text(path))

@@ -11,7 +11,7 @@ from pydantic import Field
 from impactlab.casefile.blocks.rotation import RotationBlock, rotation_of
 from impactlab.casefile.blocks.shared import PIECES, POISSON, Area, Block, Inertia, Length, Material, MovingBlock
 from impactlab.casefile.text.words import listed
-from impactlab.casefile.values.fields import BEAM_END, Allowed, quantity, words
+from impactlab.casefile.values.fields import BEAM_END, quantity, words
 from impactlab.casefile.values.materials import NAMED
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Beam, BeamSegment, End
@@ -26,26 +26,26 @@ class BeamMaterial(Material):
     """A linear elastic material that may shear."""
 
     poisson: Annotated[float | None, POISSON] = Field(
-        default=None, description="Poisson's ratio; it gives the shear modulus G = E/(2 (1 + nu))"
+        None, description="Poisson's ratio; it gives the shear modulus G = E/(2 (1 + nu))"
     )
-    shear_modulus: Annotated[float | None, Allowed("Pa", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
-        default=None, description="shear modulus G [Pa], in place of poisson"
+    shear_modulus: Annotated[float | None, quantity("Pa", nothing=True, gt=0.0)] = Field(
+        None, description="shear modulus G [Pa], in place of poisson"
     )
 
 
-SHARE = Allowed("1", (("gt", 0.0), ("le", 1.0)), number=True, nothing=True).reader()
+SHARE = quantity("1", nothing=True, gt=0.0, le=1.0)
 
 
 class SectionBlock(Block):
     """The cross section of a beam: width and height, a diameter, or area and inertia."""
 
-    width: Length | None = Field(default=None, description="of a rectangle, across the plane of bending [m]")
-    height: Length | None = Field(default=None, description="in the plane of bending [m]")
-    diameter: Length | None = Field(default=None, description="of a full circle [m]")
-    area: Area | None = Field(default=None, description="area of any other section [m2]")
-    inertia: Inertia | None = Field(default=None, description="second moment of area of any other section [m4]")
+    width: Length | None = Field(None, description="of a rectangle, across the plane of bending [m]")
+    height: Length | None = Field(None, description="in the plane of bending [m]")
+    diameter: Length | None = Field(None, description="of a full circle [m]")
+    area: Area | None = Field(None, description="area of any other section [m2]")
+    inertia: Inertia | None = Field(None, description="second moment of area of any other section [m4]")
     shear_factor: Annotated[float | None, SHARE] = Field(
-        default=None, description="shear correction factor k; of a rectangle 5/6, of a circle 9/10 if not given"
+        None, description="shear correction factor k; of a rectangle 5/6, of a circle 9/10 if not given"
     )
 
 
@@ -60,10 +60,8 @@ class BeamSegmentBlock(Block):
 class BeamEndsBlock(Block):
     """The supports of the two ends of a beam, and forces that act across them from t = 0 on."""
 
-    left: Annotated[End, BEAM_END] = Field(default=End("free"), description="left end, at x = 0; a force acts along +u")
-    right: Annotated[End, BEAM_END] = Field(
-        default=End("free"), description="right end, at x = L; a force acts along +u"
-    )
+    left: Annotated[End, BEAM_END] = Field(End("free"), description="left end, at x = 0; a force acts along +u")
+    right: Annotated[End, BEAM_END] = Field(End("free"), description="right end, at x = L; a force acts along +u")
 
 
 class BeamBlock(MovingBlock):
@@ -71,14 +69,14 @@ class BeamBlock(MovingBlock):
 
     kind: Literal["beam"] = Field(description="beam")
     theory: Annotated[str, words("euler_bernoulli", "timoshenko")] = Field(
-        default="euler_bernoulli", description="euler_bernoulli, or timoshenko with shear and rotary inertia"
+        "euler_bernoulli", description="euler_bernoulli, or timoshenko with shear and rotary inertia"
     )
-    section: SectionBlock | None = Field(default=None, description="cross section")
-    material: Annotated[BeamMaterial, NAMED] | None = Field(default=None, description="material: a name, or constants")
+    section: SectionBlock | None = Field(None, description="cross section")
+    material: Annotated[BeamMaterial, NAMED] | None = Field(None, description="material: a name, or constants")
     segments: Annotated[tuple[BeamSegmentBlock, ...] | None, PIECES] = None
-    ends: BeamEndsBlock = Field(default=BeamEndsBlock(), description="supports of the ends; free if not given")
-    rotation: RotationBlock | None = Field(default=None, description="steady rotation; none if not given")
-    tension: Annotated[float, quantity("N")] = Field(default=0.0, description="axial preload [N], positive in tension")
+    ends: BeamEndsBlock = Field(BeamEndsBlock(), description="supports of the ends; free if not given")
+    rotation: RotationBlock | None = Field(None, description="steady rotation; none if not given")
+    tension: Annotated[float, quantity("N")] = Field(0.0, description="axial preload [N], positive in tension")
 
     piece: ClassVar[type[Block]] = BeamSegmentBlock
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "section", "material")

@@ -10,7 +10,7 @@ from pydantic import Field
 from impactlab.casefile.blocks.shared import Block, Length, MassValue, Name, Time
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import Allowed, Reader, quantity, words
+from impactlab.casefile.values.fields import Allowed, Reader, quantity, whole, words
 
 MAX_LINKS, MAX_AXIAL = 100, 200
 _RATE = Allowed("rad/s", number=True)
@@ -24,8 +24,8 @@ class LinkBlock(Block):
     kind: Literal["link"] = Field(description="link")
     length: Length = Field(description="length [m]")
     mass: MassValue = Field(description="mass [kg]")
-    inertia: Annotated[float | None, Allowed("kg m2", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
-        default=None, description="moment of inertia about the middle [kg m2]; that of a uniform bar if not given"
+    inertia: Annotated[float | None, quantity("kg m2", nothing=True, gt=0.0)] = Field(
+        None, description="moment of inertia about the middle [kg m2]; that of a uniform bar if not given"
     )
 
     quantities: ClassVar[tuple[str, ...]] = ()
@@ -40,9 +40,7 @@ class DriveBlock(Block):
     """A hinge whose angular rate is given."""
 
     rate: Rate = Field(description="angular rate of the link [rad/s]")
-    within: Time | None = Field(
-        default=None, description="time within which it is reached smoothly [s]; at once without"
-    )
+    within: Time | None = Field(None, description="time within which it is reached smoothly [s]; at once without")
 
 
 class JointBlock(Block):
@@ -50,22 +48,21 @@ class JointBlock(Block):
 
     body: Name = Field(description="name of the link: a body of kind link or beam")
     joint: Annotated[str, words("hinge", "clamped")] = Field(
-        default="hinge", description="hinge, or clamped to the end before it; to a driven hub if the hinge is driven"
+        "hinge", description="hinge, or clamped to the end before it; to a driven hub if the hinge is driven"
     )
     angle: Angle = Field(
-        default=0.0,
-        description="angle at t = 0 [rad], from +x, counterclockwise; of a clamped link that of the link before it",
+        0.0, description="angle at t = 0 [rad], from +x, counterclockwise; of a clamped link that of the link before it"
     )
-    rate: Rate = Field(default=0.0, description="angular rate at t = 0 [rad/s]")
+    rate: Rate = Field(0.0, description="angular rate at t = 0 [rad/s]")
     torque: Annotated[float, quantity("N m")] = Field(
-        default=0.0, description="torque on the link from the one before it [N m]"
+        0.0, description="torque on the link from the one before it [N m]"
     )
     drive: DriveBlock | None = Field(
-        default=None, description="given angular rate of the link; the moment that keeps it acts from the ground"
+        None, description="given angular rate of the link; the moment that keeps it acts from the ground"
     )
-    end_mass: Annotated[float, quantity("kg", ge=0.0)] = Field(default=0.0, description="point mass at its end [kg]")
-    axial_modes: Annotated[int, Allowed("1", (("ge", 0), ("le", MAX_AXIAL)), whole=True).reader()] = Field(
-        default=0, description="axial shapes of a beam; without one it keeps its length"
+    end_mass: Annotated[float, quantity("kg", ge=0.0)] = Field(0.0, description="point mass at its end [kg]")
+    axial_modes: Annotated[int, whole(ge=0, le=MAX_AXIAL)] = Field(
+        0, description="axial shapes of a beam; without one it keeps its length"
     )
 
 
@@ -80,8 +77,7 @@ def _read_end(value: Any) -> Any:
 
 
 END = Reader(
-    _read_end,
-    {"anyOf": [{"const": "free"}, {"type": "object", "properties": {"slide": {}}, "required": ["slide"]}]},
+    _read_end, {"anyOf": [{"const": "free"}, {"type": "object", "properties": {"slide": {}}, "required": ["slide"]}]}
 )
 
 
@@ -89,7 +85,7 @@ class MechanismBlock(Block):
     """A planar chain of links, each tied to the end of the one before, the first to the ground at x = y = 0."""
 
     links: tuple[JointBlock, ...] = Field(min_length=1, max_length=MAX_LINKS, description="links from the ground on")
-    end: Annotated[Any, END] = Field(default="free", description="free, or {slide: y}: the end moves along x at y [m]")
+    end: Annotated[Any, END] = Field("free", description="free, or {slide: y}: the end moves along x at y [m]")
 
 
 def _read_along(value: Any) -> Any:

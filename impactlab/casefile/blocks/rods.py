@@ -24,10 +24,10 @@ ALLOWED = "area: m2, diameter: m, or width: m and height: m"
 class CrossSection(Block):
     """The cross section of a rod: its area, the diameter of a full circle, or width and height of a rectangle."""
 
-    area: Area | None = Field(default=None, description="area of the cross section [m2]")
-    diameter: Length | None = Field(default=None, description="of a full circle, in place of area [m]")
-    width: Length | None = Field(default=None, description="of a rectangle, with height, in place of area [m]")
-    height: Length | None = Field(default=None, description="of a rectangle [m]")
+    area: Area | None = Field(None, description="area of the cross section [m2]")
+    diameter: Length | None = Field(None, description="of a full circle, in place of area [m]")
+    width: Length | None = Field(None, description="of a rectangle, with height, in place of area [m]")
+    height: Length | None = Field(None, description="of a rectangle [m]")
 
 
 class SegmentBlock(CrossSection):
@@ -40,12 +40,8 @@ class SegmentBlock(CrossSection):
 class EndsBlock(Block):
     """The supports of the two ends of a rod, and forces that act on them: constant from t = 0 on, or over time."""
 
-    left: Annotated[End, END] = Field(
-        default=End("free"), description="left end, at x = 0; a force [N] is positive along +x"
-    )
-    right: Annotated[End, END] = Field(
-        default=End("free"), description="right end, at x = L; a force [N] is positive along +x"
-    )
+    left: Annotated[End, END] = Field(End("free"), description="left end, at x = 0; a force [N] is positive along +x")
+    right: Annotated[End, END] = Field(End("free"), description="right end, at x = L; a force [N] is positive along +x")
 
 
 class RodBlock(CrossSection, MovingBlock):
@@ -53,8 +49,8 @@ class RodBlock(CrossSection, MovingBlock):
 
     kind: Literal["rod"] = Field(description="rod")
     segments: Annotated[tuple[SegmentBlock, ...] | None, PIECES] = None
-    ends: EndsBlock = Field(default=EndsBlock(), description="supports of the ends; free if not given")
-    rotation: RotationBlock | None = Field(default=None, description="steady rotation; none if not given")
+    ends: EndsBlock = Field(EndsBlock(), description="supports of the ends; free if not given")
+    rotation: RotationBlock | None = Field(None, description="steady rotation; none if not given")
 
     piece: ClassVar[type[Block]] = SegmentBlock
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_ROD

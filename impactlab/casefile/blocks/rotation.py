@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from impactlab.casefile.blocks.shared import Block, Place
-from impactlab.casefile.values.fields import Allowed, Reader
+from impactlab.casefile.values.fields import Allowed, Reader, words
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Rotation
 
@@ -18,16 +18,15 @@ class RotationBlock(Block):
     """A steady rotation about a fixed axis; all quantities of the body count from its steady state."""
 
     rate: Annotated[float | None, Reader(_RATE.read, _RATE.json_schema())] = Field(
-        default=None, description="angular velocity [rad/s]; a mass without it takes that of the body that it meets"
+        None, description="angular velocity [rad/s]; a mass without it takes that of the body that it meets"
     )
     axis_at: Place | None = Field(
-        default=None,
+        None,
         description="place of the axis in the body's own x [m]; a mass without it takes its distance from the face "
         "that it meets",
     )
-    plane: Annotated[str | None, Allowed(words=("chord", "flap"), nothing=True).reader()] = Field(
-        default=None,
-        description="of a beam and of masses that strike it: chord, in the plane of rotation, or flap, across it",
+    plane: Annotated[str | None, words("chord", "flap", nothing=True)] = Field(
+        None, description="of a beam and of masses that strike it: chord, in the plane of rotation, or flap, across it"
     )
 
 

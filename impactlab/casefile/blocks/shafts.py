@@ -21,7 +21,7 @@ from impactlab.casefile.blocks.shared import (
 )
 from impactlab.casefile.text.words import listed
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import TWIST, Allowed, EndReader, quantity
+from impactlab.casefile.values.fields import TWIST, EndReader, quantity
 from impactlab.casefile.values.formula import Formula
 from impactlab.casefile.values.materials import NAMED
 from impactlab.errors import CaseError
@@ -32,18 +32,18 @@ SHAFT_END = EndReader("shaft", ("free", "clamped", "infinite"), supports=_SUPPOR
 OF_BEAMS = ("width", "height", "area", "inertia", "shear_factor")
 SECTIONS = "{diameter: m}, {diameter: m, bore: m} with a smaller bore, or {torsion_constant: m4, polar_moment: m4}"
 RATE = quantity("1/s")
-MODULUS = Allowed("Pa", (("gt", 0.0),), number=True, nothing=True).reader()
+MODULUS = quantity("Pa", nothing=True, gt=0.0)
 
 
 class ShaftMaterial(Block):
     """A linear elastic material in shear."""
 
     density: Density = Field(description="density rho [kg/m3]")
-    shear_modulus: Annotated[float | None, MODULUS] = Field(default=None, description="shear modulus G [Pa]")
-    young: Annotated[float | None, MODULUS] = Field(default=None, description="Young's modulus E [Pa], with poisson")
-    poisson: Annotated[float | None, POISSON] = Field(default=None, description="Poisson's ratio: G = E/(2 (1 + nu))")
+    shear_modulus: Annotated[float | None, MODULUS] = Field(None, description="shear modulus G [Pa]")
+    young: Annotated[float | None, MODULUS] = Field(None, description="Young's modulus E [Pa], with poisson")
+    poisson: Annotated[float | None, POISSON] = Field(None, description="Poisson's ratio: G = E/(2 (1 + nu))")
     viscosity: Annotated[float, quantity("Pa s", ge=0.0)] = Field(
-        default=0.0, description="viscosity [Pa s]: shear stress = G shear strain + viscosity times its rate"
+        0.0, description="viscosity [Pa s]: shear stress = G shear strain + viscosity times its rate"
     )
 
     @property
@@ -58,11 +58,11 @@ class ShaftMaterial(Block):
 class ShaftSection(Block):
     """The cross section of a shaft: a diameter, or torsion constant and polar moment."""
 
-    diameter: Length | None = Field(default=None, description="of a circle [m]")
-    bore: Length | None = Field(default=None, description="inner diameter of a tube, with diameter [m]")
-    torsion_constant: Inertia | None = Field(default=None, description="St. Venant's J of any other section [m4]")
+    diameter: Length | None = Field(None, description="of a circle [m]")
+    bore: Length | None = Field(None, description="inner diameter of a tube, with diameter [m]")
+    torsion_constant: Inertia | None = Field(None, description="St. Venant's J of any other section [m4]")
     polar_moment: Inertia | None = Field(
-        default=None, description="polar second moment of area of any other section [m4]; torsion_constant if not given"
+        None, description="polar second moment of area of any other section [m4]; torsion_constant if not given"
     )
 
     @model_validator(mode="before")
@@ -98,20 +98,20 @@ class ShaftSegmentBlock(Block):
 class ShaftEndsBlock(Block):
     """The supports of the two ends of a shaft, and torques that act on them from t = 0 on."""
 
-    left: Annotated[End, SHAFT_END] = Field(default=End("free"), description="left end, at x = 0")
-    right: Annotated[End, SHAFT_END] = Field(default=End("free"), description="right end, at x = L")
+    left: Annotated[End, SHAFT_END] = Field(End("free"), description="left end, at x = 0")
+    right: Annotated[End, SHAFT_END] = Field(End("free"), description="right end, at x = L")
 
 
 class ShaftBlock(ElasticBlock):
     """A straight elastic shaft in torsion: length, section and material, or segments."""
 
     kind: Literal["shaft"] = Field(description="shaft")
-    section: ShaftSection | None = Field(default=None, description="cross section")
-    material: Annotated[ShaftMaterial, NAMED] | None = Field(default=None, description="material: a name, or constants")
+    section: ShaftSection | None = Field(None, description="cross section")
+    material: Annotated[ShaftMaterial, NAMED] | None = Field(None, description="material: a name, or constants")
     segments: Annotated[tuple[ShaftSegmentBlock, ...] | None, PIECES] = None
-    ends: ShaftEndsBlock = Field(default=ShaftEndsBlock(), description="supports of the ends; free if not given")
-    twist_rate: Annotated[float, RATE] = Field(default=0.0, description="twist rate at t = 0, uniform [rad/s]")
-    twist: Annotated[Any, TWIST] = Field(default=None, description="twist at t = 0 [rad]: a formula of x, or a table")
+    ends: ShaftEndsBlock = Field(ShaftEndsBlock(), description="supports of the ends; free if not given")
+    twist_rate: Annotated[float, RATE] = Field(0.0, description="twist rate at t = 0, uniform [rad/s]")
+    twist: Annotated[Any, TWIST] = Field(None, description="twist at t = 0 [rad]: a formula of x, or a table")
 
     piece: ClassVar[type[Block]] = ShaftSegmentBlock
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "section", "material")

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from impactlab.casefile.blocks.repeat import MAX_REPEAT
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import SHAPE, Allowed, quantity
+from impactlab.casefile.values.fields import SHAPE, quantity, whole
 from impactlab.casefile.values.formula import Formula
 from impactlab.casefile.values.loads import load_values
 from impactlab.casefile.values.materials import NAMED
@@ -39,19 +39,19 @@ Velocity = Annotated[float, quantity("m/s"), AfterValidator(_least_speed)]
 Place = Annotated[float, quantity("m")]
 Time = Annotated[float, quantity("s", gt=0.0)]
 Instant = Annotated[float, quantity("s", ge=0.0)]
-Records = Annotated[int, Allowed("1", (("ge", 100), ("le", 10_000_000)), whole=True).reader()]
+Records = Annotated[int, whole(ge=100, le=10_000_000)]
 Positive = Annotated[float, quantity("1", gt=0.0)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
 Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$")]
 
 
-Repeat = Annotated[int | None, Allowed("1", (("ge", 1), ("le", MAX_REPEAT)), whole=True, nothing=True).reader()]
+Repeat = Annotated[int | None, whole(nothing=True, ge=1, le=MAX_REPEAT)]
 REPEAT = Field(
-    default=None,
+    None,
     description="number n of blocks made from this one, i = 1 ... n: strings may be formulas of i and n, "
     "NAME makes NAME_1 ... NAME_n",
 )
-POISSON = Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).reader()
+POISSON = quantity("1", nothing=True, ge=0.0, le=0.5)
 
 
 class Block(BaseModel):
@@ -66,24 +66,22 @@ class Material(Block):
     young: Modulus = Field(description="Young's modulus E [Pa]")
     density: Density = Field(description="density rho [kg/m3]")
     viscosity: Annotated[float, quantity("Pa s", ge=0.0)] = Field(
-        default=0.0, description="viscosity [Pa s]: stress = E strain + viscosity times strain rate (Kelvin and Voigt)"
+        0.0, description="viscosity [Pa s]: stress = E strain + viscosity times strain rate (Kelvin and Voigt)"
     )
 
 
 class DampingBlock(Block):
     """Rayleigh damping of a rod: C = mass M + stiffness K."""
 
-    mass: Annotated[float, quantity("1/s", ge=0.0)] = Field(default=0.0, description="share of the mass matrix [1/s]")
-    stiffness: Annotated[float, quantity("s", ge=0.0)] = Field(
-        default=0.0, description="share of the stiffness matrix [s]"
-    )
+    mass: Annotated[float, quantity("1/s", ge=0.0)] = Field(0.0, description="share of the mass matrix [1/s]")
+    stiffness: Annotated[float, quantity("s", ge=0.0)] = Field(0.0, description="share of the stiffness matrix [s]")
 
 
 class ElasticBlock(Block):
     """An elastic body: length and material, or segments, its damping, and the state at t = 0."""
 
-    length: Length | None = Field(default=None, description="length [m]")
-    damping: DampingBlock = Field(default=DampingBlock(), description="Rayleigh damping of the whole body")
+    length: Length | None = Field(None, description="length [m]")
+    damping: DampingBlock = Field(DampingBlock(), description="Rayleigh damping of the whole body")
     repeat: Repeat = REPEAT
 
     if TYPE_CHECKING:  # each kind of body has its own
@@ -140,10 +138,10 @@ PIECES = Field(min_length=1, max_length=1000, description="uniform pieces from l
 class MovingBlock(ElasticBlock):
     """An elastic body that moves along its axis or across it."""
 
-    material: Annotated[Material, NAMED] | None = Field(default=None, description="material: a name, or constants")
-    velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")
+    material: Annotated[Material, NAMED] | None = Field(None, description="material: a name, or constants")
+    velocity: Velocity = Field(0.0, description="velocity at t = 0, uniform [m/s]")
     displacement: Annotated[Any, SHAPE] = Field(
-        default=None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
+        None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
     )
 
 

@@ -9,16 +9,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from impactlab.casefile.text.limits import (
-    MAX_DEPTH,
-    MAX_VALUES,
-    REMEDY,
-    Keys,
-    dotted,
-    plain_key,
-    too_deep,
-    too_many,
-)
+from impactlab.casefile.text.limits import MAX_DEPTH, MAX_VALUES, REMEDY, Keys, dotted, plain_key, too_deep, too_many
 from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError
 

@@ -26,7 +26,7 @@ FIX_VALUE = "Fix the value; `impactlab check FILE` lists all faults, and without
 
 
 def case_error(
-    error: ValidationError, data: Any, prefix: str = "", allowed: Iterable[str] | type[BaseModel] = ()
+    error: ValidationError, data: Any, prefix: str, allowed: Iterable[str] | type[BaseModel]
 ) -> ImpactlabError:
     """Return the first fault as an error of the case, which holds the others.
 
@@ -116,7 +116,7 @@ def _words(
             return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", FIX_VALUE
 
 
-def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]] = ()) -> tuple[str, str]:
+def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]]) -> tuple[str, str]:
     """Return text and remedy of a key that is not known among names; ``blocks`` are those in which it was sought."""
     comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
     key = key_of_synonym(name)

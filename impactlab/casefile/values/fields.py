@@ -188,14 +188,19 @@ def _finite(value: numbers.Real) -> float:
     return number
 
 
-def quantity(unit: str, **limits: float) -> Reader:
-    """Return the annotation of a number in a unit; ``gt``, ``ge``, ``lt``, ``le`` bound it."""
-    return Allowed(unit=unit, limits=tuple(limits.items()), number=True).reader()
+def quantity(unit: str, *, nothing: bool = False, **limits: float) -> Reader:
+    """Return the annotation of a number in a unit, or ``nothing``; ``gt``, ``ge``, ``lt``, ``le`` bound it."""
+    return Allowed(unit=unit, limits=tuple(limits.items()), number=True, nothing=nothing).reader()
 
 
-def words(*allowed: str) -> Reader:
-    """Return the annotation of one word out of a few."""
-    return Allowed(words=allowed).reader()
+def whole(*, nothing: bool = False, **limits: float) -> Reader:
+    """Return the annotation of a whole number, or ``nothing``; bounded as a `quantity`."""
+    return Allowed(limits=tuple(limits.items()), whole=True, nothing=nothing).reader()
+
+
+def words(*allowed: str, nothing: bool = False) -> Reader:
+    """Return the annotation of one word out of a few, or ``nothing``."""
+    return Allowed(words=allowed, nothing=nothing).reader()
 
 
 _SUPPORTS = {"spring": ("spring", "N/m"), "dashpot": ("dashpot", "N s/m"), "mass": ("mass", "kg")}

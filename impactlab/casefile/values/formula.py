@@ -37,11 +37,7 @@ _OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Pow: np.power,
     ast.Mod: np.mod,  # of an index alone
 }
-_NAMES = {
-    ("x", "L", "pi"): "x, L (the length), pi",
-    ("t", "pi"): "t, pi",
-    ("i", "n", "pi"): "i (1, 2, ... n), n, pi",
-}
+_NAMES = {("x", "L", "pi"): "x, L (the length), pi", ("t", "pi"): "t, pi", ("i", "n", "pi"): "i (1, 2, ... n), n, pi"}
 OF_PLACE, OF_TIME, OF_INDEX = _NAMES
 
 

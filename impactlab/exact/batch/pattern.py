@@ -162,10 +162,7 @@ def pattern_of(scene: Scene, layout: Layout, log: Log, counted: str, in_round_tr
     nodes["kind"] = FIXED
     for number, name in enumerate(order):
         body, first, own = scene.bodies[name], starts[name], layout.nodes[name]
-        row: dict[str, Any] = {
-            "place": moving.index(name) if body.moves else -1,
-            "rigid": body.waves is None,
-        }
+        row: dict[str, Any] = {"place": moving.index(name) if body.moves else -1, "rigid": body.waves is None}
         row |= {"held": body.is_held, "falls": body.falls, "first": first, "first_link": len(link_rows)}
         if (rod := body.waves) is not None:
             places = cuts(rod, touched.get(name, ()))
@@ -227,12 +224,7 @@ def _node_of(end: End, body: int, value: int, first: int) -> tuple[int, ...]:
 
 
 def _contacts(
-    scene: Scene,
-    layout: Layout,
-    log: Log,
-    first: int,
-    order: list[str],
-    pairs: list[tuple[str, str]],
+    scene: Scene, layout: Layout, log: Log, first: int, order: list[str], pairs: list[tuple[str, str]]
 ) -> Sequence[ContactPattern]:
     """Return the patterns of the contacts, in the order of the network."""
     taken, contacts = columns(ContactPattern, len(scene.contacts))

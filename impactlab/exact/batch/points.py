@@ -14,14 +14,7 @@ from impactlab.exact.arrays import DONE, MORE_EVENTS, MORE_POOL, MORE_RECORDS, M
 from impactlab.exact.batch.grazing import GAP_ROOM, grazes
 from impactlab.exact.batch.pattern import Pattern
 from impactlab.exact.batch.reading import energy, momentum
-from impactlab.exact.batch.results import (
-    BALANCE_TOL,
-    balance,
-    find_spans,
-    may_be_noise,
-    mean_velocity,
-    restitution,
-)
+from impactlab.exact.batch.results import BALANCE_TOL, balance, find_spans, may_be_noise, mean_velocity, restitution
 from impactlab.exact.batch.writing import round_trip, write
 from impactlab.exact.march import advance
 from impactlab.exact.periods import CONTACT, IMPULSE, PEAK, SPAN_COLUMNS, START, STOP

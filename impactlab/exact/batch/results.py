@@ -13,14 +13,7 @@ import numpy as np
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.batch.arrivals import first_arrivals
 from impactlab.exact.batch.pattern import END, Pattern
-from impactlab.exact.batch.reading import (
-    contact_loss,
-    dashpot_loss,
-    energy,
-    load_work,
-    momentum,
-    spring_energy,
-)
+from impactlab.exact.batch.reading import contact_loss, dashpot_loss, energy, load_work, momentum, spring_energy
 from impactlab.exact.batch.writing import DENSITY, LENGTH, MASS, round_trip, velocity_of
 from impactlab.exact.periods import CONTACT, IMPULSE, SPAN_COLUMNS, START, STOP, finish_span
 from impactlab.history.energy import MIN_ENERGY

@@ -18,8 +18,9 @@ from impactlab.exact.batch.marcher import MAX_POOL, Built
 from impactlab.exact.batch.pattern import Pattern
 from impactlab.exact.batch.writing import SPRING, write
 from impactlab.exact.kernel import MAX_DEPTH, integrate, value
-from impactlab.exact.results.history import ContinuousHistory, Place
-from impactlab.exact.setup.network import grown
+from impactlab.exact.results.history import ContinuousHistory
+from impactlab.exact.results.signals import AbstractSignals
+from impactlab.exact.setup.network import Place, grown
 from impactlab.numerics.addresses import entered
 from impactlab.numerics.compiling import EXACT_ENTRY
 from impactlab.types import Array
@@ -61,6 +62,13 @@ def read_row(m: MarchArrays, j: int, row: int, times: Array, summed: bool, out: 
             out[i] = value(series, n, (2.0 * times[i] - piece.start - piece.stop) / width)
             i += 1
         total = value(series, n, 1.0)
+
+
+class Rows(AbstractSignals[tuple[int, int]]):
+    """The junction and the row of every signal."""
+
+    def _read(self, j: int, row: int) -> tuple[int, int]:
+        return j, row
 
 
 class Single:
@@ -135,32 +143,23 @@ class Single:
         body = self.base.scene.bodies[name]
         return quantity in body.quantities and body.reading(quantity) == (quantity, 1.0)
 
-    def _place(self, kind: str, number: int) -> tuple[int, int, int, int]:
-        """Return junction, place in it, nodes and ends of a node, end or contact by number."""
-        log = self.log
-        node = number
-        if kind != "node":
-            node = int(log.ends["node"][number] if kind == "end" else log.contacts["left"][number])
-        j = int(log.nodes["junction"][node])
-        of = log.junctions[j]
-        return j, number - int(of[f"first_{kind}"]), int(of["nodes"]), int(of["ends"])
-
     def _force(self, contact: int) -> Integral:
-        j, own, nodes, ends = self._place("contact", contact)
+        row = Rows(self.log).force(contact)
 
         def force(times: Array, summed: bool) -> Array:
-            found = self.row(j, 2 * (nodes + ends) + own, np.concatenate([[0.0], times]), summed)
+            found = self.row(*row, np.concatenate([[0.0], times]), summed)
             return found[1:] - found[0] if summed else found[1:]
 
         return force
 
     def _mass(self, node: int) -> Integral:
-        j, own, nodes, _ = self._place("node", node)
+        rows = Rows(self.log)
+        rate, moved = rows.velocity(node), rows.displacement(node)
 
         def velocity(times: Array, summed: bool) -> Array:
             if not summed:
-                return self.row(j, own, times, False)
-            found = self.row(j, nodes + own, np.concatenate([[0.0], times]), False)
+                return self.row(*rate, times, False)
+            found = self.row(*moved, np.concatenate([[0.0], times]), False)
             return np.asarray(found[1:] - found[0])
 
         return velocity
@@ -168,7 +167,8 @@ class Single:
     def _on_rod(self, quantity: str, place: Place) -> Integral:
         link, x = place.link, place.way * place.link.segment.wave_speed
         at_end = place.way == link.transit
-        rows = [self._place("end", end) for end in (link.left_end, link.right_end)]
+        rows, sent = Rows(self.log), (link.left_end, link.right_end)
+        waves, carried = [rows.wave(end) for end in sent], [rows.carried(end) for end in sent]
         of_links: np.ndarray[Any, Any] = np.asarray(self.pattern.links)
         first = int(of_links["segment"][of_links["left_end"] == link.left_end][0])
 
@@ -180,9 +180,8 @@ class Single:
                 raise CaseError("the place lies beyond the end of the rod", remedy="Give a longer rod.")
             g = float(self.log.state["gravity"])
             sides = []
-            for (j, own, nodes, ends), lag in zip(rows, (way, transit - way), strict=True):
-                row = 2 * nodes + own + (ends if summed else 0)
-                found = self.row(j, row, np.concatenate([[0.0], times]) - lag, False)
+            for row, lag in zip(carried if summed else waves, (way, transit - way), strict=True):
+                found = self.row(*row, np.concatenate([[0.0], times]) - lag, False)
                 gained = 0.5 * g * lag
                 sides.append(found[1:] - found[0] + gained * times if summed else found[1:] + gained)
             right, left = sides

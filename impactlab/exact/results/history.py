@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from operator import attrgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +16,7 @@ from impactlab.exact.results.energies import energies_at, rod_energy, rod_moment
 from impactlab.exact.results.link_results import link_results, named, total
 from impactlab.exact.results.signals import Signal, Signals, turning_times
 from impactlab.exact.setup.branch_tables import FIRST
-from impactlab.exact.setup.network import Layout, Link, Log
+from impactlab.exact.setup.network import Layout, Link, Log, Place
 from impactlab.history.base import (
     FIELD_POINTS,
     AbstractHistory,
@@ -34,7 +32,7 @@ from impactlab.history.base import (
     within_run,
 )
 from impactlab.history.frame import carried_energy, touched_in
-from impactlab.history.no_contact import no_contact
+from impactlab.history.no_contact import never_closed
 from impactlab.history.noise_floor import above_noise
 from impactlab.history.waves import wave_body
 from impactlab.lazy import lazy
@@ -42,7 +40,7 @@ from impactlab.metrics.grazing import near_grazing
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.scene.bodies.segmented import PLACE_ROUNDING
 from impactlab.scene.method import Simulation
-from impactlab.scene.problem import Contact, Probe
+from impactlab.scene.problem import Probe
 from impactlab.types import QUANTITIES_OF_ROD, Array
 
 if TYPE_CHECKING:
@@ -50,24 +48,7 @@ if TYPE_CHECKING:
 else:  # compiled code, needed only where faces have touched
     periods = lazy("impactlab.exact.periods")
 
-GAPS = 2000  # instants at which the gap of faces that never met is read
 MIN_JUMP = 1.0e-9  # of the largest velocity: smaller ones are rounding
-
-
-def never_closed(history: AbstractHistory, contacts: Iterable[Contact]) -> Iterator[Warned]:
-    """Yield a warning for each of some contacts that was never closed in an exact history."""
-    touched = touched_in(history)
-    for contact in contacts:
-        if contact.name not in touched:
-            gaps = history.evaluate(np.linspace(0.0, history.duration, GAPS), f"gap:{contact.name}")
-            yield no_contact(contact.name, contact.gap, gaps, math.inf)
-
-
-class Place(NamedTuple):
-    """A place on a rod: its uniform piece and how long a wave takes there from the piece's left end."""
-
-    link: Link
-    way: float | Array  # s; one per time
 
 
 class ContinuousHistory(AbstractHistory):
@@ -119,29 +100,31 @@ class ContinuousHistory(AbstractHistory):
         )
         return {f"{quantity}:{name}@0": f"{own}:{name}" for name, own, quantity in channels}
 
+    def _logged(self, column: str) -> Iterator[tuple[float, str, int]]:
+        """Yield instant [s], contact and one more column of the events of the run in order of time, noise included."""
+        found = self.log.events[: self.log.state["events"]]
+        found = found[found["time"] <= self.duration]
+        found = found[np.argsort(found["time"], kind="stable")]
+        names = [self.scene.contacts[place].name for place in self.layout.places]
+        for time, contact, value in zip(*(found[name].tolist() for name in ("time", "contact", column)), strict=True):
+            yield time, names[contact], value
+
     @cached_property
     def dated(self) -> tuple[Event, ...]:
-        """All closings and openings in order of time, noise included."""
-        found = self.log.events[: self.log.state["events"]]
-        names = [self.scene.contacts[place].name for place in self.layout.places]
-        rows = zip(*(found[name].tolist() for name in ("time", "contact", "kind")), strict=True)
-        dated = [  # links have no events
-            Event(time, names[contact], "close" if kind == CLOSE else "open")
-            for time, contact, kind in rows
-            if time <= self.duration and kind != CHANGE and names[contact] not in self.joined
-        ]
-        return tuple(sorted(dated, key=attrgetter("time")))
+        """All closings and openings in order of time, noise included; links have none."""
+        return tuple(
+            Event(time, contact, "close" if kind == CLOSE else "open")
+            for time, contact, kind in self._logged("kind")
+            if kind != CHANGE and contact not in self.joined
+        )
 
     @cached_property
     def changes(self) -> tuple[BranchChange, ...]:  # type: ignore[override]
         """Changes of branch in order of time: instants at which a law yields, unloads, opens."""
-        found = self.log.events[: self.log.state["events"]]
-        found = found[(found["branch"] >= 0) & (found["time"] <= self.duration)]
-        found = found[np.argsort(found["time"], kind="stable")]
-        names = [self.scene.contacts[place].name for place in self.layout.places]
-        rows = zip(*(found[name].tolist() for name in ("time", "contact", "branch")), strict=True)
         return tuple(
-            BranchChange(time, names[contact], self.log.names[branch - FIRST]) for time, contact, branch in rows
+            BranchChange(time, contact, self.log.names[branch - FIRST])
+            for time, contact, branch in self._logged("branch")
+            if branch >= 0
         )
 
     @cached_property
@@ -263,18 +246,7 @@ class ContinuousHistory(AbstractHistory):
             x = np.nan
         if not -1e-9 * length <= x <= (1.0 + 5e-6) * length:
             raise CaseError(f"'{channel}': x lies outside rod '{name}'", remedy=f"Give x between 0 and {length:g} m.")
-        return self._place_at(name, x, channel in self._exact_x)
-
-    def _place_at(self, name: str, x: float, exact: bool) -> Place:
-        """Return the place x [m] on a rod, which is ``exact`` or rounded to six digits."""
-        length, links = self.scene.bodies[name].length, self.layout.links[name]
-        link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
-        way = (x - link.x) / link.segment.wave_speed
-        # Names carry six digits: a place that rounds to the end of the rod is the end, however short its last link is.
-        at_end = link is links[-1] and x > length * (1.0 - 5e-6)
-        if at_end or (exact and x == link.x + link.length):
-            way = link.transit
-        return Place(link, min(max(way, 0.0), link.transit))
+        return Place.on(self.layout.links[name], length, x, channel in self._exact_x)
 
     def _wave(self, t: Array, quantity: str, place: Place) -> Array:
         link, way = place
@@ -331,7 +303,8 @@ class ContinuousHistory(AbstractHistory):
     def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
         times = within_run(t, self.duration)
         wave_body(self.scene, body, x)
-        right, left = self._two_waves(times.ravel(), self._place_at(body, x, True))
+        place = Place.on(self.layout.links[body], self.scene.bodies[body].length, x, True)
+        right, left = self._two_waves(times.ravel(), place)
         return right.reshape(times.shape), left.reshape(times.shape)
 
     def carried_before(self, link: Link) -> float:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import cache
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -142,66 +144,84 @@ class Signal:
         return self._kept[square]
 
 
-class Signals:
-    """All signals of a solved network, made when first used."""
+Of = TypeVar("Of")
+"""How a signal is represented."""
+
+
+class AbstractSignals(ABC, Generic[Of]):
+    """All signals of a solved network, each a row in the records of a junction, made when first used."""
 
     def __init__(self, log: Log) -> None:
         self.log = log
-        self.gravity = float(log.state["gravity"])  # m/s2, along +x
-        self._made: dict[tuple[int, int], Signal] = {}
-        self._pieces: dict[int, tuple[Array, Array, Ints, Ints]] = {}  # start, stop, size, offset by junction
+        self._made: dict[tuple[int, int], Of] = {}
         names = ("nodes", "ends", "first_node", "first_end", "first_contact")
         self._junctions = list(zip(*(log.junctions[name].tolist() for name in names), strict=True))
         self._of_nodes, self._of_ends = log.nodes["junction"].tolist(), log.ends["junction"].tolist()
 
-    def _signal(self, j: int, row: int) -> Signal:
+    @abstractmethod
+    def _read(self, j: int, row: int) -> Of:
+        """Return the signal in a row of the records of junction j."""
+
+    def _signal(self, j: int, row: int) -> Of:
         key = (j, row)
         if key not in self._made:
-            log = self.log
-            if j not in self._pieces:
-                pieces = log.pieces[j, : log.junctions["records"][j]]
-                start, stop, sizes, offsets = (pieces[name].copy() for name in ("start", "stop", "size", "offset"))
-                self._pieces[j] = start, stop, sizes, offsets
-            start, stop, sizes, offsets = self._pieces[j]
-            order = np.arange(int(sizes.max()))[:, None]
-            there = order < sizes
-            table = np.zeros(there.shape)
-            table[there] = log.pool[(offsets + row * sizes + order)[there]]
-            keep = np.flatnonzero(np.any(table != 0.0, axis=1))
-            table = table[: keep[-1] + 1 if len(keep) else 1]
-            self._made[key] = Signal(start, stop, table, float(log.state["tolerance"]), len(log.names) > 0)
+            self._made[key] = self._read(j, row)
         return self._made[key]
 
-    def velocity(self, node: int) -> Signal:
+    def velocity(self, node: int) -> Of:
         """Return the velocity of a node [m/s]."""
         j = self._of_nodes[node]
         return self._signal(j, node - self._junctions[j][2])
 
-    def displacement(self, node: int) -> Signal:
+    def displacement(self, node: int) -> Of:
         """Return the displacement of a node [m]."""
         j = self._of_nodes[node]
         nodes, _, first, _, _ = self._junctions[j]
         return self._signal(j, nodes + node - first)
 
-    def travel(self, node: int, t: Array) -> Array:
-        """Return the displacement of a node since t[0] [m], shape of t (n,)."""
-        displacement = self.displacement(node)
-        return displacement(t) - displacement(t[:1])
-
-    def wave(self, end: int) -> Signal:
+    def wave(self, end: int) -> Of:
         """Return the wave emitted by an end [m/s], from one transit before t = 0 on."""
         j = self._of_ends[end]
         nodes, _, _, first, _ = self._junctions[j]
         return self._signal(j, 2 * nodes + end - first)
 
-    def carried(self, end: int) -> Signal:
+    def carried(self, end: int) -> Of:
         """Return the time integral of the wave emitted by an end [m]; 0 at t = 0."""
         j = self._of_ends[end]
         nodes, ends, _, first, _ = self._junctions[j]
         return self._signal(j, 2 * nodes + ends + end - first)
 
-    def force(self, contact: int) -> Signal:
+    def force(self, contact: int) -> Of:
         """Return the force of a contact of the network [N]."""
         j = self._of_nodes[self.log.contacts["left"][contact]]
         nodes, ends, _, _, first = self._junctions[j]
         return self._signal(j, 2 * nodes + 2 * ends + contact - first)
+
+
+class Signals(AbstractSignals[Signal]):
+    """All signals of a solved network, to be evaluated at any time."""
+
+    def __init__(self, log: Log) -> None:
+        super().__init__(log)
+        self.gravity = float(log.state["gravity"])  # m/s2, along +x
+        self._pieces: dict[int, tuple[Array, Array, Ints, Ints]] = {}  # start, stop, size, offset by junction
+
+    def _read(self, j: int, row: int) -> Signal:
+        log = self.log
+        if j not in self._pieces:
+            pieces = log.pieces[j, : log.junctions["records"][j]]
+            start, stop, sizes, offsets = (pieces[name].copy() for name in ("start", "stop", "size", "offset"))
+            self._pieces[j] = start, stop, sizes, offsets
+        start, stop, sizes, offsets = self._pieces[j]
+        order = np.arange(int(sizes.max()))[:, None]
+        there = order < sizes
+        table = np.zeros(there.shape)
+        table[there] = log.pool[(offsets + row * sizes + order)[there]]
+        keep = np.flatnonzero(np.any(table != 0.0, axis=1))
+        table = table[: keep[-1] + 1 if len(keep) else 1]
+        return Signal(start, stop, table, float(log.state["tolerance"]), len(log.names) > 0)
+
+    def travel(self, node: int, t: Array) -> Array:
+        """Return the displacement of a node since t[0] [m], shape of t (n,)."""
+        displacement = self.displacement(node)
+        return displacement(t) - displacement(t[:1])

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
 from impactlab.exact.results.energies import energies_at
-from impactlab.exact.results.history import ContinuousHistory, never_closed
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.link_results import followed, link_results, named
 from impactlab.exact.setup.network import Layout, Log, without
 from impactlab.history.base import (
@@ -30,6 +30,7 @@ from impactlab.history.base import (
     within_run,
 )
 from impactlab.history.frame import carried_energy, touched_in
+from impactlab.history.no_contact import never_closed
 from impactlab.history.noise_floor import above_noise
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.numerics.slopes import slopes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -46,6 +47,24 @@ class Link:
     def transit(self) -> float:
         """Time of a wave from end to end [s]."""
         return self.length / self.segment.wave_speed
+
+
+class Place(NamedTuple):
+    """A place on a rod: its uniform piece and how long a wave takes there from the piece's left end."""
+
+    link: Link
+    way: float | Array  # s; one per time
+
+    @classmethod
+    def on(cls, links: Sequence[Link], length: float, x: float, exact: bool) -> Place:
+        """Return the place x [m] on a rod of some length [m], which is ``exact`` or rounded to six digits."""
+        link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
+        way = (x - link.x) / link.segment.wave_speed
+        # Names carry six digits: a place that rounds to the end of the rod is the end, however short its last link is.
+        at_end = link is links[-1] and x > length * (1.0 - 5e-6)
+        if at_end or (exact and x == link.x + link.length):
+            way = link.transit
+        return cls(link, min(max(way, 0.0), link.transit))
 
 
 @dataclass(frozen=True)

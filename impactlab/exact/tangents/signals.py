@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from impactlab.cached import cached_property
-from impactlab.exact.results.signals import clenshaw, gauss
+from impactlab.exact.results.signals import AbstractSignals, clenshaw, gauss
 from impactlab.exact.tangents.run import Solved
 from impactlab.types import Array, Ints
 
@@ -143,48 +143,12 @@ class MovingSignal:
         return total
 
 
-class MovingSignals:
-    """All signals of an exact run, with their derivatives by one parameter, made when first used."""
+class MovingSignals(AbstractSignals[MovingSignal]):
+    """All signals of an exact run, with their derivatives by one parameter."""
 
     def __init__(self, solved: Solved, parameter: int) -> None:
+        super().__init__(solved.log)
         self.solved, self.parameter = solved, parameter
-        self._made: dict[tuple[int, int], MovingSignal] = {}
 
-    def _signal(self, j: int, row: int) -> MovingSignal:
-        if (j, row) not in self._made:
-            self._made[j, row] = MovingSignal(self.solved, self.parameter, j, row)
-        return self._made[j, row]
-
-    def _at(self, kind: str, number: int) -> tuple[int, int, int, int]:
-        log = self.solved.log
-        node = number
-        if kind != "node":
-            node = int(log.ends["node"][number] if kind == "end" else log.contacts["left"][number])
-        j = int(log.nodes["junction"][node])
-        junction = log.junctions[j]
-        return j, number - int(junction[f"first_{kind}"]), int(junction["nodes"]), int(junction["ends"])
-
-    def velocity(self, node: int) -> MovingSignal:
-        """Return the velocity of a node [m/s]."""
-        j, own, _, _ = self._at("node", node)
-        return self._signal(j, own)
-
-    def displacement(self, node: int) -> MovingSignal:
-        """Return the displacement of a node [m]."""
-        j, own, nodes, _ = self._at("node", node)
-        return self._signal(j, nodes + own)
-
-    def wave(self, end: int) -> MovingSignal:
-        """Return the wave that an end emits [m/s]."""
-        j, own, nodes, _ = self._at("end", end)
-        return self._signal(j, 2 * nodes + own)
-
-    def carried(self, end: int) -> MovingSignal:
-        """Return the time integral of that wave [m]."""
-        j, own, nodes, ends = self._at("end", end)
-        return self._signal(j, 2 * nodes + ends + own)
-
-    def force(self, contact: int) -> MovingSignal:
-        """Return the force of a contact of the network [N]."""
-        j, own, nodes, ends = self._at("contact", contact)
-        return self._signal(j, 2 * (nodes + ends) + own)
+    def _read(self, j: int, row: int) -> MovingSignal:
+        return MovingSignal(self.solved, self.parameter, j, row)

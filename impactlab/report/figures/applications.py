@@ -29,12 +29,13 @@ from impactlab.report.figures.style import (
     grid,
     lower_margin,
     name_lines,
+    panel_grid,
     room_beside,
     scaled,
     time_axis,
     upper_margin,
 )
-from impactlab.report.page import Plate
+from impactlab.report.page import PageFigure
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -57,7 +58,7 @@ class Loop(NamedTuple):
     force: Array  # (n,) N
 
 
-def plates_of(trace: Trace, scene: Scene) -> list[Plate]:
+def plates_of(trace: Trace, scene: Scene) -> list[PageFigure]:
     """Return the figures of a run whose laws remember: loops, the head of a pile, curves of specimens."""
     history, plates = trace.history, []
     laws = history.method.laws
@@ -68,7 +69,7 @@ def plates_of(trace: Trace, scene: Scene) -> list[Plate]:
                 "Force and impedance times velocity are one until the first wave comes back from the soil; what "
                 "divides them before 2 L/c is the resistance along the shaft."
             )
-            plates.append(Plate("pile_head", "Head of the pile", words, partial(pile_head, found, scene)))
+            plates.append(PageFigure("pile_head", "Head of the pile", words, partial(pile_head, found, scene)))
     for number, contact in enumerate(scene.contacts, start=1):
         law = laws.get(contact.name)
         if isinstance(law, Specimen):
@@ -80,10 +81,10 @@ def plates_of(trace: Trace, scene: Scene) -> list[Plate]:
                     "bar reaches one of them."
                 )
             draw = partial(stress_strain, history, contact.name, law, gauges)
-            plates.append(Plate(f"specimen_{number}", f"Specimen, {contact.name}", words, draw))
+            plates.append(PageFigure(f"specimen_{number}", f"Specimen, {contact.name}", words, draw))
     if found_loops := loops(history, scene):
         words = "The area inside a loop is the energy that the contact took. Compression is positive."
-        plates.append(Plate("loops", "Force over closing", words, partial(force_loops, found_loops)))
+        plates.append(PageFigure("loops", "Force over closing", words, partial(force_loops, found_loops)))
     return plates
 
 
@@ -108,10 +109,8 @@ def loops(history: AbstractHistory, scene: Scene) -> list[Loop]:
 @drawn
 def force_loops(found: Sequence[Loop]) -> Figure:
     """Return the force over the closing of each contact, a panel each."""
-    columns = min(len(found), across(3))
-    figure, axes = grid(-(-len(found) // columns), columns, 2.2, Margins(down=0.75))
-    panels = [axis for row in axes for axis in row]
-    for axis, loop in zip(panels, found, strict=False):
+    figure, axes = panel_grid(len(found), min(len(found), across(3)), 2.2, Margins(down=0.75))
+    for axis, loop in zip(axes, found, strict=True):
         moved = scaled("m", float(np.abs(loop.closing).max()))
         force = scaled("N", float(np.abs(loop.force).max()))
         axis.axhline(0.0, color=MUTED, linewidth=0.8)
@@ -119,8 +118,6 @@ def force_loops(found: Sequence[Loop]) -> Figure:
         axis.set_title(loop.name)
         axis.set_xlabel(f"closing  [{moved.label}]")
         axis.set_ylabel(f"force  F  [{force.label}]")
-    for axis in panels[len(found) :]:
-        axis.set_visible(False)
     return figure
 
 

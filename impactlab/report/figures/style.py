@@ -148,22 +148,25 @@ def grid(
     height = margins.top + margins.bottom + rows * panel + (rows - 1) * margins.down
     figure = Figure(figsize=(whole, height))
     width = (whole - margins.left - margins.right - (columns - 1) * margins.across) / columns
-    axes = figure.subplots(
-        rows,
-        columns,
-        squeeze=False,
-        sharex=share,
-        sharey=share,
-        gridspec_kw={
-            "left": margins.left / whole,
-            "right": 1.0 - margins.right / whole,
-            "top": 1.0 - margins.top / height,
-            "bottom": margins.bottom / height,
-            "wspace": margins.across / width,
-            "hspace": margins.down / panel,
-        },
-    )
+    places = {
+        "left": margins.left / whole,
+        "right": 1.0 - margins.right / whole,
+        "top": 1.0 - margins.top / height,
+        "bottom": margins.bottom / height,
+        "wspace": margins.across / width,
+        "hspace": margins.down / panel,
+    }
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=share, sharey=share, gridspec_kw=places)
     return figure, [list(row) for row in axes]
+
+
+def panel_grid(count: int, columns: int, panel: float, margins: Margins = MARGINS) -> tuple[Figure, list[Axes]]:
+    """Return a figure as `grid` does, and the axes of so many panels; what is left of the last row stays empty."""
+    figure, rows = grid(-(-count // columns), columns, panel, margins)
+    flat = [axes for row in rows for axes in row]
+    for axes in flat[count:]:
+        axes.set_visible(False)
+    return figure, flat[:count]
 
 
 def clock(scene: Scene) -> Unit:

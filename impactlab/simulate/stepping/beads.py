@@ -78,16 +78,7 @@ class BeadArrays(NamedTuple):
 def bead_arrays(m: StepArrays) -> BeadArrays:
     """Return the arrays that rows of beads need."""
     return BeadArrays(
-        m.clock,
-        m.bead_rows,
-        m.contacts,
-        m.events,
-        m.beads,
-        m.bead_contacts,
-        m.shared,
-        m.state,
-        m.record,
-        m.sample,
+        m.clock, m.bead_rows, m.contacts, m.events, m.beads, m.bead_contacts, m.shared, m.state, m.record, m.sample
     )
 
 

@@ -8,15 +8,7 @@ from __future__ import annotations
 from impactlab.numerics.compiling import INLINE, PART
 from impactlab.numerics.subnormals import flush_subnormals, restore_subnormals
 from impactlab.numerics.windows import window
-from impactlab.simulate.stepping.arrays import (
-    CHANGE,
-    DAMPING,
-    LENGTH,
-    PRODUCT,
-    RATE,
-    DamperRecord,
-    StepArrays,
-)
+from impactlab.simulate.stepping.arrays import CHANGE, DAMPING, LENGTH, PRODUCT, RATE, DamperRecord, StepArrays
 from impactlab.types import Array
 
 

@@ -53,13 +53,7 @@ class IntegratorContract:
         kind = type(self.part)
         assert kind.order >= 1, f"order is {kind.order}"
         assert all(0.0 <= point <= 1.0 for point in (kind.load_point, kind.velocity_point))
-        for fact in (
-            kind.any_dt,
-            kind.jump_in_force,
-            kind.projects_first,
-            kind.needs_diagonal_mass,
-            kind.needs_modes,
-        ):
+        for fact in (kind.any_dt, kind.jump_in_force, kind.projects_first, kind.needs_diagonal_mass, kind.needs_modes):
             assert isinstance(fact, bool)
 
     def error(self, steps: int) -> float:

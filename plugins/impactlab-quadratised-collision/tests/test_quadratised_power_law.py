@@ -113,11 +113,7 @@ def test_its_depth_error_falls_with_the_square_of_the_step(exponent: float) -> N
 
 @pytest.mark.parametrize(
     ("model", "integrator"),
-    [
-        (FiniteElement(40), Newmark()),
-        (FiniteElement(40, "lumped"), CentralDifference()),
-        (Modal(None, 40), Newmark()),
-    ],
+    [(FiniteElement(40), Newmark()), (FiniteElement(40, "lumped"), CentralDifference()), (Modal(None, 40), Newmark())],
 )
 def test_a_struck_rod_keeps_energy_to_rounding(model: AbstractRodModel, integrator: AbstractIntegrator) -> None:
     piece = Segment(0.3, 9e-4, 2.1e11, 7900.0)

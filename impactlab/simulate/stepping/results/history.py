@@ -183,7 +183,7 @@ class RecordedHistory(AbstractRecordedHistory):
     @cached_property
     def links(self) -> tuple[LinkResult, ...]:  # type: ignore[override]
         """Results of each link, or of all links of one name."""
-        return tuple(self._read_links())
+        return tuple(readout.links(self.assembly, self.recorded))
 
     def memories(self) -> list[Sequence[float]]:
         return self._memories
@@ -345,26 +345,6 @@ class RecordedHistory(AbstractRecordedHistory):
             work=work - (work[0] if len(work) else 0.0),
             carried=None if drifts_alone(scene, joined) else carried_by(joined, time),
         )
-
-    def _read_links(self) -> Iterator[LinkResult]:
-        assembly = self.assembly
-        joined = [place for place, record in enumerate(assembly.contacts) if record.joined]
-        linked = [self.scene.contacts[assembly.layout.solved[place]] for place in joined]
-        names = [contact.group or contact.name for contact in linked]
-        for name in dict.fromkeys(names):
-            own = [place for place, other in zip(joined, names, strict=True) if other == name]
-            laws = [assembly.acting.laws[self.scene.contacts[assembly.layout.solved[place]].name] for place in own]
-            ports = [assembly.ports[place] for place in own]
-            sets = [law.set_of([*port.memory]) for law, port in zip(laws, ports, strict=True)]
-            records = [assembly.contacts[place] for place in own]
-            forces = self.recorded[f"force:{name}"].values
-            largest, smallest = (
-                (records[0].largest, records[0].smallest) if len(own) == 1 else (forces.max(), forces.min())
-            )
-            known = [each for each in sets if each is not None]
-            loss = sum(record.lost for record in records)
-            most = max(known, default=None, key=abs)
-            yield LinkResult(name, len(own), most, float(largest), float(smallest), loss, tuple(sets))
 
     def _read_events(self) -> Found:
         assembly, contacts = self.assembly, self.scene.contacts

@@ -1,12 +1,14 @@
-"""Readout of a stepped run: impulses, memories and contacts under way, by their numbers in the scene."""
+"""Readout of a stepped run: links; impulses, memories and contacts under way, by their numbers in the scene."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from operator import attrgetter
 
 import numpy as np
 
+from impactlab.history.base import LinkResult
+from impactlab.simulate.channels import Channel
 from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, TOTAL, U, V
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import MEMORY, Array
@@ -26,6 +28,27 @@ def bead_gaps(assembly: Assembly, record: Array) -> Array:
     places = {name: place for place, name in enumerate(rows.beads)}
     left, right = ([places.get(face(each).body, -1) for each in contacts] for face in (left_of, right_of))
     return np.asarray(assembly.memory.bead_contacts[GAP, assembly.slots][:, None] + moved[right] - moved[left])
+
+
+def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkResult]:
+    """Yield the results of each link, or of all links of one name, whose force is ``recorded``."""
+    names = [assembly.scene.contacts[number].name for number in assembly.layout.solved]
+    own: dict[str, list[int]] = {}
+    for place, record in enumerate(assembly.contacts):
+        if record.joined:
+            contact = assembly.scene.contacts[assembly.layout.solved[place]]
+            own.setdefault(contact.group or contact.name, []).append(place)
+    for name, places in own.items():
+        laws = [assembly.acting.laws[names[place]] for place in places]
+        sets = [law.set_of([*assembly.ports[place].memory]) for law, place in zip(laws, places, strict=True)]
+        most = max((each for each in sets if each is not None), default=None, key=abs)
+        records = [assembly.contacts[place] for place in places]
+        largest, smallest = records[0].largest, records[0].smallest
+        if len(places) > 1:
+            forces = recorded[f"force:{name}"].values
+            largest, smallest = forces.max(), forces.min()
+        loss = sum(record.lost for record in records)
+        yield LinkResult(name, len(places), most, float(largest), float(smallest), loss, tuple(sets))
 
 
 def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:
