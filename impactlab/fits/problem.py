@@ -25,6 +25,7 @@ from impactlab.types import Array
 STEP = 1.0e-6  # of a scaled unknown of the case: differences of runs
 SETTING_STEP = 1.0e-3  # of gain, offset and shift: a shift moves a sample over a front
 MIN_EFFECT = 1.0e-6  # of a signal: a logarithm that changes it by less does not move it; differences have this rounding
+MAX_EFFECT = 0.1 / STEP  # of a signal: one that a step changes by more than a tenth of its size is rounding itself
 MIN_NOISE = 0.01  # of the noise of the noisiest signal: a signal is not taken for cleaner
 PENALTY = 1.0e3  # residual of a run that is not possible: the step before it is shortened
 
@@ -168,7 +169,8 @@ class Problem:
             rows = jacobian[at : at + each.kept, : len(self.parameters)]
             at += each.kept
             shown = self.filtered(number, mean.over(each.edges, self.setting(start, number)[2]))
-            if np.max(np.abs(rows)) <= MIN_EFFECT * np.max(np.abs(shown)):
+            size = float(np.max(np.abs(shown)))
+            if not MIN_EFFECT * size < float(np.max(np.abs(rows))) < MAX_EFFECT * size:
                 raise CaseError(
                     f"no parameter moves the signal {each.label}",
                     remedy="Leave it out, measure longer, or fit a number on which it depends.",

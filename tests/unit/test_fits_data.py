@@ -297,6 +297,28 @@ def test_a_signal_that_no_parameter_moves_is_named(case):
         il.fit(case, [measured(case), quiet], BOUNDS)
 
 
+def test_a_signal_that_is_rounding_is_no_signal():
+    """Nothing reaches the rod: the stress in it is zero for any length, and the run gives the rounding of two waves."""
+    rod = il.Rod(length=0.2, area=5e-4, material={"young": 6.5e10, "density": 6000.0}, velocity=0.2)
+    scene = il.Case(
+        bodies={"a": il.Mass(0.05, velocity=1.0), "b": il.Mass(0.03), "rod": rod},
+        contacts=[
+            il.Contact("a", "b", {"kind": "penalty", "stiffness": 4.4e7}),
+            il.Contact("b", "rod.left", {"kind": "penalty", "stiffness": 1e7}, gap=1e-3),
+        ],
+        solve={"duration": 1.6e-4, "model": {"kind": "continuous"}},
+        probes=[{"body": "rod", "at": 0.1, "quantity": "stress"}],
+    )
+    times = np.linspace(1e-6, 1.55e-4, 100)
+    force = il.Signal("force:a|b", times, il.run(scene).evaluate(times, "force:a|b"))
+    quiet = il.Signal("stress:rod@0.1", times, 0.0 * times)
+    bounds = {"contacts.0.law.stiffness": (2e7, 8e7), "bodies.rod.length": (0.15, 0.35)}
+    with pytest.raises(CaseError, match=r"no parameter moves the signal stress:rod@0\.1"):
+        il.fit(scene.with_("bodies.rod.length", 0.23), [force, quiet], bounds)
+    alone = il.fit(scene.with_("bodies.rod.length", 0.23), force, bounds)["bodies.rod.length"]
+    assert (alone.lower, alone.upper) == (0.0, np.inf)
+
+
 def test_numbers_of_ends_have_units(case):
     toe = "bodies.rod.ends.right.dashpot"
     pile = case.with_("bodies.rod.ends.right", {"dashpot": 1.5e4})
