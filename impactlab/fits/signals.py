@@ -13,7 +13,9 @@ from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.types import Array
 
-FRACTIONS = {"1": 1.0, "%": 1e-2, "1e-6": 1e-6, "um/m": 1e-6, "µm/m": 1e-6, "mm/m": 1e-3}  # units of a strain
+FRACTIONS = {"1": 1.0, "m/m": 1.0, "strain": 1.0, "%": 1e-2, "mm/m": 1e-3, "1e-6": 1e-6} | dict.fromkeys(
+    ("um/m", "µm/m", "μm/m", "µε", "με", "ue", "µstrain", "μstrain", "ustrain", "microstrain"), 1e-6
+)  # units of a strain; with the sign micro, and with the Greek letter
 MIN_SAMPLES = 4
 SETTINGS = ("gain", "offset", "shift")
 
@@ -26,7 +28,10 @@ def factor_of(unit: str, wanted: str) -> float:
     if wanted == "1":
         if unit in FRACTIONS:
             return FRACTIONS[unit]
-        raise CaseError(f"{shown(unit)} is not a unit of strain", remedy=f"Write one of {', '.join(FRACTIONS)}.")
+        raise CaseError(
+            f"{shown(unit)} is not a unit of strain.{closest(unit, FRACTIONS)}",
+            remedy="Write 1, %, mm/m, um/m or microstrain, for example.",
+        )
     try:
         return to_si(f"1 {unit}", wanted)
     except ValueError as error:
