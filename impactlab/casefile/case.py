@@ -34,7 +34,7 @@ from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.printing import counted
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
-from impactlab.scene.ranges import lone_bodies, odd_laws, odd_loads, odd_speeds
+from impactlab.scene.ranges import lone_bodies, odd_laws, odd_loads, odd_probes, odd_speeds
 from impactlab.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
@@ -226,6 +226,7 @@ class Case:
             *lone_bodies(scene),
             *odd_speeds(scene),
             *odd_loads(scene),
+            *odd_probes(scene),
             *odd_laws(scene, self.built.method.laws),
         )
 

@@ -32,6 +32,7 @@ from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
 from impactlab.casefile.values.fields import Allowed, object_schema, words
 from impactlab.casefile.values.fields import Reader as Reader
+from impactlab.casefile.values.units import strain_of
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.scene.method import COUNTED
@@ -237,7 +238,13 @@ class ProbeBlock(Block):
     @classmethod
     def _in_unit_of_quantity(cls, value: Any, info: ValidationInfo) -> Any:
         limit: tuple[str, float] = ("ge" if info.field_name == "noise" else "gt", 0.0)
-        unit = UNITS.get(info.data.get("quantity", ""), "1")
+        quantity = info.data.get("quantity", "")
+        unit = UNITS.get(quantity, "1")
+        if quantity == "strain" and isinstance(value, str):
+            try:
+                value = strain_of(value)
+            except ValueError as error:
+                raise refuse(str(error)) from None
         return Allowed(unit, (limit,), number=True, nothing=True).read(value)
 
 

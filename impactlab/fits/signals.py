@@ -8,14 +8,11 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.text.words import closest, listed, shown
-from impactlab.casefile.values.units import to_si
+from impactlab.casefile.values.units import STRAINS, to_si
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.types import Array
 
-FRACTIONS = {"1": 1.0, "m/m": 1.0, "strain": 1.0, "%": 1e-2, "mm/m": 1e-3, "1e-6": 1e-6} | dict.fromkeys(
-    ("um/m", "µm/m", "μm/m", "µε", "με", "ue", "µstrain", "μstrain", "ustrain", "microstrain"), 1e-6
-)  # units of a strain; with the sign micro, and with the Greek letter
 MIN_SAMPLES = 4
 SETTINGS = ("gain", "offset", "shift")
 
@@ -26,10 +23,10 @@ Setting = Any
 def factor_of(unit: str, wanted: str) -> float:
     """Return the factor from a unit to an SI unit; raises `CaseError` with the units that would do."""
     if wanted == "1":
-        if unit in FRACTIONS:
-            return FRACTIONS[unit]
+        if unit in STRAINS:
+            return STRAINS[unit]
         raise CaseError(
-            f"{shown(unit)} is not a unit of strain.{closest(unit, FRACTIONS)}",
+            f"{shown(unit)} is not a unit of strain.{closest(unit, STRAINS)}",
             remedy="Write 1, %, mm/m, um/m or microstrain, for example.",
         )
     try:

@@ -151,12 +151,22 @@ class Curve:
         ------
         ImpactlabError
             If a nominal strain reaches 1: nothing of the specimen would be left.
+
+        Warns
+        -----
+        UnusualValue
+            If the strain with the largest size is negative: the curve is that of a specimen that is pulled.
         """
         if np.any(self.strain >= 1.0):
             when = float(self.time[np.argmax(self.strain >= 1.0)])
             raise ImpactlabError(
                 f"the nominal strain reaches 1 at {when:.6g} s: nothing of the specimen would be left",
                 remedy="Cut the curve before it, and check the length of the specimen and the signals.",
+            )
+        if len(self.strain) and -self.strain.min() > self.strain.max():
+            warn_unusual(
+                f"the strain reaches {100.0 * self.strain.min():.4g} %, so these are true curves of a specimen that is "
+                "pulled. If it was compressed, give both signals with compression positive: negative ones times -1."
             )
         left = 1.0 - self.strain
         return Curve(self.time, -np.log(left), self.stress * left, self.rate / left)
