@@ -14,6 +14,7 @@ from impactlab.history.units import UNITS
 from impactlab.types import Array
 
 MIN_SAMPLES = 4
+MAX_OFF = 0.4  # of an interval, of a time beside equal ones: one missing sample moves times by half an interval or more
 SETTINGS = ("gain", "offset", "shift")
 
 Setting = Any
@@ -126,6 +127,26 @@ class Signal:
     def width(self) -> float:
         """The usual sampling interval [s]."""
         return float(np.median(np.diff(self.times)))
+
+    @property
+    def interval(self) -> float:
+        """The sampling interval of samples at equal intervals [s].
+
+        Raises
+        ------
+        CaseError
+            If a time lies more than 0.4 intervals beside that of equal ones, as where samples are missing.
+        """
+        times = self.times
+        mean = float(times[-1] - times[0]) / (len(times) - 1)
+        off = np.abs(times - (times[0] + mean * np.arange(len(times))))
+        if off.max() > MAX_OFF * mean:
+            raise CaseError(
+                f"signal {self.channel}: the intervals between samples are not equal, and the time "
+                f"{times[int(np.argmax(off))]:g} s is the farthest from equal ones",
+                remedy="Interpolate: np.interp(equal_times, signal.times, signal.values).",
+            )
+        return mean
 
     @property
     def scale(self) -> float:

@@ -13,20 +13,35 @@ length Ls. With equal forces on both faces, i + r = t, the three are one.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from impactlab.cached import cached_property
 from impactlab.errors import ImpactlabError
 from impactlab.hopkinson.alignment import warn_if_apart
 from impactlab.hopkinson.separation import same_length
 from impactlab.hopkinson.windows import THRESHOLD
+from impactlab.lazy import above
 from impactlab.measurement.dispersion import Bar, expect_bar
-from impactlab.measurement.inputs import above_zero, expect, finite, warn_samples, warn_size, warn_unusual
+from impactlab.measurement.inputs import (
+    above_zero,
+    expect,
+    finite,
+    row_of_numbers,
+    warn_samples,
+    warn_size,
+    warn_unusual,
+)
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
 
 WIDTH_TOL = 1e-6  # relative, of two diameters that are one
 
@@ -170,6 +185,38 @@ class Curve:
             )
         left = 1.0 - self.strain
         return Curve(self.time, -np.log(left), self.stress * left, self.rate / left)
+
+    def stress_at(self, strain: ArrayLike) -> Array:
+        """Return the stress [Pa] at which the loading passes strains first, same shape; NaN where it does not."""
+        end = int(np.argmax(self.strain)) + 1 if len(self.strain) else 0
+        if end < 2:
+            return np.full(np.shape(strain), np.nan)
+        wanted = row_of_numbers("strain", strain)
+        rising = np.maximum.accumulate(self.strain[:end])
+        return np.asarray(np.interp(wanted, rising, self.stress[:end], left=np.nan, right=np.nan))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return strain, stress [Pa] and rate [1/s] over time [s]; ``.to_csv("curve.csv")`` writes the table."""
+        import pandas
+
+        index = pandas.Index(self.time, name="time [s]")
+        columns = {"strain [1]": self.strain, "stress [Pa]": self.stress, "rate [1/s]": self.rate}
+        return pandas.DataFrame(columns, index=index)
+
+    def plot(
+        self, others: Mapping[str, Curve] | None = None, band: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None
+    ) -> Figure:
+        """Return a figure of the stress over the strain.
+
+        Parameters
+        ----------
+        others : mapping, optional
+            Further curves by their names, such as ``{"one wave": curve}``.
+        band : (array, array, array), optional
+            Strain, and the lower and upper stress [Pa] there, shape (n,) each: a shaded band.
+        """
+        made: Figure = above("report.figures.applications").stress_strain_curves(self, others or {}, band)
+        return made
 
     def between(self, start: float, end: float) -> Curve:
         """Return the part from ``start`` to ``end`` [s], both included."""
