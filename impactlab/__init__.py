@@ -9,7 +9,21 @@ from impactlab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
-    from impactlab.casefile import Beam, Case, Chain, Contact, Joint, Link, Mass, Mechanism, Rod, Shaft, Wall, load_case
+    from impactlab.casefile import (
+        Beam,
+        Case,
+        Chain,
+        Contact,
+        Joint,
+        Link,
+        Mass,
+        Mechanism,
+        Probe,
+        Rod,
+        Shaft,
+        Wall,
+        load_case,
+    )
     from impactlab.derivatives import Sensitivities, sensitivities
     from impactlab.errors import (
         CaseError,
@@ -47,6 +61,7 @@ __all__ = [
     "Mechanism",
     "PairingError",
     "PluginError",
+    "Probe",
     "Rod",
     "RunNote",
     "RunWarning",
@@ -85,6 +100,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
             "Link",
             "Mass",
             "Mechanism",
+            "Probe",
             "Rod",
             "Shaft",
             "Wall",

@@ -54,10 +54,22 @@ class Case:
         `Contact`, or blocks as in a case file.
     solve : mapping
         How to solve it: ``{"duration": "1 ms", "tolerance": 1e-3}``, or model, integrator and step.
+    probes : sequence
+        `Probe`, or blocks as in a case file: quantities to record.
+    gravity : float, str or sequence
+        Along +x [m/s2], of beams along +u; (x, y) with mechanisms.
+    mechanisms : mapping
+        `Mechanism` by name.
+    snapshots : sequence or mapping
+        Times of fields [s], ``{"every": "2 us"}`` or ``{"count": 100}``.
+    methods, variants : mapping
+        Other ways to solve it, and other scenes: by name, each a mapping of dotted paths to values.
+    title, source, metrics
+        One line; where it comes from; names of metrics of plugins to measure.
     name : str
         Name of the case, for reports.
     **others
-        Other keys of a case file: gravity, probes, snapshots, methods, variants, title, source, metrics.
+        Other keys of a case file; unknown ones are refused.
 
     Raises
     ------
@@ -82,10 +94,22 @@ class Case:
         bodies: Mapping[str, Mapping[str, Any]],
         contacts: Sequence[Mapping[str, Any]] = (),
         solve: Mapping[str, Any],
+        probes: Sequence[Mapping[str, Any]] | None = None,
+        gravity: float | str | Sequence[float | str] | None = None,
+        mechanisms: Mapping[str, Mapping[str, Any]] | None = None,
+        snapshots: Sequence[float | str] | Mapping[str, Any] | None = None,
+        methods: Mapping[str, Mapping[str, Any]] | None = None,
+        variants: Mapping[str, Mapping[str, Any]] | None = None,
+        title: str | None = None,
+        source: str | None = None,
+        metrics: Sequence[str] | None = None,
         name: str = "case",
         **others: Any,
     ) -> None:
+        given = {"title": title, "source": source, "gravity": gravity, "mechanisms": mechanisms, "probes": probes}
+        given |= {"snapshots": snapshots, "metrics": metrics, "methods": methods, "variants": variants}
         blocks = {"bodies": bodies, "contacts": contacts, "solve": solve, **others}
+        blocks |= {key: value for key, value in given.items() if value is not None}
         vars(self).update(vars(Case.from_dict(blocks, name)))
 
     @classmethod
