@@ -18,6 +18,7 @@ from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, read_document
 from impactlab.casefile.edit import numbered, plain, with_named, with_set, with_values
+from impactlab.casefile.mechanisms import odd_mechanisms
 from impactlab.casefile.path_units import unit_of
 from impactlab.casefile.places import locate, placed
 from impactlab.casefile.resolve import resolve
@@ -34,7 +35,7 @@ from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.printing import counted
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
-from impactlab.scene.ranges import lone_bodies, odd_laws, odd_loads, odd_probes, odd_speeds
+from impactlab.scene.ranges import hints_of
 from impactlab.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
@@ -245,14 +246,7 @@ class Case:
     @cached_property
     def hints(self) -> tuple[str, ...]:
         """Values that may be slips, such as wrong wave speeds, a sentence each."""
-        scene = self.scene()
-        return (
-            *lone_bodies(scene),
-            *odd_speeds(scene),
-            *odd_loads(scene),
-            *odd_probes(scene),
-            *odd_laws(scene, self.built.method.laws),
-        )
+        return (*hints_of(self.scene(), self.built.method.laws), *odd_mechanisms(self.checked))
 
     def _repr_html_(self) -> str:
         made: str = above("report.notebook").of_case(

@@ -45,6 +45,8 @@ QUANTITIES = tuple(dict.fromkeys(quantity for quantities in KINDS.values() for q
 def _read_block(value: Any) -> dict[str, Any]:
     if isinstance(value, dict) and isinstance(value.get("kind"), str):
         return value
+    if value is None:
+        raise refuse("null is given where a block is needed. Write {kind: name, ...}, or leave the key out")
     if isinstance(value, str):
         raise refuse(f"{shown(value)} is given where a block is needed. Write {{kind: {value[:30]}}}")
     raise refuse(f"{shown(value)} has no kind. Write {{kind: name, ...}} (see `impactlab plugins` for the names)")

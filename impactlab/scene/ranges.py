@@ -87,6 +87,13 @@ def is_solid(body: ElasticBody) -> bool:
     return all(SOLID.least <= piece.wave_speed <= SOLID.most for piece in body.segments)
 
 
+def hints_of(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a sentence for each value of a scene and of its laws that may be a slip."""
+    for found in (lone_bodies, odd_speeds, odd_loads, odd_probes):
+        yield from found(scene)
+    yield from odd_laws(scene, laws)
+
+
 def odd_speeds(scene: Scene) -> Iterator[str]:
     """Yield a sentence for each body with a wave speed that no solid has."""
     for name, body in scene.elastic.items():

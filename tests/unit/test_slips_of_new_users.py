@@ -80,6 +80,20 @@ def test_a_gauge_in_microstrain_has_its_unit_or_a_hint() -> None:
         case.with_("probes.0.noise", "2 um")
 
 
+def test_gravity_along_x_and_angles_in_degrees_of_a_mechanism_have_hints() -> None:
+    case = il.load_case("two_link_arm")
+    assert case.hints == case.with_("gravity", [0.0, -9.81]).hints == case.with_("gravity", [9.81, 0.0]).hints == ()
+    (hint,) = case.with_("gravity", -9.81).hints
+    assert hint.startswith("gravity: -9.81 m/s2 acts along x on 'robot'; is it meant downwards, [0, -9.81]?")
+    (hint,) = case.with_("mechanisms.robot.links.0.angle", 60.0).hints
+    assert hint == ("mechanisms.robot.links.0.angle: 60 rad is more than a turn; is a unit missing, as in '60 deg'?")
+
+
+def test_a_block_that_is_null_is_told_to_be_left_out() -> None:
+    with pytest.raises(CaseError, match=r"solve\.model: null is given where a block is needed.*leave the key out"):
+        il.load_case("two_rods").with_("solve", model=None)
+
+
 def test_a_contact_without_a_law_is_told_the_laws_of_hard_contact() -> None:
     rod = il.Rod(length=0.3, diameter=0.02, material="steel")
     bodies: dict[str, il.Rod | il.Mass] = {"hammer": il.Mass(1.0, velocity=1.0), "rod": rod}
