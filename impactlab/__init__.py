@@ -9,7 +9,21 @@ from impactlab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
-    from impactlab.casefile import Beam, Case, Chain, Contact, Joint, Link, Mass, Mechanism, Rod, Shaft, Wall, load_case
+    from impactlab.casefile import (
+        Beam,
+        Case,
+        Chain,
+        Contact,
+        Joint,
+        Link,
+        Mass,
+        Mechanism,
+        Probe,
+        Rod,
+        Shaft,
+        Wall,
+        load_case,
+    )
     from impactlab.derivatives import Sensitivities, sensitivities
     from impactlab.errors import (
         CaseError,
@@ -47,6 +61,7 @@ __all__ = [
     "Mechanism",
     "PairingError",
     "PluginError",
+    "Probe",
     "Rod",
     "RunNote",
     "RunWarning",
@@ -76,7 +91,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
     __name__,
     {
         "impactlab.api": "Comparison compare run",
-        "impactlab.casefile": "Beam Case Chain Contact Joint Link Mass Mechanism Rod Shaft Wall load_case",
+        "impactlab.casefile": "Beam Case Chain Contact Joint Link Mass Mechanism Probe Rod Shaft Wall load_case",
         "impactlab.errors": "CaseError DoubtfulResult ExtraError ImpactlabError PairingError PluginError RunNote "
         "RunWarning StepError UnusualValue",
         "impactlab.files": "open_netcdf",

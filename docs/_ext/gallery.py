@@ -6,16 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-from cycler import cycler
 
-from impactlab.report.figures.style import PALETTE, house_style
+from impactlab.report.figures.style import house_style
 
 DOCS = Path(__file__).parents[1]
 
 
 def dress(_settings: dict[str, Any], _file: str) -> None:
     """Set matplotlib up in the house style before each script."""
-    mpl.rcParams.update(house_style() | {"savefig.bbox": "tight", "axes.prop_cycle": cycler(color=PALETTE)})
+    mpl.rcParams.update(house_style() | {"savefig.bbox": "tight"})
 
 
 GALLERY = {

@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from impactlab import api
-from impactlab.bench.grid import Family, own_families
+from impactlab.bench.grid import Family, of_suite, own_families, read_grid
 from impactlab.bench.keys import reference_key, refused_key, row_key
+from impactlab.bench.schema import BASE
 from impactlab.casefile import Case, load_case
 from impactlab.casefile.case import case_of
 from impactlab.casefile.document import Document
+from impactlab.casefile.text.words import listed
 from impactlab.errors import CaseError, ImpactlabError
 
 
@@ -102,6 +104,25 @@ def cells(
                     job = Job(key, written.name, str(file), case.document, variant, family.name, settings, reference)
                     jobs.setdefault(key, job)
     return found, jobs
+
+
+def laws_left_out(found: Sequence[Cell], families: Sequence[Family], suite: str) -> list[str]:
+    """Return a sentence for each family of an own grid whose law replaces none of a scene, as its laws are physical."""
+    common = read_grid(of_suite(suite))
+    texts = []
+    for family in families:
+        if family.law is None or family in common:
+            continue
+        own = [cell for cell in found if cell.method == family.name]
+        left = [cell for cell in own if not any(path.startswith("contacts.") for path in cell.settings)]
+        scenes = dict.fromkeys(cell.case if cell.variant == BASE else f"{cell.case}/{cell.variant}" for cell in left)
+        if scenes:
+            texts.append(
+                f"{family.name}: its law replaces hard contact alone, and {listed(list(scenes))} "
+                f"{'has' if len(scenes) == 1 else 'have'} physical laws, which are kept. To replace these, give the "
+                f"family settings: {{contacts.0.law: {{kind: {family.law.get('kind')}, ...}}}}."
+            )
+    return texts
 
 
 def bare(case: Case) -> Case:

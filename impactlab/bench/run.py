@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from impactlab.bench import table, worker
-from impactlab.bench.cells import Cell, Job, cells
+from impactlab.bench.cells import Cell, Job, cells, laws_left_out
 from impactlab.bench.environment import described, environment
 from impactlab.bench.grid import Family
 from impactlab.bench.places import places_of, row_of
@@ -115,6 +115,8 @@ def bench(
         missing = [job for key, job in jobs.items() if key not in records]
         scenes = len({(c.case, c.variant) for c in found})
         say(f"{len(found)} rows of {scenes} scene{'' if scenes == 1 else 's'}: {len(missing)} runs to do")
+        for text in laws_left_out(found, families, suite):
+            say(text)
         _find_references(store, missing, options, show)
         records |= _run(store, missing, options, show)
         times = _times(store, jobs, records, options, show, say)

@@ -2,6 +2,7 @@
 
 from impactlab.casefile.blocks_in_python import Beam, Chain, Contact, Joint, Link, Mass, Mechanism, Rod, Shaft, Wall
 from impactlab.casefile.case import Case, load_case
+from impactlab.casefile.probe_in_python import Probe
 
 __all__ = [
     "Beam",
@@ -12,6 +13,7 @@ __all__ = [
     "Link",
     "Mass",
     "Mechanism",
+    "Probe",
     "Rod",
     "Shaft",
     "Wall",

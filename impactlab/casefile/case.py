@@ -18,6 +18,7 @@ from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, read_document
 from impactlab.casefile.edit import numbered, plain, with_named, with_set, with_values
+from impactlab.casefile.mechanisms import odd_mechanisms
 from impactlab.casefile.path_units import unit_of
 from impactlab.casefile.places import locate, placed
 from impactlab.casefile.resolve import resolve
@@ -34,7 +35,7 @@ from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.printing import counted
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
-from impactlab.scene.ranges import lone_bodies, odd_laws, odd_loads, odd_speeds
+from impactlab.scene.ranges import hints_of
 from impactlab.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
@@ -54,10 +55,22 @@ class Case:
         `Contact`, or blocks as in a case file.
     solve : mapping
         How to solve it: ``{"duration": "1 ms", "tolerance": 1e-3}``, or model, integrator and step.
+    probes : sequence
+        `Probe`, or blocks as in a case file: quantities to record.
+    gravity : float, str or sequence
+        Along +x [m/s2], of beams along +u; (x, y) with mechanisms.
+    mechanisms : mapping
+        `Mechanism` by name.
+    snapshots : sequence or mapping
+        Times of fields [s], ``{"every": "2 us"}`` or ``{"count": 100}``.
+    methods, variants : mapping
+        Other ways to solve it, and other scenes: by name, each a mapping of dotted paths to values.
+    title, source, metrics
+        One line; where it comes from; names of metrics of plugins to measure.
     name : str
         Name of the case, for reports.
     **others
-        Other keys of a case file: gravity, probes, snapshots, methods, variants, title, source, metrics.
+        Other keys of a case file; unknown ones are refused.
 
     Raises
     ------
@@ -82,10 +95,22 @@ class Case:
         bodies: Mapping[str, Mapping[str, Any]],
         contacts: Sequence[Mapping[str, Any]] = (),
         solve: Mapping[str, Any],
+        probes: Sequence[Mapping[str, Any]] | None = None,
+        gravity: float | str | Sequence[float | str] | None = None,
+        mechanisms: Mapping[str, Mapping[str, Any]] | None = None,
+        snapshots: Sequence[float | str] | Mapping[str, Any] | None = None,
+        methods: Mapping[str, Mapping[str, Any]] | None = None,
+        variants: Mapping[str, Mapping[str, Any]] | None = None,
+        title: str | None = None,
+        source: str | None = None,
+        metrics: Sequence[str] | None = None,
         name: str = "case",
         **others: Any,
     ) -> None:
+        given = {"title": title, "source": source, "gravity": gravity, "mechanisms": mechanisms, "probes": probes}
+        given |= {"snapshots": snapshots, "metrics": metrics, "methods": methods, "variants": variants}
         blocks = {"bodies": bodies, "contacts": contacts, "solve": solve, **others}
+        blocks |= {key: value for key, value in given.items() if value is not None}
         vars(self).update(vars(Case.from_dict(blocks, name)))
 
     @classmethod
@@ -221,8 +246,7 @@ class Case:
     @cached_property
     def hints(self) -> tuple[str, ...]:
         """Values that may be slips, such as wrong wave speeds, a sentence each."""
-        scene = self.scene()
-        return (*lone_bodies(scene), *odd_speeds(scene), *odd_loads(scene), *odd_laws(scene, self.built.method.laws))
+        return (*hints_of(self.scene(), self.built.method.laws), *odd_mechanisms(self.checked))
 
     def _repr_html_(self) -> str:
         made: str = above("report.notebook").of_case(

@@ -377,7 +377,10 @@ def _orders(contact: CaseContact) -> bool:
 def has_a_law(contact: CaseContact) -> None:
     """Refuse a contact without a law, unless a tolerance makes it a hard one."""
     if contact.block.law is None and contact.case.solve.tolerance is None:
-        remedy = "Name a law, or give solve.tolerance: a contact without a law is then a hard one."
+        remedy = (
+            "Name a law, as law: {kind: addition_deletion} for hard contact ({kind: wave_identification} on continuous "
+            "rods with a step), or give solve.tolerance: a contact without a law is then a hard one."
+        )
         raise contact.refused("this key is missing", remedy, "law")
 
 

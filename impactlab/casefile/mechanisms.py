@@ -74,6 +74,23 @@ def directions(case: CaseBlock) -> dict[str, tuple[float, float]]:
     return found
 
 
+def odd_mechanisms(case: CaseBlock) -> Iterator[str]:
+    """Yield a sentence of gravity along x that may be meant downwards, and of each angle of more than a turn."""
+    g = case.gravity
+    if case.mechanisms and not isinstance(g, tuple) and g != 0.0:
+        yield (
+            f"gravity: {g:g} m/s2 acts along x on {', '.join(map(repr, case.mechanisms))}; is it meant downwards, "
+            f"[0, {-abs(g):g}]? Along x write [{g:g}, 0]"
+        )
+    for name, block in case.mechanisms.items():
+        for number, link in enumerate(getattr(block, "links", ())):
+            if abs(link.angle or 0.0) > 2.0 * math.pi:
+                yield (
+                    f"mechanisms.{name}.links.{number}.angle: {link.angle:g} rad is more than a turn; is a unit "
+                    f"missing, as in '{link.angle:g} deg'?"
+                )
+
+
 def gravity_of(case: CaseBlock) -> float:
     """Return the gravity of all bodies but links [m/s2], along the motion of each; raise `CaseError` where it differs.
 

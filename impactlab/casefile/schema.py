@@ -31,6 +31,7 @@ from impactlab.casefile.blocks.shared import (
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
 from impactlab.casefile.values.fields import Allowed, Reader, object_schema, quantity, whole, words
+from impactlab.casefile.values.units import strain_of
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.scene.method import COUNTED
@@ -43,6 +44,8 @@ QUANTITIES = tuple(dict.fromkeys(quantity for quantities in KINDS.values() for q
 def _read_block(value: Any) -> dict[str, Any]:
     if isinstance(value, dict) and isinstance(value.get("kind"), str):
         return value
+    if value is None:
+        raise refuse("null is given where a block is needed. Write {kind: name, ...}, or leave the key out")
     if isinstance(value, str):
         raise refuse(f"{shown(value)} is given where a block is needed. Write {{kind: {value[:30]}}}")
     raise refuse(f"{shown(value)} has no kind. Write {{kind: name, ...}} (see `impactlab plugins` for the names)")
@@ -236,7 +239,13 @@ class ProbeBlock(Block):
     @classmethod
     def _in_unit_of_quantity(cls, value: Any, info: ValidationInfo) -> Any:
         limit: tuple[str, float] = ("ge" if info.field_name == "noise" else "gt", 0.0)
-        unit = UNITS.get(info.data.get("quantity", ""), "1")
+        quantity = info.data.get("quantity", "")
+        unit = UNITS.get(quantity, "1")
+        if quantity == "strain" and isinstance(value, str):
+            try:
+                value = strain_of(value)
+            except ValueError as error:
+                raise refuse(str(error)) from None
         return Allowed(unit, (limit,), number=True, nothing=True).read(value)
 
 

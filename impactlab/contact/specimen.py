@@ -138,6 +138,17 @@ class Specimen(AbstractContactLaw):
         parameters = (*opened, self.length, self.area, kind, *rated, *numbers)
         return Start(parameters=parameters, memory=(0.0, 0.0, 0.0))
 
+    @property
+    def first_yield(self) -> float:
+        """Stress at which it yields first when it is loaded slowly [Pa]."""
+        match self.flow:
+            case LinearFlow(first, _):
+                return first
+            case JohnsonCook() as flow:
+                return flow.A
+            case TabulatedFlow(_, stresses):
+                return stresses[0]
+
     def loading_curve(self, strain: float, points: int = 200) -> tuple[Array, Array]:
         """Return nominal strain and stress [Pa] of one slow loading up to a strain, shape (points + 1,) each.
 

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.text.words import closest, listed, shown
-from impactlab.casefile.values.units import to_si
+from impactlab.casefile.values.units import STRAINS, to_si
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.types import Array
 
-FRACTIONS = {"1": 1.0, "%": 1e-2, "1e-6": 1e-6, "um/m": 1e-6, "µm/m": 1e-6, "mm/m": 1e-3}  # units of a strain
 MIN_SAMPLES = 4
+MAX_OFF = 0.4  # of an interval, of a time beside equal ones: one missing sample moves times by half an interval or more
 SETTINGS = ("gain", "offset", "shift")
 
 Setting = Any
@@ -24,9 +24,12 @@ Setting = Any
 def factor_of(unit: str, wanted: str) -> float:
     """Return the factor from a unit to an SI unit; raises `CaseError` with the units that would do."""
     if wanted == "1":
-        if unit in FRACTIONS:
-            return FRACTIONS[unit]
-        raise CaseError(f"{shown(unit)} is not a unit of strain", remedy=f"Write one of {', '.join(FRACTIONS)}.")
+        if unit in STRAINS:
+            return STRAINS[unit]
+        raise CaseError(
+            f"{shown(unit)} is not a unit of strain.{closest(unit, STRAINS)}",
+            remedy="Write 1, %, mm/m, um/m or microstrain, for example.",
+        )
     try:
         return to_si(f"1 {unit}", wanted)
     except ValueError as error:
@@ -124,6 +127,26 @@ class Signal:
     def width(self) -> float:
         """The usual sampling interval [s]."""
         return float(np.median(np.diff(self.times)))
+
+    @property
+    def interval(self) -> float:
+        """The sampling interval of samples at equal intervals [s].
+
+        Raises
+        ------
+        CaseError
+            If a time lies more than 0.4 intervals beside that of equal ones, as where samples are missing.
+        """
+        times = self.times
+        mean = float(times[-1] - times[0]) / (len(times) - 1)
+        off = np.abs(times - (times[0] + mean * np.arange(len(times))))
+        if off.max() > MAX_OFF * mean:
+            raise CaseError(
+                f"signal {self.channel}: the intervals between samples are not equal, and the time "
+                f"{times[int(np.argmax(off))]:g} s is the farthest from equal ones",
+                remedy="Interpolate: np.interp(equal_times, signal.times, signal.values).",
+            )
+        return mean
 
     @property
     def scale(self) -> float:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from impactlab.casefile.text.separated import SeparatedRows
 from impactlab.casefile.text.words import closest, shown
 from impactlab.errors import CaseError, unreadable
 from impactlab.fits.signals import Setting, Signal, factor_of, unit_of
@@ -19,7 +20,8 @@ from impactlab.fits.unknowns import read_setting
 from impactlab.history import dataset
 from impactlab.types import Array
 
-HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]+)\]\s*")
+HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\]|\((?P<in_round>[^()]+)\))\s*")
+TIME = re.compile(r"(?:t(?![a-z])|time)", re.IGNORECASE)  # beginning of the heading of the times
 NETCDF = (".nc", ".nc4", ".cdf")
 STD = "std "  # before the name of a column: its standard deviations
 
@@ -27,14 +29,15 @@ STD = "std "  # before the name of a column: its standard deviations
 def read_signals(file: str | Path, channels: Mapping[str, str]) -> list[Signal]:
     """Return signals from a table of measured samples.
 
-    A CSV file has a time column and units in brackets: ``time [us], force [kN]``. A column ``std force [kN]`` holds the
-    standard deviations of ``force [kN]``. A NetCDF file has variables over ``time``, each with the attribute ``units``;
-    of a file that impactlab wrote, such as ``history.nc``, columns are its channels.
+    A CSV file has a time column first, and units in brackets: ``time [ms], force [kN], gauge 1 (µstrain)``. A column
+    ``std force [kN]`` holds the standard deviations of ``force [kN]``. A NetCDF file has variables over ``time``, each
+    with the attribute ``units``; of a file that impactlab wrote, such as ``history.nc``, columns are its channels.
 
     Parameters
     ----------
     file : str or Path
-        The file; a CSV file has decimal points, and commas between columns.
+        The file; a CSV file has commas between columns and decimal points in numbers, or semicolons or tabs between
+        columns, and decimal points or commas in numbers.
     channels : mapping
         Heading of a column, or name of a variable, to the channel of a run that it measures:
         ``{"force [kN]": "force:hammer|rod.left"}``. Other columns are left out.
@@ -46,6 +49,11 @@ def read_signals(file: str | Path, channels: Mapping[str, str]) -> list[Signal]:
     ExtraError
         For a NetCDF file without xarray and h5netcdf: ``pip install 'impactlab[data]'``.
     """
+    if not isinstance(channels, Mapping):
+        raise CaseError(
+            f"read_signals() takes the columns as a mapping, not {shown(channels)}",
+            remedy="Write read_signals(FILE, {HEADING: CHANNEL}), such as {'force [kN]': 'force:hammer|rod.left'}.",
+        )
     columns = _columns(Path(file))
     with _in(file):
         return [_signal(columns, heading, channel) for heading, channel in channels.items()]
@@ -126,25 +134,19 @@ class _Csv:
 
     def __init__(self, path: Path) -> None:
         try:
-            with path.open(newline="", encoding="utf-8-sig") as stream:
-                reader = csv.reader(stream)
-                rows = [(reader.line_num, row) for row in reader if row]
+            self._table = SeparatedRows(path.read_text(encoding="utf-8-sig"))
         except (OSError, ValueError, csv.Error) as error:
             raise CaseError(
                 f"the signals cannot be read: {unreadable(path, error)}", remedy="Give a CSV or NetCDF file."
             ) from None
-        if not rows:
+        if not self._table.rows:
             raise CaseError("the file is empty", remedy="Give a line of headings, and a line for each time.")
-        (_, header), *self._rows = rows
+        (_, header), *self._rows = self._table.rows
         named = [heading.strip() for heading in header]
         self._named, self.headings = named, named[1:]
-        if ";" in named[0] or not named[0].lower().startswith("time"):
+        if not TIME.match(named[0]):
             text = f"the first column is headed {shown(named[0])}, where times are needed"
-            if ";" in named[0]:
-                text = "the columns are divided by semicolons"
-            raise CaseError(
-                text, line=1, remedy="Write headings such as time [us],force [kN], with commas between columns."
-            )
+            raise CaseError(text, line=1, remedy="Write headings such as time [us],force [kN].")
         twice = next((name for name in named if named.count(name) > 1), None)
         if twice is not None:
             raise CaseError(f"two columns are headed {shown(twice)}", line=1, remedy="Give each its own name.")
@@ -159,20 +161,22 @@ class _Csv:
             raise CaseError(
                 f"column {shown(heading)} has no unit", line=1, remedy=f"Write {heading} [{unit}], for example."
             )
-        factor = factor_of(named["unit"].strip(), unit)
+        factor = factor_of((named["unit"] or named["in_round"]).strip(), unit)
         number, count = self._named.index(heading), len(self._named)
         found = []
         for line, row in self._rows:
             try:
                 if len(row) != count:
                     raise ValueError
-                found.append(float(row[number]))
+                found.append(self._table.number(row[number]))
             except ValueError:
-                text = row[number] if number < len(row) else ""
-                why = f"{shown(text)} is not a number" if len(row) == count else f"{len(row)} cells, {count} columns"
-                raise CaseError(
-                    why, line=line, path=heading, remedy="Write a decimal point, and commas between columns only."
-                ) from None
+                text = row[number].strip() if number < len(row) else ""
+                why = f"{shown(text)} is not a finite number" if text else "the cell is empty"
+                remedy = "Leave that line out." if not text or text.lower() == "nan" else "Write a decimal point."
+                if len(row) != count:
+                    why = f"{len(row)} cells, {count} columns"
+                    remedy = "Give a cell in each column; numbers have decimal points where commas divide the columns."
+                raise CaseError(why, line=line, path=heading, remedy=remedy) from None
         return factor * np.array(found)
 
 

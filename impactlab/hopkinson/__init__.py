@@ -13,7 +13,7 @@ measured            waves at the specimen from two gauges, one on each bar: a Te
 of_history          the same from the strain probes of a run
 Test                incident, reflected and transmitted wave at the specimen
 evaluate            stress, strain and rate of the specimen by 1, 2 or 3 waves: a Curve
-Curve               stress, strain and rate over time; ``.true``, ``.between(start, end)``
+Curve               stress, strain and rate over time; ``.true``, ``.between``, ``.plot()``, ``.to_pandas()``
 equilibrium         ratio of the forces on both faces, 2 (F1 - F2)/(F1 + F2)
 pulses, Pulse       pulses of a signal: start, end, peak, mean
 cut                 a signal between two times, zero elsewhere

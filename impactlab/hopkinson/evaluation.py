@@ -17,20 +17,35 @@ i + r = q t with q = E2 A2/(E1 A1), the three are one, and the third wave follow
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from impactlab.cached import cached_property
 from impactlab.errors import ImpactlabError
 from impactlab.hopkinson.alignment import warn_if_apart
 from impactlab.hopkinson.separation import same_length
 from impactlab.hopkinson.windows import THRESHOLD
+from impactlab.lazy import above
 from impactlab.measurement.dispersion import Bar, expect_bar
-from impactlab.measurement.inputs import above_zero, expect, finite, warn_samples, warn_size, warn_unusual
+from impactlab.measurement.inputs import (
+    above_zero,
+    expect,
+    finite,
+    row_of_numbers,
+    warn_samples,
+    warn_size,
+    warn_unusual,
+)
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
 
 WIDTH_TOL = 1e-6  # relative, of two diameters that are one
 
@@ -165,6 +180,11 @@ class Curve:
         ------
         ImpactlabError
             If a nominal strain reaches 1: nothing of the specimen would be left.
+
+        Warns
+        -----
+        UnusualValue
+            If the strain with the largest size is negative: the curve is that of a specimen that is pulled.
         """
         if np.any(self.strain >= 1.0):
             when = float(self.time[np.argmax(self.strain >= 1.0)])
@@ -172,8 +192,45 @@ class Curve:
                 f"the nominal strain reaches 1 at {when:.6g} s: nothing of the specimen would be left",
                 remedy="Cut the curve before it, and check the length of the specimen and the signals.",
             )
+        if len(self.strain) and -self.strain.min() > self.strain.max():
+            warn_unusual(
+                f"the strain reaches {100.0 * self.strain.min():.4g} %, so these are true curves of a specimen that is "
+                "pulled. If it was compressed, give both signals with compression positive: negative ones times -1."
+            )
         left = 1.0 - self.strain
         return Curve(self.time, -np.log(left), self.stress * left, self.rate / left)
+
+    def stress_at(self, strain: ArrayLike) -> Array:
+        """Return the stress [Pa] at which the loading passes strains first, same shape; NaN where it does not."""
+        end = int(np.argmax(self.strain)) + 1 if len(self.strain) else 0
+        if end < 2:
+            return np.full(np.shape(strain), np.nan)
+        wanted = row_of_numbers("strain", strain)
+        rising = np.maximum.accumulate(self.strain[:end])
+        return np.asarray(np.interp(wanted, rising, self.stress[:end], left=np.nan, right=np.nan))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return strain, stress [Pa] and rate [1/s] over time [s]; ``.to_csv("curve.csv")`` writes the table."""
+        import pandas
+
+        index = pandas.Index(self.time, name="time [s]")
+        columns = {"strain [1]": self.strain, "stress [Pa]": self.stress, "rate [1/s]": self.rate}
+        return pandas.DataFrame(columns, index=index)
+
+    def plot(
+        self, others: Mapping[str, Curve] | None = None, band: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None
+    ) -> Figure:
+        """Return a figure of the stress over the strain.
+
+        Parameters
+        ----------
+        others : mapping, optional
+            Further curves by their names, such as ``{"one wave": curve}``.
+        band : (array, array, array), optional
+            Strain, and the lower and upper stress [Pa] there, shape (n,) each: a shaded band.
+        """
+        made: Figure = above("report.figures.applications").stress_strain_curves(self, others or {}, band)
+        return made
 
     def between(self, start: float, end: float) -> Curve:
         """Return the part from ``start`` to ``end`` [s], both included."""

@@ -142,6 +142,11 @@ def _collision(
     if whole:
         lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     why = "they are still in contact at the end of the run" if closed else None
+    turning = next((name for name in pair if scene.bodies[name].changes), None)
+    if why is None and turning is not None:
+        faces = next(contact.faces for contact in scene.contacts if contact.name == spans[0].contact)
+        face = next(point.label for point in faces if point.body == turning)
+        why = f"'{turning}' is a mechanism; the speed of its face is the channel velocity:{face}"
     why = why or others.part_in(pair, (start, until), sum(span.impulse for span in spans))
     if why is None and (approach is None or leaves is None):
         why = f"the speed of '{striker if speeds[0] is None else other}' is not known at that time"
@@ -234,7 +239,12 @@ def _changes(scene: Scene, before: float, after: float) -> bool:
 
 
 def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses) -> float | None:
-    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests except for its vibration."""
+    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests except for its vibration.
+
+    None of a mechanism, whose links move in different directions.
+    """
+    if scene.bodies[name].changes:
+        return None
     return 0.0 if scene.bodies[name].is_held else mean_velocity(scene, history, name, time, given)
 
 

@@ -42,6 +42,11 @@ UNITS_DERIVED = {
     "mass": "kg", "round_trip": "s", "wave_speed": "m/s", "impedance": "N s/m", "bending_stiffness": "N m2",
     "shear_speed": "m/s", "stretch": "m", "tip_radius": "m", "root_stress": "Pa", "rate": "rad/s", "radius": "m",
 }  # fmt: skip
+MANY_INTERVALS = 100_000  # of an exact run: seconds, where a run in steps takes hundredths
+ADVICE_OF_STEP = (
+    "in many runs: each joint of segments splits each front; with solve.step.dt the same rods step as delay lines, "
+    "hard contact by wave_identification"
+)
 MANY_LAWS = 4  # from which the laws of contacts are counted by kind
 STEADY = (
     ("rate", "rad/s", ""),
@@ -119,6 +124,8 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     exact = method["integrator"] is None and method["dt"] is None
     taken = "intervals between events" if exact else "steps"
     lines.append(f"  cost      {cost['steps']} {taken}, {cost['solve_s']:.3g} s to solve")
+    if exact and cost["steps"] > MANY_INTERVALS:
+        lines.append(f"            {ADVICE_OF_STEP}")
     others = [warned for warned in summary["warnings"] if warned not in serious]
     lines += [f"  warning   {line}" for line in warning_lines(others)]
     return "\n".join(lines)

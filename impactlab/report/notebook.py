@@ -90,6 +90,8 @@ def plot_xt(history: AbstractHistory) -> Figure:
     scene = whole(history)
     if not scene.elastic:
         text = "all bodies are rigid: there are no waves inside them to draw"
+        if any(body.changes for body in scene.bodies.values()):
+            text = "links of a mechanism have no diagram of waves, as they turn"
         raise ImpactlabError(text, remedy="history.plot() draws forces and velocities over time.")
     if not diagram.has_waves(history, scene):
         raise ImpactlabError(

@@ -150,6 +150,8 @@ def histories_of(
     ]
     if panels:
         words = f"Displacement since the start of the masses and faces in contact.{dark}"
+        if any(body.changes for body in scene.bodies.values()):
+            words = f"Faces of a mechanism have their position in space, along the contact. {words}"
         draw = partial(plots.signals, panels, histories, scene, compared=compared)
         plates.append(PageFigure("displacement", "Displacement", words, draw, True, False))
     if plots.differences(shown):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from impactlab.errors import CaseError
 
 if TYPE_CHECKING:
     from impactlab.scene.bodies import ElasticBody
-    from impactlab.scene.problem import Scene
+    from impactlab.scene.problem import Contact, Scene
 
 
 class Range(NamedTuple):
@@ -53,6 +53,9 @@ WAVE_SPEED = Range(1e-6, 1e12)  # m/s
 SOLID = Range(300.0, 20_000.0)  # m/s, wave speeds of lead and of diamond with room on both sides
 MAX_NAMES = 3  # of bodies in one sentence
 MAX_QUAKE = 0.2  # m; quakes at the toe of a pile reach a thirtieth of its diameter, some 0.1 m
+MAX_SPECIMEN = 0.5  # m, length of a specimen between bars
+YIELD_STRAINS = Range(1e-6, 1.0)  # stress over Young's modulus at which solids yield, from lead to rubber, with room
+MAX_STRAIN = 0.5  # full scale, or noise, of a strain gauge; gauges break below 0.2
 MANY_SAMPLES, FEW_SAMPLES = 20, 5  # of a table of force over time: of so many, so few within a run are a slip of units
 BENDING = Range(1e-40, 1e40)  # N m2
 # Ratio of impedances, and of travel times, of two pieces of one body: their waves meet to rounding.
@@ -82,6 +85,13 @@ def check_scales(scene: Scene) -> None:
 def is_solid(body: ElasticBody) -> bool:
     """Return whether waves run through every piece of a body at a speed that solids have."""
     return all(SOLID.least <= piece.wave_speed <= SOLID.most for piece in body.segments)
+
+
+def hints_of(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a sentence for each value of a scene and of its laws that may be a slip."""
+    for found in (lone_bodies, odd_speeds, odd_loads, odd_probes):
+        yield from found(scene)
+    yield from odd_laws(scene, laws)
 
 
 def odd_speeds(scene: Scene) -> Iterator[str]:
@@ -123,10 +133,44 @@ def lone_bodies(scene: Scene) -> Iterator[str]:
         )
 
 
-def odd_laws(scene: Scene, laws: Mapping[str, object]) -> Iterator[str]:
-    """Yield a sentence for each group of soil links whose quake is longer than that of any soil."""
+def odd_probes(scene: Scene) -> Iterator[str]:
+    """Yield a sentence for each strain gauge whose range or noise is larger than any strain that gauges survive."""
+    for number, probe in enumerate(scene.probes):
+        if probe.quantity != "strain" or probe.instrument is None:
+            continue
+        for key in ("noise", "range"):
+            value = getattr(probe.instrument, key) or 0.0
+            if value > MAX_STRAIN:
+                yield (
+                    f"probes.{number}.{key}: {value:g} m/m is beyond the strains that gauges measure; is it meant in "
+                    f"another unit, as '{value:g} um/m'?"
+                )
+
+
+def _odd_specimen(contact: Contact, scene: Scene, law: Any) -> Iterator[str]:
+    """Yield a sentence for each size of a specimen that none between two bars has."""
+    bars = [piece.area for point in contact.faces for piece in getattr(scene.bodies[point.body], "segments", ())]
+    if law.length > MAX_SPECIMEN:
+        yield f"{contact.name}: the specimen is {law.length:g} m long; is a unit missing, as in '5 mm'?"
+    if bars and law.area > max(bars):
+        yield (
+            f"{contact.name}: the section of the specimen, {law.area:.4g} m2, is larger than that of its bars, "
+            f"{max(bars):.4g} m2; is a unit missing, as in '78.5 mm^2'?"
+        )
+    strain = law.first_yield / law.young
+    if not YIELD_STRAINS.least <= strain <= YIELD_STRAINS.most:
+        yield (
+            f"{contact.name}: the specimen yields at {law.first_yield:g} Pa, at a strain of {strain:.3g} with Young's "
+            f"modulus {law.young:g} Pa; is a unit missing, as in '300 MPa' or '70 GPa'?"
+        )
+
+
+def odd_laws(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
+    """Yield sentences of sizes that no soil has, one for each group of links, and of sizes that no specimen has."""
     said: set[str] = set()
     for contact in scene.contacts:
+        if hasattr(laws[contact.name], "first_yield"):
+            yield from _odd_specimen(contact, scene, laws[contact.name])
         quake, named = getattr(laws[contact.name], "quake", 0.0), contact.group or contact.name
         if quake > MAX_QUAKE and named not in said:
             said.add(named)

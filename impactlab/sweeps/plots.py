@@ -215,7 +215,8 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
     _set_axis(axes, "x", place)
     axes.set_ylabel(_named(tables[0], unit))
     missing = ~np.isin(found["status"].values, ENDED)
-    for first, last in _runs(missing):
+    empty = missing | ~np.any([np.isfinite(table.values) for table in tables], axis=0)
+    for first, last in _runs(empty):
         axes.axvspan(place.edges[first], place.edges[last], facecolor="none", edgecolor=MUTED, hatch=HATCH, linewidth=0)
     sequences = _sequences(found, [axis])
     for edge in place.edges[1:-1][(np.diff(sequences) != 0) & ~missing[1:] & ~missing[:-1]]:
@@ -241,8 +242,8 @@ def _maps(found: xarray.Dataset, tables: list[Any], labels: list[str], names: li
         axes.grid(visible=False)
         _picture(axes, table, table.transpose(*names).values, across, up, whole)
         _outline(axes, _edges(sequences), across, up, {"edgecolor": INK, "facecolor": "none", "linewidth": 0.7})
-        failed = [(i, k, j, k) for k in range(len(up.x)) for i, j in _runs(missing[:, k])]
-        _hatch(axes, failed, across, up)
+        empty = missing | ~np.isfinite(table.transpose(*names).values)
+        _hatch(axes, [(i, k, j, k) for k in range(len(up.x)) for i, j in _runs(empty[:, k])], across, up)
         axes.set_title(label, color=MUTED)
         _set_axis(axes, "x", across, columns)
         _set_axis(axes, "y", up)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from impactlab import CaseError, ImpactlabError, load_case, run
-from impactlab.bench.cells import case_files, cells
+from impactlab.bench.cells import case_files, cells, laws_left_out
 from impactlab.bench.grid import BUILT_IN, Family, chosen, of_suite, own_families, read_grid
 from impactlab.scene.method import laws_of
 
@@ -115,6 +115,21 @@ def test_levels_that_change_nothing_are_one_row_and_equal_methods_share_a_key(tm
     found, jobs = cells([alone], "standard", [ladder])
     assert [(cell.method, cell.level) for cell in found] == [("ladder", 1), ("own.base", 1), ("own.same", 1)]
     assert len({cell.key for cell in found}) == len(jobs) == 1
+
+
+def test_a_law_that_no_contact_takes_is_named_with_the_settings_that_replace_a_physical_one() -> None:
+    law = {"kind": "hunt_crossley", "stiffness": 1.58e10, "restitution": 0.9}
+    modes = {"model": {"kind": "modal"}, "levels": ({"model.modes": 10},)}
+    kept, put = Family("kept", "", law=law, **modes), Family("put", "", settings={"contacts.0.law": law}, **modes)
+    families = (*read_grid(BUILT_IN), kept, put)
+    found, _ = cells([CASES / "sphere_on_beam.yaml", PAPER], "standard", families)
+    (text,) = laws_left_out(found, families, "standard")  # of an own grid alone
+    assert text.startswith("kept: its law replaces hard contact alone, and sphere_on_beam has physical laws")
+    assert "settings: {contacts.0.law: {kind: hunt_crossley, ...}}" in text
+    case = load_case(CASES / "sphere_on_beam.yaml")
+    settings = {cell.method: cell.settings for cell in found if cell.case == "sphere_on_beam"}
+    laws = {name: case.solved_by(name, settings[name]).simulation().method.laws for name in ("kept", "put")}
+    assert [type(law).__name__ for laws_of in laws.values() for law in laws_of.values()] == ["Hertz", "HuntCrossley"]
 
 
 def test_methods_are_chosen_by_name() -> None:

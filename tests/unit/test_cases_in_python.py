@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import inspect
 import math
 import pickle
 import re
@@ -17,6 +18,7 @@ import pytest
 
 import impactlab as il
 from impactlab.casefile.document import parse_yaml
+from impactlab.casefile.schema import CaseBlock, ProbeBlock
 from impactlab.casefile.values.materials import MATERIALS
 from impactlab.report.summary import summarise
 
@@ -35,6 +37,11 @@ def struck(**rod: Any) -> il.Case:
     )
 
 
+STRUCK: dict[str, Any] = {
+    "bodies": {"hammer": il.Mass("1 kg", velocity=1.0), "rod": il.Rod(length=0.3, area=9e-4, material="steel")},
+    "contacts": [il.Contact("hammer", "rod.left", {"kind": "addition_deletion"})],
+    "solve": SOLVE,
+}
 TEXT = """
 schema_version: 1
 bodies:
@@ -44,6 +51,28 @@ contacts:
   - {between: [hammer, rod.left], law: {kind: addition_deletion}}
 solve: {model: {kind: continuous}, duration: {round_trips: 3}}
 """
+
+
+def test_every_key_of_a_case_and_of_a_probe_is_an_argument_by_name() -> None:
+    """So that `help`, completion and mypy know them, as they know those of bodies and contacts."""
+    for kind, block in ((il.Case, CaseBlock), (il.Probe, ProbeBlock)):
+        arguments = inspect.signature(kind.__init__).parameters
+        assert block.model_fields.keys() - {"schema_version", "repeat"} <= arguments.keys()
+        for name in block.model_fields.keys() - {"schema_version", "repeat"}:
+            assert re.search(rf"^(\w+, )*{name}\b", inspect.getdoc(kind) or "", re.MULTILINE), name
+
+
+def test_a_probe_in_python_is_that_of_a_file() -> None:
+    keys = {"bandwidth": "200 kHz", "rate": "2 MHz", "noise": "2 um/m", "seed": 1, "bits": 14, "range": "2000 um/m"}
+    block = {"body": "rod", "at": "0.15 m", "quantity": "strain", "length": "3 mm", **keys}
+    assert il.Probe("rod", "0.15 m", "strain", length="3 mm", **keys) == block
+    probed = il.Case(**STRUCK, probes=[il.Probe("rod", 0.15, "strain")], gravity=9.81, title="A hammer")
+    assert probed.scene().probes[0].channel == "strain:rod@0.15"
+    assert (probed.scene().gravity, probed.title) == (9.81, "A hammer")
+    with pytest.raises(il.CaseError, match=r"the key .bit. is not known here\. Did you mean 'bits'"):
+        il.Probe("rod", 0.15, "strain", bit=14)
+    with pytest.raises(il.CaseError, match=r"'gravitiy' is not known here\. Did you mean 'gravity'"):
+        il.Case(**STRUCK, gravitiy=9.81)
 
 
 def test_python_and_file_give_the_same_bits(tmp_path: Path) -> None:

@@ -196,6 +196,17 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
     assert said["text"].endswith(f"methods disagree on the number of sub-impacts: {listed}")
 
 
+@pytest.mark.parametrize(("name", "face"), [("arm_on_stop", "arm.right"), ("slider_crank", "rod.right")])
+def test_a_mechanism_has_no_one_speed_and_the_reason_names_that_of_its_face(name: str, face: str) -> None:
+    case = il.load_case(name)
+    history = il.run(case)
+    for each in collisions(case.scene(), history):
+        assert each.restitution is each.approach_speed is each.exit_speed is None
+        assert each.no_restitution is not None
+        assert each.no_restitution.endswith(f"the channel velocity:{face}")
+    assert f"velocity:{face}" in history.channels()
+
+
 def test_rigid_bodies_part_for_good() -> None:
     """A mass that bounces on a spring under its weight collides again each time, with the restitution 1."""
     bodies = Wall("floor"), Mass("ball", 1.0, 0.0)

@@ -251,14 +251,15 @@ GOOD = "time [us],force [kN]\n" + "".join(f"{k},{k % 7}\n" for k in range(1, 40)
         (GOOD.replace("time [us]", "time"), {}, "has no unit"),
         (GOOD.replace("force [kN]", "force"), {"--signal": f"force={FORCE}"}, "has no unit"),
         (GOOD.replace("force [kN]", "force [mm]"), {"--signal": f"force [mm]={FORCE}"}, "another dimension"),
-        (GOOD.replace("7,0", '7,"0,5"'), {}, "is not a number"),
-        (GOOD.replace(",", ";"), {}, "divided by semicolons"),
+        (GOOD.replace("7,0", '7,"0,5"'), {}, "is not a finite number"),
+        (GOOD.replace("7,0", "7,0,5"), {}, "3 cells, 2 columns"),
         (GOOD.replace("time [us],", "").replace("\n7,", "\n"), {}, "where times are needed"),
-        (GOOD.replace("\n9,", "\n,"), {}, "is not a number"),
-        (GOOD.replace("\n9,", "\nnan,"), {}, "not a finite number"),
+        (GOOD.replace("\n9,", "\n,"), {}, "the cell is empty"),
+        (GOOD.replace("\n9,", "\nnan,"), {}, "data.csv:10: time [us]: 'nan' is not a finite number"),
         (GOOD.replace("\n9,", "\n7,"), {}, "is not later"),
         (GOOD.replace("force [kN]", "force [kN],force [kN]"), {}, "two columns are headed"),
         (GOOD.replace("\n9,2", "\n\n9,two"), {}, "data.csv:11:"),
+        (GOOD.replace("[kN]", "[µstrian]"), {"--signal": "force [µstrian]=strain:rod@0.1"}, "Did you mean 'µstrain'?"),
         ("", {}, "the file is empty"),
         (GOOD[: GOOD.index("\n5,")], FREE, "4 samples for 4 unknowns"),
         (GOOD, {"--signal": f"froce [kN]={FORCE}"}, "no column is headed"),
@@ -288,6 +289,34 @@ def test_bad_data_are_refused_before_the_first_run(case, tmp_path, monkeypatch, 
     assert done.exit_code == 2, done.output
     assert said in " ".join(done.output.split())
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        "time [ms],left [µstrain]\n{}",
+        "time (ms);left (µstrain)\n{}",
+        "t [ms]\tleft [um/m]\n{}",
+        "Time (ms),left (microstrain)\n{}",
+    ],
+    ids=["commas", "semicolons and decimal commas", "tabs", "spelt out"],
+)
+def test_tables_of_recorders_are_read_in_their_own_form(tmp_path, table):
+    """Half a millisecond between samples, -1206.5 micrometres per metre at the second."""
+    rows = [("0.0", "0.0"), ("0.5", "-1206.5"), ("1.0", "3.0"), ("1.5", "4.0")]
+    separator = next(mark for mark in "\t;," if mark in table)
+    lines = "".join(f"{separator.join(row)}\n" for row in rows)
+    text = table.format(lines.replace(".", ",") if separator == ";" else lines)
+    (tmp_path / "shot.csv").write_text(text, encoding="utf-8")
+    heading = text.splitlines()[0].split(separator)[1]
+    (signal,) = il.read_signals(tmp_path / "shot.csv", {heading: "strain:bar@0.5"})
+    assert signal.times == pytest.approx([0.0, 5e-4, 1e-3, 1.5e-3], abs=1e-18)
+    assert signal.values == pytest.approx([0.0, -1206.5e-6, 3e-6, 4e-6], abs=1e-18)
+
+
+def test_columns_without_channels_are_refused():
+    with pytest.raises(CaseError, match=r"takes the columns as a mapping, not a list of 1"):
+        il.read_signals("shot.csv", ["force [kN]"])
 
 
 def test_a_signal_that_no_parameter_moves_is_named(case):

@@ -44,6 +44,17 @@ def test_signals_as_they_should_be_are_usual() -> None:
         evaluated(one, np.zeros_like(two))  # nothing passes
 
 
+def test_true_curves_of_compression_recorded_as_negative_are_warned_of() -> None:
+    """A bar of 1 m compressed by 10 % has the true strain -ln 0.9; with the other sign it is ln 1.1 of one pulled."""
+    ramp = np.linspace(0.0, 0.1, 5)
+    curve = hopkinson.Curve(TIME[:5], ramp, 1e8 * ramp, 0.0 * ramp)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert curve.true.strain[-1] == pytest.approx(0.10536, abs=1e-5)
+    with pytest.warns(UnusualValue, match=r"strain reaches -10 %.*compression positive"):
+        assert hopkinson.Curve(TIME[:5], -ramp, -1e8 * ramp, 0.0 * ramp).true.strain[-1] == pytest.approx(-np.log(1.1))
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

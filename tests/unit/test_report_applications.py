@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
 
 import impactlab as il
 from impactlab.report import facts
@@ -31,6 +32,28 @@ def test_the_loop_on_rock_encloses_the_work_on_it() -> None:
     assert loop.name == "rod.right|rock"
     # 0.7330685831 of 200 J, by the closed form of docs/drilling.md; corners between the 4001 instants cost some 1e-4.
     assert np.trapezoid(loop.force, loop.closing) == pytest.approx(146.614, rel=5e-4)
+
+
+def test_faces_that_part_after_the_blow_do_not_squeeze_the_loop() -> None:
+    """1 kg at 1 m/s on 1 kN/mm goes 1 mm deep, leaves at half its speed and is some 8 mm away after 20 ms."""
+    history = il.run(
+        il.Case(
+            bodies={"ball": il.Mass("1 kg", velocity="1 m/s"), "wall": il.Wall()},
+            contacts=[il.Contact("ball", "wall", {"kind": "bilinear", "stiffness": 1e6, "restitution": 0.5})],
+            solve={"duration": "20 ms", "integrator": {"kind": "midpoint"}, "step": {"dt": "10 us"}},
+        )
+    )
+    loops = applications.loops(history, history.scene)
+    assert loops[0].closing.min() < -7e-3
+    (axis,) = applications.force_loops(loops).axes
+    assert axis.get_xlim() == pytest.approx((-0.05, 1.05), rel=0.01)
+
+
+def test_the_style_for_figures_of_users_has_the_colours_of_ours() -> None:
+    with plt.style.context("impactlab.house"):
+        colours = plt.rcParams["axes.prop_cycle"].by_key()["color"]
+        assert plt.rcParams["axes.spines.top"] is False
+    assert tuple(colours) == PALETTE
 
 
 def test_a_page_of_a_pile_has_its_head_and_its_loops() -> None:

@@ -14,6 +14,7 @@ from impactlab.history import AbstractHistory
 from impactlab.report.console import summary_text
 from impactlab.report.facts import scene_facts
 from impactlab.report.figures import animation, mechanism
+from impactlab.report.figures.signals import panels
 from impactlab.report.figures.style import Trace
 from impactlab.report.page_data import page_data
 from impactlab.report.summary import summarise
@@ -74,3 +75,40 @@ def test_the_facts_name_links_drives_and_slide() -> None:
     assert "its end on a slide at y = 0 m" in words
     spinning = il.load_case(Path(__file__).parents[2] / "cases" / "spinning_up_beam.yaml")
     assert "driven at 6 rad/s within 15 s" in dict(scene_facts(spinning.scene()))["rotor"].replace("\xa0", " ")
+
+
+def test_a_face_of_a_link_has_a_position_and_the_mass_it_meets_a_displacement(history: AbstractHistory) -> None:
+    """The face begins at 0.1 cos(-1.9) + sqrt(0.3^2 - (0.1 sin 1.9)^2) on its slide, the block at 0."""
+    titles = {
+        panel.title: panel.lines[0].values[0]
+        for panel in panels([Trace("run", history, "ink")], history.scene, compared=False)
+    }
+    assert titles["Position, rod.right"] == pytest.approx(
+        0.1 * math.cos(1.9) + math.sqrt(0.09 - (0.1 * math.sin(1.9)) ** 2), abs=1e-6
+    )
+    assert titles["Displacement, block"] == 0.0
+
+
+def test_the_diagram_of_waves_of_a_mechanism_is_refused_as_its_links_turn(history: AbstractHistory) -> None:
+    with pytest.raises(il.ImpactlabError, match="links of a mechanism have no diagram of waves"):
+        history.plot_xt()
+
+
+def test_play_between_the_end_and_its_slider_is_the_law_slack() -> None:
+    """The slider has the impulse of the joint alone, and stays within the play and what the joint yields elastically.
+
+    A force of the record is the mean over a step, in which the gap moves by its rate times the step.
+    """
+    slack, stiffness = 2e-4, 1e8
+    joint = {"between": ["rod.right", "block"], "along": "x"}
+    law = {"kind": "slack", "stiffness": stiffness, "slack": slack}
+    case = CASE.with_settings({"contacts": [joint | {"law": law}], "solve.duration": "30 ms", "solve.step.dt": "4 us"})
+    history = il.run(case)
+    t = np.linspace(0.0, history.duration, 3001)
+    force, gap = history.evaluate(t, "force:rod.right|block"), history.evaluate(t, "gap:rod.right|block")
+    assert force.max() > 0.0 > force.min()  # it presses and pulls
+    in_a_step = np.abs(np.gradient(gap, t)).max() * history.dt
+    assert gap.max() == pytest.approx(slack - force.min() / stiffness, abs=in_a_step)
+    assert gap.min() == pytest.approx(-force.max() / stiffness, abs=in_a_step)
+    mass = case.scene().bodies["block"].moving_mass
+    assert history.impulse_of("rod.right|block") == pytest.approx(mass * history.at_end("velocity:block"), rel=1e-6)

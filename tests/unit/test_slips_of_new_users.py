@@ -52,6 +52,60 @@ def test_a_quake_of_metres_has_one_hint_for_all_pieces() -> None:
     assert hint.startswith("shaft: the quake is 2.5 m")
 
 
+def test_sizes_of_a_specimen_without_their_units_have_hints() -> None:
+    case = il.load_case("hopkinson_copper")
+    assert case.hints == ()
+    for key, value, said in (
+        ("length", 5.0, "the specimen is 5 m long"),
+        ("area", 78.5, "78.5 m2, is larger than that of its bars, 0.0003142 m2"),
+        ("young", 120.0, "at a strain of 2.5e"),
+        ("flow.A", 300.0, "yields at 300 Pa"),
+    ):
+        (hint,) = case.with_(f"contacts.1.law.{key}", value).hints
+        assert hint.startswith("incident.right|transmission.left: ")
+        assert said in hint
+
+
+def test_a_gauge_in_microstrain_has_its_unit_or_a_hint() -> None:
+    """A range of 2000 in strain, over 14 bits, has steps of 0.24: the gauge would read nothing."""
+    case = il.load_case("hopkinson_aluminium").with_("probes.0", noise="2 um/m", range="2000 µstrain", bits=14)
+    assert case.hints == ()
+    instrument = case.scene().probes[0].instrument
+    assert instrument is not None
+    assert (instrument.noise, instrument.range) == (2e-6, 2e-3)
+    for key, value in (("noise", 2.0), ("range", 2000.0)):
+        (hint,) = case.with_(f"probes.0.{key}", value).hints
+        assert f"probes.0.{key}: {value:g} m/m" in hint
+    with pytest.raises(CaseError, match="'2 um' is not a strain"):
+        case.with_("probes.0.noise", "2 um")
+
+
+def test_gravity_along_x_and_angles_in_degrees_of_a_mechanism_have_hints() -> None:
+    case = il.load_case("two_link_arm")
+    assert case.hints == case.with_("gravity", [0.0, -9.81]).hints == case.with_("gravity", [9.81, 0.0]).hints == ()
+    (hint,) = case.with_("gravity", -9.81).hints
+    assert hint.startswith("gravity: -9.81 m/s2 acts along x on 'robot'; is it meant downwards, [0, -9.81]?")
+    (hint,) = case.with_("mechanisms.robot.links.0.angle", 60.0).hints
+    assert hint == ("mechanisms.robot.links.0.angle: 60 rad is more than a turn; is a unit missing, as in '60 deg'?")
+
+
+def test_a_block_that_is_null_is_told_to_be_left_out() -> None:
+    with pytest.raises(CaseError, match=r"solve\.model: null is given where a block is needed.*leave the key out"):
+        il.load_case("two_rods").with_("solve", model=None)
+
+
+def test_a_contact_without_a_law_is_told_the_laws_of_hard_contact() -> None:
+    rod = il.Rod(length=0.3, diameter=0.02, material="steel")
+    bodies: dict[str, il.Rod | il.Mass] = {"hammer": il.Mass(1.0, velocity=1.0), "rod": rod}
+    solve = {"duration": 1e-4, "model": {"kind": "continuous"}}
+    touching = [il.Contact("hammer", "rod.left")]
+    with pytest.raises(CaseError, match=r"addition_deletion.*wave_identification.*tolerance"):
+        il.Case(bodies=bodies, contacts=touching, solve=solve)
+    for law, steps in (("addition_deletion", {}), ("wave_identification", {"step": {"dt": 1e-6}})):
+        named = [il.Contact("hammer", "rod.left", {"kind": law})]
+        assert il.run(il.Case(bodies=bodies, contacts=named, solve=solve | steps)).contacts
+
+
 def test_an_integrator_in_place_of_a_law_is_named_as_one() -> None:
     with pytest.raises((CaseError, PluginError), match="it is an integrator"):
         il.load_case("axial_impact").with_("contacts.0.law", kind="moreau_jean")

@@ -214,3 +214,13 @@ def _exact_run() -> tuple[Any, ...]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RunWarning)
         return case.scene(), il.run(case), None
+
+
+def test_an_exact_run_of_very_many_intervals_names_the_step_that_is_quicker() -> None:
+    summary = summarise("axial", *_exact_run())
+    assert "solve.step.dt" not in console.summary_text(summary)
+    summary["cost"]["steps"] = 363_281
+    lines = console.summary_text(summary).splitlines()
+    advice = lines[next(number for number, line in enumerate(lines) if line.startswith("  cost")) + 1]
+    assert "solve.step.dt" in advice
+    assert "wave_identification" in advice

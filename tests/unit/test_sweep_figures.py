@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import impactlab as il
 from impactlab.report.figures.style import PALETTE
+from impactlab.sweeps.plots import HATCH
 from impactlab.sweeps.value_names import MAX_LETTERS, words_of
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -65,7 +66,19 @@ def test_the_legend_of_many_contacts_stands_inside_the_figure_and_counts_the_oth
 def test_a_sweep_without_any_value_is_still_drawn(pile):
     empty = pile.copy(deep=True)
     empty["peak_force"].values[:] = np.nan
-    assert len(il.plot_sweep(empty, "peak_force").axes[0].lines) == 1
+    axes = il.plot_sweep(empty, "peak_force").axes[0]
+    assert len(axes.lines) == 1
+    assert [patch.get_hatch() for patch in axes.patches] == [HATCH]  # one over all points
+
+
+def test_points_of_a_map_that_ended_without_a_value_are_hatched(ball):
+    found = il.sweep(ball, {MASS: [0.01, 0.02, 0.03], "contacts.0.gap": [0.0, 1e-3]}, quantities=["peak_force"])
+    (axes, _) = il.plot_sweep(found, "peak_force").axes
+    assert not any(patch.get_hatch() for patch in axes.patches)
+    found["peak_force"].values[1:, 0] = np.nan
+    (axes, _) = il.plot_sweep(found, "peak_force").axes
+    (patch,) = [patch for patch in axes.patches if patch.get_hatch()]
+    assert patch.get_path().get_extents().bounds == pytest.approx((0.015, -0.5, 0.02, 1.0))  # kg, mm: two of six cells
 
 
 def test_an_axis_of_laws_has_their_kinds_and_its_path(ball):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.text.samples import Samples
+from impactlab.casefile.text.separated import SeparatedRows
 from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.casefile.values.faults import refuse
 from impactlab.casefile.values.formula import TimeFormula
@@ -173,20 +173,20 @@ def _columns(
     unit: str,
 ) -> tuple[Sequence[float], Sequence[float]]:
     name = Path(path).name
-    rows = list(csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8-sig"))))
-    rows = [row for row in rows if any(cell.strip() for cell in row)]
-    if not rows:
+    table = SeparatedRows(Path(path).read_text(encoding="utf-8-sig"))
+    if not table.rows:
         raise refuse(f"{name} is empty; its first line names the columns, then a line for each sample")
-    headings = [cell.strip() for cell in rows[0]]
+    headings = [cell.strip() for cell in table.rows[0][1]]
     found = [_heading(headings, column, wanted, name) for column, wanted in ((t, "s"), (f, unit))]
     columns: list[list[float]] = [[], []]
-    for line, row in enumerate(rows[1:], start=2):
+    for line, row in table.rows[1:]:
         for (at, factor), column in zip(found, columns, strict=True):
             try:
-                column.append(factor * float(row[at]))
+                column.append(factor * table.number(row[at]))
             except (IndexError, ValueError):
-                cell = shown(row[at]) if at < len(row) else "nothing"
-                raise refuse(f"row {line} of {name} has {cell} under {shown(headings[at])}; give a number") from None
+                cell = shown(row[at]) if at < len(row) and row[at].strip() else "nothing"
+                words = f"line {line} of {name} has {cell} under {shown(headings[at])}"
+                raise refuse(f"{words}; give a finite number, or leave that line out") from None
     return columns[0], columns[1]
 
 
@@ -196,8 +196,6 @@ def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[in
     found = [number for number, each in enumerate(headings) if each == column]
     found = found or [number for number, (short, _) in enumerate(parts) if short == column]
     if not found:
-        if len(headings) == 1 and ";" in headings[0]:
-            raise refuse(f"the columns of {name} are divided by semicolons; write commas, and points in numbers")
         hint = closest(column, dict.fromkeys([*headings, *(short for short, _ in parts)]))
         raise refuse(f"{name} has no column {shown(column)}.{hint} Columns: {listed(headings)}")
     if len(found) > 1:

@@ -28,6 +28,26 @@ _LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _POWER = re.compile(r"([A-Za-zµμ])(?:\^|\*\*)?(-?[1-9])")
 
 
+STRAINS = {"1": 1.0, "m/m": 1.0, "strain": 1.0, "%": 1e-2, "mm/m": 1e-3, "1e-6": 1e-6} | dict.fromkeys(
+    ("um/m", "µm/m", "μm/m", "µε", "με", "ue", "µstrain", "μstrain", "ustrain", "microstrain"), 1e-6
+)
+"""Units of a strain, with the sign micro and with the Greek letter."""
+
+
+def strain_of(text: str) -> float:
+    """Return a text such as ``2 um/m`` as a strain.
+
+    Raises
+    ------
+    ValueError
+        If it is not a number with a unit of strain.
+    """
+    match = re.fullmatch(rf"({_NUMBER.pattern})\s*(\S+)", text.strip()) if len(text) <= MAX_LENGTH else None
+    if match is None or match.groups()[-1] not in STRAINS:
+        raise ValueError(f"{shown(text)} is not a strain. Allowed: a plain number, or a number and % or um/m")
+    return float(Decimal(match[1]) * Decimal(f"{STRAINS[match.groups()[-1]]:.15g}"))
+
+
 def takes_texts(unit: str) -> bool:
     """Return whether a field in this unit takes a number with a unit.
 

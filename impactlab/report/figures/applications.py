@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from impactlab import hopkinson
 from impactlab.contact.smith import Smith
@@ -48,6 +49,7 @@ else:  # with fits and optimisers, which figures of other runs do not need
     measured = lazy("impactlab.piling.measured")
 
 MAX_LOOPS = 6  # panels of a figure
+EDGE = 0.05  # of the width of a loop, free on both sides of it
 
 
 class Loop(NamedTuple):
@@ -106,15 +108,24 @@ def loops(history: AbstractHistory, scene: Scene) -> list[Loop]:
     return found
 
 
+def _closed(loop: Loop) -> tuple[float, float]:
+    """Return the closings between which a loop has a force [m], with a margin: faces may part by far more than that."""
+    held = loop.closing[loop.force != 0.0]
+    least, most = (min(0.0, held.min()), max(0.0, held.max())) if len(held) else (0.0, 0.0)
+    margin = EDGE * ((most - least) or float(np.abs(loop.closing).max()) or 1.0)
+    return float(least - margin), float(most + margin)
+
+
 @drawn
 def force_loops(found: Sequence[Loop]) -> Figure:
     """Return the force over the closing of each contact, a panel each."""
     figure, axes = panel_grid(len(found), min(len(found), across(3)), 2.2, Margins(down=0.75))
     for axis, loop in zip(axes, found, strict=True):
-        moved = scaled("m", float(np.abs(loop.closing).max()))
+        moved = scaled("m", float(np.abs(_closed(loop)).max()))
         force = scaled("N", float(np.abs(loop.force).max()))
         axis.axhline(0.0, color=MUTED, linewidth=0.8)
         axis.plot(loop.closing / moved.size, loop.force / force.size, color=PALETTE[0])
+        axis.set_xlim(*(each / moved.size for each in _closed(loop)))
         axis.set_title(loop.name)
         axis.set_xlabel(f"closing  [{moved.label}]")
         axis.set_ylabel(f"force  F  [{force.label}]")
@@ -159,10 +170,38 @@ def stress_strain(history: AbstractHistory, contact: str, law: Specimen, gauges:
     }
     if gauges is not None:
         curves["by three waves"] = (gauges.strain, gauges.stress, PALETTE[1], "--", 1.4)
-    figure, ((axis,),) = grid(1, 1, 2.8, Margins(right=room_beside(curves), top=upper_margin(curves)))
+    return _over_strain(curves)
+
+
+@drawn
+def stress_strain_curves(
+    curve: hopkinson.Curve,
+    others: Mapping[str, hopkinson.Curve],
+    band: tuple[ArrayLike, ArrayLike, ArrayLike] | None,
+) -> Figure:
+    """Return the stress of curves over their strain, the first without a name where it is alone; a band behind them.
+
+    The band is strain, lower and upper stress [Pa], shape (n,) each.
+    """
+    curves = {"curve": (curve.strain, curve.stress, INK, "-", 1.4)}
+    for number, (name, other) in enumerate(others.items()):
+        curves[name] = (other.strain, other.stress, PALETTE[number % len(PALETTE)], "-", 1.4)
+    figure = _over_strain(curves, named=bool(others))
+    if band is not None:
+        strain, lower, upper = (np.asarray(row, float) for row in band)
+        (axis,) = figure.axes
+        axis.fill_between(100.0 * strain, 1e-6 * lower, 1e-6 * upper, color=MUTED, alpha=0.25, linewidth=0.0)
+    return figure
+
+
+def _over_strain(curves: Mapping[str, tuple[Array, Array, str, str, float]], named: bool = True) -> Figure:
+    """Return stress [MPa] over strain [%] of curves by name: strain, stress [Pa], colour, dash and width of each."""
+    margins = Margins(right=room_beside(curves), top=upper_margin(curves)) if named else Margins()
+    figure, ((axis,),) = grid(1, 1, 2.8, margins)
     for x, y, colour, dash, width in curves.values():
         axis.plot(100.0 * x, 1e-6 * y, color=colour, linestyle=dash, linewidth=width)
     axis.set_xlabel("strain  [%]")
     axis.set_ylabel("stress  [MPa]")
-    name_lines(axis, [(name, colour, dash) for name, (_, _, colour, dash, _) in curves.items()])
+    if named:
+        name_lines(axis, [(name, colour, dash) for name, (_, _, colour, dash, _) in curves.items()])
     return figure

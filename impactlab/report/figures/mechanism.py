@@ -98,8 +98,8 @@ def positions(history: AbstractHistory, scene: Scene, name: str) -> Figure:
         axis.axhline(mechanism.slide, color=MUTED, linewidth=0.6)
     axis.set_aspect("equal", adjustable="datalim")
     axis.margins(MARGIN)
-    axis.set_xlabel("x in m")
-    axis.set_ylabel("y in m")
+    axis.set_xlabel("x  [m]")
+    axis.set_ylabel("y  [m]")
     axis.legend(loc="best", fontsize=8, frameon=False)
     return figure
 

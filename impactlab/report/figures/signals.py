@@ -91,7 +91,10 @@ def panels(
     moved = [(channel, place_in_words(channel)) for channel in moving]
     gaps = [(f"gap:{each.name}", in_words(each.name)) for each in contacts if not each.linked]
     made += _panels(histories, times, "contact force", "force", "N", forces, compared)
-    made += _panels(histories, times, "displacement", "displacement", "m", moved, compared)
+    in_space = {f"position:{point.label}" for point in scene.faces if scene.bodies[point.body].changes}
+    for title, kind in (("displacement", False), ("position", True)):  # of a face of a link it is a coordinate
+        own = [each for each in moved if (each[0] in in_space) == kind]
+        made += _panels(histories, times, title, "displacement", "m", own, compared)
     made += _panels(histories, times, "gap", "gap", "m", gaps, compared)
     links = [link.name for body in chains(scene) for link in body.links]
     for title, quantity in (("angle", "angle"), ("moment of the drive", "drive")):

@@ -32,7 +32,7 @@ UNNAMED = "#b4bcc6"  # lines without a name, among many
 # Told apart also by eyes without red or green: neighbours differ in lightness. Labels never rely on colour alone.
 PALETTE = ("#2563d9", "#d1481f", "#0d9a84", "#d6a01c", "#7f3f9c", "#62b4e8", "#e78bb2", "#8d97a3", "#5c6b1a")
 DASHES: tuple[tuple[float, tuple[float, ...] | None], ...] = ((0, None), (0, (4, 1.5)), (0, (1.2, 1.2)))
-STYLE = Path(__file__).with_name("house.mplstyle")
+STYLE = Path(__file__).parents[2] / "house.mplstyle"
 WIDTH = 8.6  # inches, of a figure on a page
 COLUMNS = {"one": 3.35, "two": 6.9}  # inches, of a figure in one column and across two of a journal
 _width: ContextVar[float] = ContextVar("width", default=WIDTH)

@@ -1,0 +1,58 @@
+"""A probe of a case given in Python: the block of a case file, with the same keys, units and defaults."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from impactlab.casefile.blocks_in_python import Value
+from impactlab.casefile.keys_in_python import BodyKeys
+
+
+class Probe(BodyKeys):
+    """A quantity at a place of a body that is recorded over the run, and perhaps the instrument that measures it.
+
+    Parameters
+    ----------
+    body : str
+        Name of the body.
+    at : float or str
+        Place x from its left end [m].
+    quantity : str
+        Of a rod ``"displacement"``, ``"velocity"``, ``"strain"``, ``"stress"`` or ``"force"``; of a beam also
+        ``"rotation"``, ``"bending_moment"`` or ``"shear_force"``; of a shaft ``"twist"``, ``"twist_rate"`` or
+        ``"torque"``.
+    length : float or str
+        Length of a strain gauge, with its middle at the place [m].
+    bandwidth, rate : float or str
+        Frequency at which a low-pass is 3 dB down, and samples per second [Hz].
+    noise : float or str
+        Standard deviation of each sample, in the unit of the quantity.
+    seed : int
+        Of the noise.
+    bits : int
+        Of the converter.
+    range : float or str
+        Full scale of the converter, from -range to range, in the unit of the quantity.
+    **others
+        Other keys of a case file; unknown ones are refused.
+    """
+
+    block = "ProbeBlock"
+
+    def __init__(
+        self,
+        body: str,
+        at: Value,
+        quantity: str,
+        *,
+        length: Value | None = None,
+        bandwidth: Value | None = None,
+        rate: Value | None = None,
+        noise: Value | None = None,
+        seed: int | None = None,
+        bits: int | None = None,
+        range: Value | None = None,  # noqa: A002 - the key of a case file
+        **others: Any,
+    ) -> None:
+        instrument = {"length": length, "bandwidth": bandwidth, "rate": rate, "noise": noise, "seed": seed}
+        super().__init__(body=body, at=at, quantity=quantity, **instrument, bits=bits, range=range, **others)
