@@ -103,7 +103,9 @@ def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Arra
     """
 
     def row(body: str, x: float, quantity: Quantity, factor: float = 1.0) -> tuple[int, Array]:
-        values = checked_row(body, models[body].row(x, quantity), layout.built[body].system.load.size)
+        values = models[body].row(x, quantity)
+        if quantity != "moment":  # of the drive of a mechanism it is over its whole state
+            checked_row(body, values, layout.built[body].system.load.size)
         values = values if factor == 1.0 else factor * values
         return layout.shift[body] + (values.size if quantity == "velocity" else 0), values
 
