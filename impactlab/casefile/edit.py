@@ -19,6 +19,8 @@ from impactlab.casefile.text.samples import Samples
 from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError, ImpactlabError
 
+NAMED = ("methods", "variants")  # blocks of values by path
+
 
 def edited(
     document: Document, path: str, value: Any, *, replace: bool, origin: Keys | None = None, by: str = "with_()"
@@ -43,8 +45,11 @@ def edited(
     by : str
         The option or function that gives a value from outside, for messages.
     """
-    keys = tuple(numbered(document.data, path).split("."))
-    if not all(keys) or len(keys) > MAX_DEPTH or len(path) > MAX_KEY or not path.isprintable():
+    keys = inside = tuple(numbered(document.data, path).split("."))
+    if is_named(path) and len(keys) > 2:  # a value there has one key, which is a path itself
+        inside = keys[2:]
+        keys = (*keys[:2], ".".join(inside))
+    if not all(inside) or len(keys) > MAX_DEPTH or len(path) > MAX_KEY or not path.isprintable():
         raise CaseError(f"{shown(path)} is not a path", remedy="Write keys with dots between, as in solve.step.dt.")
     value = plain(value, path)
     check_texts(value, keys)
@@ -56,13 +61,18 @@ def edited(
     other_kind = isinstance(holder, dict) and keys[-1] == "kind" and block != value
     if other_kind or (isinstance(holder, dict) and keys[:-1] == ("solve", "step")):
         holder.clear()
-    holder[last] = {**block, **value} if _merges(block, value, keys) and not replace else value
+    holder[last] = {**block, **value} if _merges(block, value, inside) and not replace else value
     _move_lines(lines, keys, origin)
     void = _replaced(keys, value)
     if void and isinstance(data.get("solve"), dict):
         data["solve"] = {key: block for key, block in data["solve"].items() if key not in void}
     given = {known: name for known, name in document.given.items() if known[: len(keys)] != keys}
     return Document(data, lines, given if origin is not None else {**given, keys: by})
+
+
+def is_named(path: str) -> bool:
+    """Return whether a path leads to the methods or the variants of a case."""
+    return path.partition(".")[0] in NAMED
 
 
 def numbered(data: Mapping[str, Any], path: str) -> str:
@@ -249,7 +259,7 @@ def with_named(document: Document, block: str, name: str, known: Mapping[str, Ma
 def with_values(document: Document, block: str, name: str, values: Mapping[str, Any]) -> Document:
     """Return the document with values applied as by a method or variant."""
     for path, value in values.items():
-        if path.partition(".")[0] in ("methods", "variants", "schema_version"):
+        if is_named(path) or path.partition(".")[0] == "schema_version":
             raise CaseError(f"a {block[:-1]} cannot change {shown(path)}", remedy="Remove it.", path=f"{block}.{name}")
         document = edited(document, path, value, replace=True, origin=(block, name, path))
     return document

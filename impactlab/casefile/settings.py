@@ -9,7 +9,7 @@ from typing import Any
 
 from impactlab.casefile.case import Case, case_of
 from impactlab.casefile.document import Document, read_document
-from impactlab.casefile.edit import in_order, with_named, with_set
+from impactlab.casefile.edit import in_order, is_named, with_named, with_set
 from impactlab.casefile.places import placed
 from impactlab.errors import ImpactlabError
 from impactlab.scene.method import Method
@@ -29,7 +29,7 @@ def load_with_settings(
     file : Path
         The case file.
     settings : sequence of (path, value)
-        Dotted paths and their values, in any order.
+        Dotted paths and their values, in any order. Those of a method or variant are set before it is chosen.
     variant, method : str
         Names of a variant and a method of the case; ``base`` is the case as written.
 
@@ -41,6 +41,9 @@ def load_with_settings(
     name, path = file.stem, str(file)
     with spent_on("reading"):
         document = read_document(file)
+    of_named = [each for each in settings if is_named(each[0])]
+    settings = [each for each in settings if each not in of_named]
+    document = with_set(document, in_order(of_named, document.data), OPTION, path)
     named = {"variants": variant, "methods": method}
     for block, chosen in named.items():
         if chosen != "base" and not _are_blocks(document.data.get(block, {})):

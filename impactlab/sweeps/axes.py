@@ -15,7 +15,7 @@ import numpy as np
 
 from impactlab.casefile import Case
 from impactlab.casefile.document import parse_value
-from impactlab.casefile.edit import check_name, numbered, plain, refuse_unknown_body
+from impactlab.casefile.edit import check_name, is_named, numbered, plain, refuse_unknown_body
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError, ImpactlabError, unreadable
@@ -183,6 +183,12 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
             text = f"an axis of methods of a case whose method is chosen: {case.method_name}"
             raise CaseError(text, path=path, remedy="Leave out one of the two.")
         return Axis(path, given, given, "")
+    if is_named(path):
+        raise CaseError(
+            "a value inside a method or variant changes no point: points take their values after these are chosen",
+            remedy=f"Name the value itself, such as {'.'.join(path.split('.')[2:]) or 'solve.step.courant'}.",
+            path=path,
+        )
     refuse_unknown_body(case.document.data, path)
     unit = case.unit_of(path)
     if len(given) > MAX_CHECKED and all(type(value) is float for value in given) and _span_is_si(case, path, given):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -312,3 +313,30 @@ def test_a_method_with_settings_is_measured_against_the_laws_as_written() -> Non
     case, _ = load_with_settings(AXIAL, [("bodies.hammer.mass", 2.0)], method="penalty")
     assert case.written is not None
     assert {type(law).__name__ for law in case.written.laws.values()} == {"WaveIdentification"}
+
+
+def test_values_inside_a_method_and_a_variant_are_set_before_they_are_chosen(tmp_path: Path) -> None:
+    """They had no effect on the run with that method, and `compare` refused the method: its duration was missing."""
+    text = AXIAL.read_text(encoding="utf-8") + "variants:\n  heavy: {bodies.hammer.mass: 4.0}\n"
+    file = tmp_path / "case.yaml"
+    file.write_text(text, encoding="utf-8")
+    settings = [
+        read_setting(text)
+        for text in (
+            "methods.penalty_fe.solve.step.courant=0.25",
+            "methods.penalty_fe.contacts.0.law={stiffness: 2e9}",
+            "variants.heavy.bodies.hammer.mass=8",
+        )
+    ]
+    step = 0.25 * (0.3 / 100) / math.sqrt(2.1e11 / 7900)  # of courant h/c
+    chosen, _ = load_with_settings(file, settings, variant="heavy", method="penalty_fe")
+    later = load_with_settings(file, settings)[0].variant("heavy").method("penalty_fe")
+    in_python = il.load_case(file).with_settings(settings).variant("heavy").method("penalty_fe")
+    for case in (chosen, later, in_python):
+        assert case.resolved()["bodies"]["hammer"]["mass"] == 8.0
+        assert case.resolved()["contacts"][0]["law"] == {"kind": "penalty", "stiffness": 2e9, "damping": 0.0}
+        assert il.run(case).dt == pytest.approx(step, rel=1e-12)
+    whole, _ = load_with_settings(file, [("methods.penalty_fe.solve.step", {"dt": 1e-7})], method="penalty_fe")
+    assert whole.resolved()["solve"]["step"] == {"dt": 1e-7}  # one of several forms, which do not merge
+    with pytest.raises(CaseError, match="is not a path"):
+        load_with_settings(file, [("methods.penalty_fe..step", 1.0)], method="penalty_fe")

@@ -58,6 +58,11 @@ def no_run(monkeypatch):
         (["--over", f"{MASS}=1 m,2 kg"], MASS, "'1 m' has a unit of another dimension"),
         (["--over", f"{MASS}=1 xyz,2"], MASS, "'1 xyz' has a unit that is not known"),
         (["--over", f"{MASS}=1,-1"], MASS, "-1 kg is out of range"),
+        (
+            ["--over", f"methods.penalty.{LAW}.stiffness=1e8,1e9"],
+            f"methods.penalty.{LAW}.stiffness",
+            "changes no point: points take their values after",
+        ),
         (["--over", f"{GAP}=0:1:3log"], GAP, "pass through zero"),
         (["--over", f"{MASS}=1:2:2000000"], MASS, "a range of 2000000 values; allowed: 2 to 1000000"),
         (["--over", f"{MASS}=1:2:10000", "--over", f"{GAP}=0:1:10000"], "", "10000 x 10000 = 1e+08 points"),
