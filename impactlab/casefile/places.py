@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from impactlab.casefile.document import Document
+from impactlab.casefile.values.faults import FIX_VALUE
 from impactlab.errors import ImpactlabError
 
+FIX_IN_PYTHON = "Fix the value; case.resolved() of a case without faults gives every value in SI."
 NEW_KIND = "A new kind takes none of the keys of the old one: give them with it, as one block."
 
 
@@ -32,6 +34,8 @@ def placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabErr
             continue
         if not each.file:
             each.given_by = each.given_by or given_by(document, each.path)
+        if not file and each.remedy == FIX_VALUE:  # of a case made in Python
+            each.remedy = FIX_IN_PYTHON
         each.located(file, locate(document, each.path))
     return error
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.casefile.text.words import shown as words_of
 from impactlab.derivatives.parameters import refuse_twice
 from impactlab.errors import CaseError
 from impactlab.fits.filters import LowPass, smooth
@@ -94,6 +95,10 @@ class Problem:
         self.signals = [signal for each in self.experiments for signal in each.signals]
         if not self.signals or not all(each.signals for each in self.experiments):
             raise CaseError("no signal to fit", remedy="Give at least one for each case.")
+        wrong = next((each for each in self.signals if not isinstance(each, Signal)), None)
+        if wrong is not None:
+            text = f"{words_of(wrong)} is given where a signal is needed"
+            raise CaseError(text, remedy="Give il.Signal(channel, times, values), or those of il.read_signals(...).")
         if not parameters:
             raise CaseError("no parameter to fit", remedy="Name numbers of the case, with bounds.")
         for each in self.experiments:

@@ -115,7 +115,7 @@ def probe_of(scene: Scene, probe: Probe | str | int) -> Probe:
     names = ", ".join(f"{number}: {each.channel}" for number, each in enumerate(scene.probes)) or "none"
     raise CaseError(
         f"{len(found)} probes of this run are {probe!r}; it has {names}",
-        remedy="Name one by its number.",
+        remedy="Name one by its number." if scene.probes else "Give the case a probe of body, place and quantity.",
         path="probes",
     )
 

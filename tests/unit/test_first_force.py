@@ -68,6 +68,34 @@ def test_a_stiff_dashpot_parts_no_faces(share: float) -> None:
     assert run.energy.largest_gain < 1e-12
 
 
+@pytest.mark.parametrize(("courant", "excess"), [(0.1, 400), (0.2, 150), (0.4, 25), (0.5, None), (1.0, None)])
+def test_a_hard_contact_in_short_steps_is_warned_of_with_its_size(courant: float, excess: int | None) -> None:
+    """Two end nodes of rho A h/2 that take a common speed in a step of C h/c: Z v/(4 C), where waves give Z v/2."""
+    material = {"young": YOUNG, "density": DENSITY}
+    run = il.run(
+        il.Case(
+            bodies={
+                "striker": il.Rod(length=1.0, area=AREA, material=material, velocity=SPEED),
+                "rod": il.Rod(length=1.0, area=AREA, material=material),
+            },
+            contacts=[il.Contact("striker.right", "rod.left", {"kind": "addition_deletion"})],
+            solve={
+                "duration": TRANSIT,
+                "model": {"kind": "finite_element", "elements": ELEMENTS, "mass": "lumped"},
+                "integrator": {"kind": "central_difference"},
+                "step": {"courant": courant},
+            },
+        )
+    )
+    texts = [each.text for each in run.warnings if each.code == "first_force"]
+    if excess is None:
+        assert texts == []
+        return
+    (text,) = texts
+    assert f"too large by up to {excess} %" in text
+    assert run.contacts[0].peak_force == pytest.approx((1.0 + 0.01 * excess) * 0.5 * IMPEDANCE * SPEED, rel=1e-9)
+
+
 def test_a_first_force_beyond_that_of_the_waves_is_warned_of_with_its_size() -> None:
     # In short steps the end nodes act with all of their mass: at most (1 + 2 c/Z)/(1 + 2 c/Z C) = 2.5 at C = 0.2.
     run = of_two_rods(2.0 * IMPEDANCE, 0.2, 0.0)

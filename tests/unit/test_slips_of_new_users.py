@@ -89,6 +89,24 @@ def test_gravity_along_x_and_angles_in_degrees_of_a_mechanism_have_hints() -> No
     assert hint == ("mechanisms.robot.links.0.angle: 60 rad is more than a turn; is a unit missing, as in '60 deg'?")
 
 
+def test_remedies_in_python_name_no_command() -> None:
+    with pytest.raises(CaseError) as caught:
+        il.Case(bodies={"ball": il.Mass(-1.0)}, solve={"duration": 1e-3})
+    assert str(caught.value).endswith(
+        "\nFix the value; case.resolved() of a case without faults gives every value in SI."
+    )
+    with pytest.raises(CaseError, match="`impactlab check FILE` lists all faults"):
+        il.load_case("two_rods").with_("solve.duration", -1.0)
+
+
+def test_a_probe_that_no_case_has_and_a_signal_that_is_none_are_told_what_to_give() -> None:
+    case = il.load_case("axial_impact").method("continuous").with_("probes", [])
+    with pytest.raises(CaseError, match="it has none\nGive the case a probe"):
+        il.run(case).measured("strain:rod@0.1")
+    with pytest.raises(CaseError, match=r"'1' is given where a signal is needed\nGive il\.Signal"):
+        il.fit(case, ["1"], {"bodies.hammer.mass": (1.0, 3.0)})  # type: ignore[list-item]
+
+
 def test_a_block_that_is_null_is_told_to_be_left_out() -> None:
     with pytest.raises(CaseError, match=r"solve\.model: null is given where a block is needed.*leave the key out"):
         il.load_case("two_rods").with_("solve", model=None)

@@ -14,6 +14,7 @@ from impactlab.scene.method import stiffness_at
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.planning.contact_facts import ContactFacts
+from impactlab.types import Level
 
 COARSE_WARN = 0.25  # of a contact's time: the error of a position is then about a quarter of its change in it
 COMPLIANCE_WARN = 0.05  # of the bodies' own compliance, for a spring in place of a hard contact
@@ -96,14 +97,21 @@ def _too_compliant(history: AbstractRecordedHistory, contact: Contact, facts: Co
 
 
 def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: float) -> Iterator[Warned]:
-    """Warn of a dashpot whose first force on an explicit mesh is too large, and is the peak of the run.
+    """Warn of a first force on an explicit mesh that is too large, and is the peak of the run.
 
     A rod of impedance Z struck at v gives a dashpot c the force c v/(1 + c/Z) at once. The end node of a mesh with the
     mass m does so after m/Z; in the first step of dt it gives c v/(1 + c dt/(2 m)). Both are equal where the waves
-    cross an element in a step, and where an end carries a mass that is no part of the mesh.
+    cross an element in a step, and where an end carries a mass that is no part of the mesh. A hard contact that closes
+    with an impulse stops the end nodes in a step by the force m v/dt, and the waves by Z v.
     """
     scheme, dt = history.method.integrator, history.dt
-    if not dashpot > 0.0 or dt is None or not isinstance(scheme, AbstractIntegrator) or not scheme.needs_diagonal_mass:
+    jumps = Level.CLOSING in history.method.laws[contact.name].needs
+    if (
+        not (dashpot > 0.0 or jumps)
+        or dt is None
+        or not isinstance(scheme, AbstractIntegrator)
+        or not scheme.needs_diagonal_mass
+    ):
         return
     of_waves, of_nodes = 0.0, 0.0  # mobilities, m/(N s)
     for point in contact.faces:
@@ -112,10 +120,12 @@ def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: fl
         if body.waves is None or heavy:
             continue
         row = built.model.row(point.x, "displacement")
-        mobility = 0.5 * dt * float(np.sum(row * row / built.system.mass[0]))
+        mobility = (1.0 if jumps else 0.5) * dt * float(np.sum(row * row / built.system.mass[0]))
         own = 1.0 / body.impedance_at(point.x)
         of_waves, of_nodes = of_waves + own, of_nodes + min(own, mobility)
-    ratio = (1.0 + dashpot * of_waves) / (1.0 + dashpot * of_nodes)
+    if not of_nodes:
+        return
+    ratio = of_waves / of_nodes if jumps else (1.0 + dashpot * of_waves) / (1.0 + dashpot * of_nodes)
     if ratio < FIRST_FORCE_WARN:
         return
     force = history.recorded[f"force:{contact.name}"]
@@ -123,12 +133,16 @@ def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: fl
     transit = dt * of_waves / of_nodes
     touches = (event.time for event in history.events if event.contact == contact.name and event.kind == "close")
     if any(-dt <= peak - time <= FIRST_FORCE_TIME * transit for time in touches):
+        acts = "the dashpot acts on the mass of the end nodes before waves carry its force away"
+        advice = "courant: 1, with elements that waves cross in one step"
+        if jumps:
+            acts = "one step stops the mass of the end nodes, and waves cross their elements in more than two"
+            advice = "both bodies elements that waves cross in at most two steps"
         yield Warned(
             "first_force",
-            f"{contact.name}: the peak of the force is that at a touch, where the dashpot acts on the mass of the end "
-            f"nodes before waves carry its force away. It is too large by up to {100.0 * (ratio - 1.0):.0f} %, for any "
-            "number of elements; impulses and displacements converge. Give courant: 1, with elements that waves cross "
-            "in one step, or model: {kind: continuous}",
+            f"{contact.name}: the peak of the force is that at a touch, where {acts}. It is too large by up to "
+            f"{100.0 * (ratio - 1.0):.0f} %, for any number of elements; impulses and displacements converge. Give "
+            f"{advice}, or model: {{kind: continuous}}",
         )
 
 
