@@ -76,7 +76,7 @@ def test_a_coarse_run_says_how_fine_the_next_one_must_be(law, ends, x, tolerance
 
 
 def test_two_unequal_runs_state_the_error_by_the_whole_order():
-    """One run states some six times the error of long runs, and two of them about three times."""
+    """One run states some five times the error of long runs, and two of them about three times."""
     asked = struck(1e-4)
     history, finer = api.solve(*asked), api.solve(*struck(3e-6))
     assert "extrapolated by the order of the description (2), times a safety of 2" in history.choice.estimate
