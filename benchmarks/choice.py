@@ -43,6 +43,7 @@ from impactlab.api import physics_of
 from impactlab.bases import shapes
 from impactlab.bases.beams import kept
 from impactlab.bases.craig_bampton import CraigBampton
+from impactlab.bench.environment import processor
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.velocity_complementarity import VelocityComplementarity
 from impactlab.contact.wave_identification import WaveIdentification
@@ -494,7 +495,7 @@ def main() -> int:
             rows.append(row)
             said = f"{row.solve_s:.2e} {row.chosen} | {row.best}; {'; '.join(row.faults) or 'ok'}"
             print(f"{asked.label:32} {row.tolerance:g} {said}", file=sys.stderr, flush=True)
-    where = f"Least times of {REPEATS + 2} runs on one core; Python {platform.python_version()}."
+    where = f"Least times of {REPEATS + 2} runs on one core of {processor()}; Python {platform.python_version()}."
     results = {"sentence": sentence(rows), "targets": targets(rows), "summary": summary(rows), "machine": where}
     print("\n\n".join(results.values()))
     if given.out is not None:
