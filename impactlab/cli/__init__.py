@@ -157,6 +157,8 @@ def main() -> None:
         if fault is None:
             raise
         raise left_without_output(fault) from leaving
+    finally:
+        gc.freeze()  # else Python looks for cycles in all that libraries hold as it ends, for up to a quarter of a second
 
 
 def _run() -> None:
