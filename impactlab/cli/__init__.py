@@ -158,7 +158,7 @@ def main() -> None:
             raise
         raise left_without_output(fault) from leaving
     finally:
-        gc.freeze()  # else Python looks for cycles in all that libraries hold as it ends, for up to a quarter of a second
+        gc.freeze()  # else Python looks for cycles in all that libraries hold as it ends, for a quarter of a second
 
 
 def _run() -> None:
