@@ -226,7 +226,9 @@ def _no_slope(name: str) -> str:
     if name in COUNTED:
         return "it changes in steps, or is rounding"
     extreme = extreme_in(name)
-    return "" if extreme is None else f'read at instants that stay; give il.Sampled("{extreme.channel}", times)'
+    if extreme is None:
+        return ""
+    return f'an extreme is read at fixed instants, which hide its slope; give il.Sampled("{extreme.channel}", times)'
 
 
 def _lacking(parameter: Parameter, each: WantedQuantity) -> Sensitivity:
