@@ -181,7 +181,8 @@ def step_hertz(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: i
                     date_bead(m, row, start + place + number, step, dt)
         large |= lanes_above(forces, watched)
         put_lanes(recent, at, lanes_at(recent, at) + forces)
-        put_lanes(peak, at, larger_lanes(lanes_at(peak, at), forces))
+        # The zero keeps the compiler from storing only the peaks that rise, which takes longer than storing all.
+        put_lanes(peak, at, larger_lanes(lanes_at(peak, at), forces) + none)
         speeds = lanes_at(v, at) + lanes_at(kick, at) * (after_last(before, forces) - forces) + gained
         put_lanes(v, at, speeds)
         put_lanes(u, at, here + drift * speeds)
