@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from impactlab.history.advice import warning_lines
 from impactlab.history.sampling import HISTORY_POINTS, page_times
 from impactlab.lazy import above
 from impactlab.types import Array
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
-MAX_SHOWN = 8  # channels and warnings in the text of a history
+MAX_SHOWN = 8  # channels in the text of a history
 
 
 class Views:
@@ -161,7 +162,7 @@ class Views:
         lines = [
             f"<{type(self).__name__}{named}{method}: {self.duration:.6g} s, {self.cost.steps} {taken}",
             f"  periods of contact: {len(self.contacts)}, events: {len(self.events)}",
-            *(f"  warning {warned.code}: {warned.text}" for warned in self.warnings[:MAX_SHOWN]),
+            *(f"  warning {line}" for line in warning_lines(warned._asdict() for warned in self.warnings)),
             "  channels: "
             + ", ".join(self.channels()[:MAX_SHOWN])
             + (", ..." if len(self.channels()) > MAX_SHOWN else ""),
