@@ -61,7 +61,6 @@ class Level:
     check: Check = no_check  # of its balances, left to be called
     gain: float = 0.0  # of the reference energy, once it was checked
     alone: bool = False  # whether its own records state its error
-    by_two: bool = False  # whether that is by those of a coarser run, too
     by_steps: float = math.inf  # error by its steps, that its own records state
 
 

@@ -10,7 +10,7 @@ from impactlab.history.choice import Candidate, Verdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
 from impactlab.refine.descriptions.description import TWO_LEVEL_SAFETY, Description
 from impactlab.refine.errors.level_errors import DONE
-from impactlab.refine.errors.smooth_touch import SAFETY_ALONE, SAFETY_OF_TWO
+from impactlab.refine.errors.smooth_touch import SAFETY_ALONE
 from impactlab.simulate.checks import gain_of
 
 CHEAPEST = "the cheapest found within the tolerance"
@@ -84,15 +84,10 @@ def words_of_estimate(study: Study, level: Level) -> str:
     if not description.unit:
         return "solved from event to event: exact except for rounding and near-grazing contacts"
     gained = f"the run gained {gain_of(level.history):.1g} of the reference energy"
-    if level.by_two:
-        return (
-            f"two resolutions, extrapolated by the order of the description ({description.order:g}), times a safety of "
-            f"{SAFETY_OF_TWO:g}, as the second differences of the gap of its contact fall by it; {gained}"
-        )
     if level.alone:
         return (
-            f"one resolution, by the second differences of the gap of its contact, times a safety of {SAFETY_ALONE:g}; "
-            f"{gained}"
+            f"one resolution, by the linear equation that the error of its steps obeys, times a safety of "
+            f"{SAFETY_ALONE:g}; {gained}"
         )
     if count == 2:
         return (

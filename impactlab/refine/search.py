@@ -13,7 +13,7 @@ from impactlab.refine.descriptions.cost import FIXED_S
 from impactlab.refine.descriptions.description import RATIO, Description
 from impactlab.refine.descriptions.rods import EXACT_ERROR
 from impactlab.refine.errors.level_errors import DONE, UNSEEN, allowed, estimate_errors, keeps_energy
-from impactlab.refine.errors.touched_once import estimate_alone
+from impactlab.refine.errors.one_run import estimate_alone
 from impactlab.refine.ranking import EXACT_ADVANTAGE, begins_alone, best_of, is_sure, is_worth_trying, priority
 from impactlab.refine.studies import begun, learn
 from impactlab.refine.trial import no_check

@@ -92,7 +92,7 @@ def estimate_errors(study: Study, request: Simulation) -> None:
     study.magnified = magnified
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
-        level.worst, level.alone, level.by_two = worst if error >= least else "", False, False
+        level.worst, level.alone = worst if error >= least else "", False
         unseen_here = study.magnified * description.unseen(level.fineness, finest.history)
         level.error, level.reason = max(error, least) + unseen_here, ""
         if level.gain / MAX_GAIN_RATIO > max(level.error, tolerance):

@@ -31,19 +31,6 @@ class Sizes(NamedTuple):
     within: float  # of its own displacement less the drift of its frame
 
 
-class SecondDifferences(NamedTuple):
-    """Second differences of overlap and force over the steps of a run.
-
-    With d a sixth of those of the overlap, c = F'(overlap) d is the change of the force by d.
-    """
-
-    mean: float  # norm of c over that of the forces
-    largest: float  # largest c over the largest force
-    half_waves: float  # of c: its total variation over twice its largest size
-    rough: float  # norm of the second differences of the forces over that of the forces
-    moved: float  # root of the mean square of d [m]
-
-
 class Steps(NamedTuple):
     """The force of one contact in the records of a run."""
 
@@ -68,12 +55,6 @@ class Steps(NamedTuple):
     def at(self, t: float) -> float:
         """Return the force [N] at an instant of the run [s]."""
         return force_at(*self, t)
-
-    def second_differences(self, stiffness: float, exponent: float) -> SecondDifferences:
-        """Return the second differences of overlap and force, under a law K d^n."""
-        found = np.empty(len(SecondDifferences._fields))
-        write_second_differences(self.record, self.column, stiffness, exponent, found)
-        return SecondDifferences(*found.tolist())
 
     def moved(self, cells: int) -> Array:
         """Return the displacements of both faces in the middles of equal cells of the run [m], shape (2, cells)."""
@@ -100,7 +81,9 @@ class Records:
     def __init__(self, history: RecordedHistory, record: Array) -> None:
         assembly = history.assembly
         self.record, self.columns = record, assembly.layout.displacement_columns
-        self._layout, self._dt, self._duration = assembly.layout, assembly.dt, history.duration
+        self.arrays, self.dt = assembly.memory, assembly.dt
+        self.of_every_step = assembly.stride == 1
+        self._layout, self._duration = assembly.layout, history.duration
         self._late = assembly.integrator.load_point - 0.5
         self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}  # also by each channel alone
         self._peaks: dict[tuple[int, bool, bytes], float] = {}
@@ -119,7 +102,7 @@ class Records:
     def force(self, number: int, hard: bool) -> Steps:
         """Return the force of a contact by its number in the scene."""
         column = self._layout.column_of(number)
-        return Steps(self.record, column, self._late, self._dt, self._duration, hard)
+        return Steps(self.record, column, self._late, self.dt, self._duration, hard)
 
     def peak_time(self, number: int, hard: bool, left_out: Array) -> float:
         """Return the instant of the largest force of a contact outside intervals (k, 2) [s], as of `Steps`."""
@@ -327,33 +310,3 @@ def mean_size(record: Array, column: int, late: float, dt: float, duration: floa
             step += 1
         total += record[step, column] ** 2
     return math.sqrt(total)
-
-
-@ENTRY
-def write_second_differences(record: Array, column: int, stiffness: float, exponent: float, out: Array) -> None:
-    """Write the numbers of `SecondDifferences`; the gap is in the column after the force."""
-    last = len(record) - 1
-    total = caused = largest = peak = moved = rough = travel = before = 0.0
-    for step in range(1, len(record)):
-        force = record[step, column]
-        total += force**2
-        peak = max(peak, force)
-        earlier = record[step - 2, column] if step > 2 else 0.0
-        rough += (force - 2.0 * (record[step - 1, column] if step > 1 else 0.0) + earlier) ** 2
-        if step == last:
-            continue
-        gap = record[step, column + 1]
-        bend = (record[step + 1, column + 1] - 2.0 * gap + record[step - 1, column + 1]) / 6.0
-        moved += bend**2
-        if gap < 0.0:
-            change = exponent * stiffness * (-gap) ** (exponent - 1.0) * bend
-            caused += change**2
-            largest = max(largest, abs(change))
-            travel += abs(change - before)
-            before = change
-    travel += abs(before)
-    out[0] = math.sqrt(caused / total) if total > 0.0 else 0.0
-    out[1] = largest / peak if peak > 0.0 else 0.0
-    out[2] = 0.5 * travel / largest if largest > 0.0 else 1.0
-    out[3] = math.sqrt(rough / total) if total > 0.0 else 0.0
-    out[4] = math.sqrt(moved / (last - 1))

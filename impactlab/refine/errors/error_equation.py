@@ -1,0 +1,349 @@
+"""The error by the steps of a run in modes, from the linear equation that it obeys.
+
+Modes under exact steps move without error between the steps; the only error is that of a force which is constant over
+each of them. With a step h and an overlap d the motion follows the mean of the force, which changes d by h^2 d''/12,
+and the force is the mean of the law along a line between the ends of the step, not along the motion, as if d were
+larger by h^2 d''/12. The error e of the overlap and that of the force, x, then obey
+
+    x = F'(d) (e + h^2 d''/12),    e = h^2 d''/12 - G x,
+
+with G x the motion of the bodies apart under x. It is linear in the error and marched with the steps of the run
+itself. Errors of the second order are left out. Of a law F = K d^n (1 + a d') the force changes by
+K n d^(n-1) (h^2 d''/12 + (1 + a d') e) + a K d^n e'.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.integrators.exact_modal import LOAD
+from impactlab.numerics.addresses import entered_with_table
+from impactlab.numerics.compiling import ENTRY, PART
+from impactlab.numerics.linear import solve_banded
+from impactlab.simulate.stepping.arrays import StepArrays
+from impactlab.types import Array, Ints
+
+MAX_SERIES = 0.3  # rad, turn of a mode in a step up to which a series is exact to 1e-6
+MIN_CHORD = 1e-6  # of an overlap: across less the slope of a chord is rounding
+NEAR_PEAK = 0.9  # of the largest force: steps whose errors count for the peak
+COSINE, SINE, TURN, LIFT, PUSH, LIFT_OF_RAMP, PUSH_OF_RAMP = range(7)  # rows of the constants of the coordinates
+STIFFNESS, EXPONENT, HYSTERESIS = range(3)  # columns of the laws
+# Columns of the memory of a contact: errors of both faces at the start of the step; speed of the approach; share by
+# which the error of the force follows that of the overlap at the end of the step; sums of squares over a touch.
+LEFT, RIGHT, APPROACH, FOLLOWS, OF_ERROR, OF_FORCE, WORDS = range(7)
+COLUMNS = 6  # of a contact in a record: force, gap, displacement and velocity of both faces
+
+
+# Fields of a `ContactError`, in their order.
+FORCE, IMPULSE, TOTAL, AT_PEAK, READING, OF_LEFT, OF_RIGHT, PEAK, SIZE, GIVEN, IN_TOUCH, MISSED = range(12)
+
+
+class ContactError(NamedTuple):
+    """Errors of one contact by the steps of its run, and sizes that they are compared with."""
+
+    force: float  # N, root of the mean square over the steps
+    impulse: float  # N s, in all
+    total: float  # N s, of the sizes of the errors
+    near_peak: float  # N, largest one in steps whose force is near the peak
+    reading: float  # N, of a peak that is read from means of steps
+    left: float  # m, root of the mean square of the displacement of the left face
+    right: float  # m, of the right one
+    peak: float  # N, largest force
+    size: float  # N, root of the mean square of the force
+    given: float  # N s, its impulse
+    in_touch: float  # largest error of the force in a touch, over its force in this touch, by their norms
+    missed: float  # largest error of a gap that closes nearly, over this gap
+
+
+class Coordinates(NamedTuple):
+    """All modes and rigid coordinates of a run, one after the other, and the faces of its contacts as their sums."""
+
+    constants: Array  # (7, n): cosine, sine, turn, displacement and velocity by a force, and by a force ramp, in a step
+    rows: Array  # (2 n_contacts, n), left then right
+    ranges: Ints  # (2 n_contacts, 2): coordinates of the body of a face
+
+
+@PART
+def write_constants(mass: float, frequency: float, dt: float, own: Array) -> None:
+    """Write how a mode moves in a step: as `ExactModal`, and under the force s (t - h/2), over s.
+
+    A frequency below zero is minus the rate at which an unstable mode grows.
+    """
+    angle = frequency * dt
+    square = angle * abs(angle)
+    if angle > 0.0:
+        half = math.sin(0.5 * angle)
+        own[COSINE], own[SINE], own[LIFT] = math.cos(angle), math.sin(angle) / frequency, 2.0 * (half / frequency) ** 2
+    elif angle < 0.0:
+        half = math.sinh(0.5 * angle)
+        own[COSINE], own[SINE], own[LIFT] = (
+            math.cosh(angle),
+            math.sinh(angle) / frequency,
+            2.0 * (half / frequency) ** 2,
+        )
+    else:
+        own[COSINE], own[SINE], own[LIFT] = 1.0, dt, 0.5 * dt * dt
+    if angle > MAX_SERIES:
+        own[LIFT_OF_RAMP] = dt**3 / square * (0.5 * (1.0 + own[COSINE]) - math.sin(angle) / angle)
+    else:
+        own[LIFT_OF_RAMP] = dt**3 * (-1.0 / 12.0 + square * (1.0 / 80.0 - square / 2016.0))
+    own[TURN], own[PUSH] = frequency * abs(frequency) * own[SINE], own[SINE]
+    own[PUSH_OF_RAMP] = own[LIFT] - 0.5 * dt * own[PUSH]
+    for row in range(LIFT, PUSH_OF_RAMP + 1):
+        own[row] /= mass
+
+
+@PART
+def write_coordinates(m: StepArrays, dt: float, at: Coordinates) -> None:
+    """Write the coordinates of a run whose bodies are stepped by `ExactModal`."""
+    for number in range(len(m.bodies)):
+        body = m.bodies[number]
+        n, first, start = body.n_dof, body.state_start // 2, body.parameter_start + LOAD
+        for i in range(n):
+            mass, frequency = m.parameters[start + n + i], m.parameters[start + 2 * n + i]
+            write_constants(mass, frequency, dt, at.constants[:, first + i])
+    for face in range(len(m.faces)):
+        at.ranges[face, 0] = at.ranges[face, 1] = 0
+        for i in range(at.rows.shape[1]):
+            at.rows[face, i] = 0.0
+        if m.faces[face].moves != 0:
+            body = m.bodies[m.faces[face].body]
+            first = body.state_start // 2
+            at.ranges[face, 0], at.ranges[face, 1] = first, first + body.n_dof
+            for entry in range(m.row_start[face], m.row_start[face + 1]):
+                at.rows[face, m.row_index[entry] - body.state_start + first] = m.row_value[entry]
+
+
+@PART
+def moved(at: Coordinates, face: int, u: Array) -> float:
+    """Return the displacement of a face."""
+    total = 0.0
+    for i in range(at.ranges[face, 0], at.ranges[face, 1]):
+        total += at.rows[face, i] * u[i]
+    return total
+
+
+@PART
+def push(at: Coordinates, contact: int, by_u: int, by_v: int, force: float, state: Array) -> None:
+    """Add the response to a force of a contact to the state; ``by_u`` and ``by_v`` are rows of the constants."""
+    for face in range(2 * contact, 2 * contact + 2):
+        signed = -force if face == 2 * contact else force
+        for i in range(at.ranges[face, 0], at.ranges[face, 1]):
+            state[0, i] += signed * at.constants[by_u, i] * at.rows[face, i]
+            state[1, i] += signed * at.constants[by_v, i] * at.rows[face, i]
+
+
+@PART
+def swing(at: Coordinates, state: Array) -> None:
+    """Move all coordinates by a step without forces."""
+    for i in range(state.shape[1]):
+        u = state[0, i]
+        state[0, i] = at.constants[COSINE, i] * u + at.constants[SINE, i] * state[1, i]
+        state[1, i] = at.constants[COSINE, i] * state[1, i] - at.constants[TURN, i] * u
+
+
+@PART
+def write_compliances(at: Coordinates, out: Array) -> None:
+    """Write the overlaps that unit forces take away in a step, (contacts, contacts)."""
+    for one in range(len(out)):
+        for other in range(len(out)):
+            total = 0.0
+            for i in range(at.rows.shape[1]):
+                total += (
+                    (at.rows[2 * one, i] - at.rows[2 * one + 1, i])
+                    * at.constants[LIFT, i]
+                    * (at.rows[2 * other, i] - at.rows[2 * other + 1, i])
+                )
+            out[one, other] = total
+
+
+@PART
+def bend_at(record: Array, step: int, column: int) -> float:
+    """Return a sixth of the second difference of a column at the end of a step; 0 at both ends of the run."""
+    if step == 0 or step == len(record) - 1:
+        return 0.0
+    return float(record[step + 1, column] - 2.0 * record[step, column] + record[step - 1, column]) / 6.0
+
+
+@PART
+def spring_at(law: Array, overlap: float) -> tuple[float, float]:
+    """Return force [N] and stiffness [N/m] of the spring of a law."""
+    if overlap <= 0.0:
+        return 0.0, 0.0
+    share = law[STIFFNESS] * overlap ** (law[EXPONENT] - 1.0)
+    return float(share * overlap), float(law[EXPONENT] * share)
+
+
+@PART
+def write_sizes(record: Array, contact: int, dt: float, out: Array) -> None:
+    """Write largest force, size, impulse and error of reading the peak of a `ContactError`; clear the rest."""
+    column, last = 1 + COLUMNS * contact, len(record) - 1
+    square, total, top = 0.0, 0.0, 1
+    for step in range(1, last + 1):
+        force = record[step, column]
+        square += force * force
+        total += force
+        if force > record[top, column]:
+            top = step
+    peak = record[top, column]
+    before, after = record[top - 1, column] if top > 1 else 0.0, record[top + 1, column] if top < last else peak
+    bend, slope = before - 2.0 * peak + after, 0.5 * (after - before)
+    for field in range(out.size):
+        out[field] = 0.0
+    out[READING] = slope * slope / (-2.0 * bend) - bend / 24.0 if bend < 0.0 else 0.0  # of a parabola through the means
+    out[PEAK], out[SIZE], out[GIVEN] = peak, math.sqrt(square / last), total * dt
+
+
+@PART
+def error_before_reply(
+    record: Array, dt: float, law: Array, step: int, contact: int, overlap: float, own: Array
+) -> float:
+    """Return the error of a force with the overlap that is in error by ``overlap`` at the end of the step [m].
+
+    It is that before the force's own error changes the overlap; how it then follows is written to ``own``.
+    """
+    column = 1 + COLUMNS * contact
+    start, end = -record[step - 1, column + 1], -record[step, column + 1]
+    (force_before, tangent_before), (force, tangent) = spring_at(law, start), spring_at(law, end)
+    tangent, rate = 0.5 * (tangent_before + tangent), (end - start) / dt
+    if abs(end - start) > MIN_CHORD * max(abs(start), abs(end)):
+        tangent = (force - force_before) / (end - start)  # the mean, also where the faces meet within the step
+    if start <= 0.0 < end:
+        own[APPROACH] = rate
+    own[FOLLOWS] = 0.0
+    if record[step, column] <= 0.0:
+        return 0.0
+    bend = -0.5 * (bend_at(record, step - 1, column + 1) + bend_at(record, step, column + 1))
+    gain = law[HYSTERESIS] / own[APPROACH] if own[APPROACH] > 0.0 else 0.0
+    full, damping = tangent * (1.0 + gain * rate), 0.5 * gain * (force_before + force) / dt
+    own[FOLLOWS] = 0.5 * full + damping
+    before = own[LEFT] - own[RIGHT]
+    return float(0.5 * tangent * bend + 0.5 * full * (before + overlap) + damping * (overlap - before))
+
+
+@PART
+def book_faces(record: Array, step: int, contact: int, at: Coordinates, state: Array, own: Array, out: Array) -> None:
+    """Add the errors of the displacements of both faces in a step, and keep those at its end.
+
+    Within the step a displacement is read along a line, which lies beside its curve by s (h - s) u''/2.
+    """
+    for side in range(2):
+        column = 3 + COLUMNS * contact + 2 * side
+        error = moved(at, 2 * contact + side, state[0])
+        mean = 0.5 * (own[LEFT + side] + error)
+        curved = 0.5 * (bend_at(record, step - 1, column) + bend_at(record, step, column))
+        out[OF_LEFT + side] += mean * (mean + curved) + 0.3 * curved * curved
+        own[LEFT + side] = error
+
+
+@PART
+def book_force(record: Array, step: int, contact: int, dt: float, error: float, own: Array, out: Array) -> None:
+    """Add the error of a force in a step to those of its contact, and that of a gap that closes nearly."""
+    column, last = 1 + COLUMNS * contact, len(record) - 1
+    force, gap = record[step, column], record[step, column + 1]
+    out[FORCE] += error * error
+    out[IMPULSE] += error * dt
+    out[TOTAL] += abs(error) * dt
+    if force >= NEAR_PEAK * out[PEAK]:
+        out[AT_PEAK] = max(out[AT_PEAK], abs(error))
+    own[OF_ERROR] += error * error
+    own[OF_FORCE] += force * force
+    if own[OF_FORCE] > 0.0 and (force == 0.0 or step == last):
+        out[IN_TOUCH] = max(out[IN_TOUCH], math.sqrt(own[OF_ERROR] / own[OF_FORCE]))
+        own[OF_ERROR] = own[OF_FORCE] = 0.0
+    if 0.0 < gap < record[step - 1, column + 1] and step < last and gap <= record[step + 1, column + 1]:
+        out[MISSED] = max(out[MISSED], abs(own[LEFT] - own[RIGHT]) / gap)
+
+
+@ENTRY
+def write_errors(
+    m: StepArrays,
+    record: Array,
+    dt: float,
+    laws: Array,
+    constants: Array,
+    rows: Array,
+    ranges: Ints,
+    state: Array,
+    memory: Array,
+    compliances: Array,
+    system: Array,
+    out: Array,
+) -> None:
+    """Write the `ContactError` of each contact.
+
+    Parameters
+    ----------
+    m : StepArrays
+        Of the run.
+    record : Array
+        Records of every step, (n + 1, columns): time, then `COLUMNS` of each contact.
+    dt : float
+        Step [s].
+    laws : Array
+        (contacts, 3): K, n and a v0 of each law.
+    constants, rows, ranges : Array
+        Of `Coordinates`, written.
+    state, memory : Array
+        (2, coordinates) and (contacts, `WORDS`) of zeros, overwritten.
+    compliances, system : Array
+        (contacts, contacts) and (contacts, contacts + 1), overwritten.
+    out : Array
+        (contacts, fields of `ContactError`), written.
+    """
+    count, last, at = len(laws), len(record) - 1, Coordinates(constants, rows, ranges)
+    write_coordinates(m, dt, at)
+    write_compliances(at, compliances)
+    for c in range(count):
+        write_sizes(record, c, dt, out[c])
+    for step in range(1, last + 1):
+        swing(at, state)
+        for c in range(count):
+            column = 1 + COLUMNS * c
+            slope = (record[min(step + 1, last), column] - record[step - 1, column]) / (2.0 * dt)
+            if slope != 0.0:  # the run takes the mean of a force that rises
+                push(at, c, LIFT_OF_RAMP, PUSH_OF_RAMP, -slope, state)
+        acts = False
+        for c in range(count):
+            overlap = moved(at, 2 * c, state[0]) - moved(at, 2 * c + 1, state[0])
+            system[c, count] = error_before_reply(record, dt, laws[c], step, c, overlap, memory[c])
+            acts = acts or system[c, count] != 0.0
+        if acts:
+            for c in range(count):
+                for other in range(count):
+                    system[c, other] = memory[c, FOLLOWS] * compliances[c, other] + (1.0 if c == other else 0.0)
+            solve_banded(system, count, count)
+        for c in range(count):
+            if system[c, count] != 0.0:
+                push(at, c, LIFT, PUSH, system[c, count], state)
+        for c in range(count):
+            book_faces(record, step, c, at, state, memory[c], out[c])
+            book_force(record, step, c, dt, system[c, count], memory[c], out[c])
+    for c in range(count):
+        for field in (FORCE, OF_LEFT, OF_RIGHT):
+            out[c, field] = math.sqrt(out[c, field] / last)
+
+
+def errors_by_steps(record: Array, dt: float, laws: Array, m: StepArrays) -> list[ContactError]:
+    """Return the errors of the contacts of a run by its steps.
+
+    Parameters
+    ----------
+    record : Array
+        Records of every step, (n + 1, columns).
+    dt : float
+        Step [s].
+    laws : Array
+        (contacts, 3): K [N/m^n], n and a v0 of F = K d^n (1 + a d').
+    m : StepArrays
+        Of the run, whose bodies are stepped by `ExactModal`.
+    """
+    n, count = m.state.size // 2, len(laws)
+    at = Coordinates(np.zeros((7, n)), np.empty((2 * count, n)), np.empty((2 * count, 2), dtype=np.int64))
+    state, memory, out = np.zeros((2, n)), np.zeros((count, WORDS)), np.empty((count, len(ContactError._fields)))
+    systems = np.empty((count, count)), np.empty((count, count + 1))
+    entered_with_table(write_errors, m, record, dt, laws, *at, state, memory, *systems, out)
+    return [ContactError(*each) for each in out.tolist()]

@@ -1,0 +1,197 @@
+"""Runs of beams in modes whose own records state their error, and how fine the next one must be.
+
+Forces without jumps act between beams in modes and rigid bodies. The error by the steps follows from its linear
+equation (`impactlab.refine.errors.error_equation`), that by the modes left out from their flexibility. A first run is
+coarse. The error that it states falls as the square of the step, so that a second one as fine as the tolerance needs is
+mostly the last.
+
+Measured on random beams under a ball (both theories, supports, laws, masses, speeds, a wall behind some of them): see
+docs/theory/error-estimates.md.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
+from impactlab.history.base import AbstractHistory
+from impactlab.history.frame import touched_in
+from impactlab.metrics.peaks import MIN_PEAK
+from impactlab.refine.convergence import Level, Reach, Study
+from impactlab.refine.descriptions.contact_times import times_of
+from impactlab.refine.descriptions.description import MIN_GROWTH, MIN_ORDER_SHARE
+from impactlab.refine.errors.distances import MIN_IMPULSE, counted
+from impactlab.refine.errors.error_equation import ContactError, errors_by_steps
+from impactlab.refine.errors.level_errors import (
+    DONE,
+    MARGIN,
+    MAX_CHOOSING,
+    MAX_LEVELS,
+    MAX_SHOWN_ERROR,
+    MAX_UNSEEN,
+    MIN_LEFT,
+    NOT_CONVERGING,
+    UNSEEN,
+    allowed,
+    choosing_s,
+    magnified_by_touches,
+    resolves_contacts,
+)
+from impactlab.refine.errors.moving_frames import CELLS, moving_frames, norm
+from impactlab.refine.errors.raw_records import Records, records_of
+from impactlab.refine.errors.smooth_touch import SAFETY_ALONE
+from impactlab.scene.method import Simulation, laws_of
+from impactlab.types import Array
+
+MIN_SAVING_ALONE = 1.6  # predicted, of a coarser run after one that keeps the tolerance
+MIN_SAVING_OF_SHORT = 2.0  # the same where choosing takes long already
+# Of the error of a force over this force in a touch, or of a gap that nearly closes over this gap:
+MAX_SIZE = 0.3  # a larger one is no small one, and a gap may close
+OF_SECOND_ORDER = 15.0  # share of it by which errors may exceed those of the equation
+OF_IMPULSE = 0.1  # of the errors of a force, that of their sum at least: they may cancel by luck
+
+
+def laws_in(request: Simulation) -> Array:
+    """Return stiffness, exponent and hysteresis a v0 of the laws, shape (contacts, 3)."""
+    found, times = [], times_of(*request)
+    for contact, law in zip(request.scene.contacts, laws_of(*request), strict=True):
+        if isinstance(law, Hertz | AbstractHystereticLaw):
+            hysteresis = law.hysteresis() if isinstance(law, AbstractHystereticLaw) else 0.0
+            found.append((law.stiffness, law.exponent, hysteresis))
+        else:
+            found.append((times[contact.name].tangent, 1.0, 0.0))
+    return np.array(found)
+
+
+def error_alone(history: AbstractHistory, request: Simulation) -> float:
+    """Return the error of one run of a scene that `stated_alone` allows; inf where the equation does not give it.
+
+    That is where the error of a touch is not small, or a gap nearly closes. The force of a law with hysteresis depends
+    on the speed of the approach, which the equation takes as known: true before the first touch alone.
+    """
+    records = records_of(history)
+    if records is None or not history.contacts or not records.of_every_step:
+        return math.inf
+    laws = laws_in(request)
+    if len(history.contacts) > 1 and laws[:, 2].any():
+        return math.inf
+    found = errors_by_steps(records.record, records.dt, laws, records.arrays)
+    size = max(max(each.in_touch, each.missed) for each in found)
+    if not size <= MAX_SIZE:
+        return math.inf
+    shown = {
+        "displacements": _of_displacements(history, request, records, found),
+        "impulses": _of_impulses(found),
+        "peak_forces": _of_peaks(found),
+    }
+    return SAFETY_ALONE * (1.0 + OF_SECOND_ORDER * size) * max(shown[name] for name in counted(request)[2])
+
+
+def _of_displacements(
+    history: AbstractHistory, request: Simulation, records: Records, found: list[ContactError]
+) -> float:
+    """Return the largest relative error of the displacement of a face."""
+    scene, largest = request.scene, 0.0
+    moving = moving_frames(scene, touched_in(history))
+    for number, (contact, each) in enumerate(zip(scene.contacts, found, strict=True)):
+        moved_by = records.force(number, hard=False).moved(CELLS)
+        for point, moved, error in zip(contact.faces, moved_by, (each.left, each.right), strict=True):
+            body = scene.bodies[point.body]
+            if body.moves and error > 0.0:
+                size = norm(moved - moving.drift(body.face_channel(point.x)))
+                largest = max(largest, math.sqrt(CELLS) * error / max(size, 1e-300))
+    return largest
+
+
+def _of_impulses(found: list[ContactError]) -> float:
+    """Return the largest relative error of the impulse of a contact."""
+    least = MIN_IMPULSE * max(each.given for each in found)
+    given = [each for each in found if each.given > least]
+    return max(((abs(each.impulse) + OF_IMPULSE * each.total) / each.given for each in given), default=0.0)
+
+
+def _of_peaks(found: list[ContactError]) -> float:
+    """Return the largest relative error of the peak force of a contact."""
+    least = MIN_PEAK * max(each.peak for each in found)
+    return max(((each.near_peak + each.reading) / each.peak for each in found if each.peak > least), default=0.0)
+
+
+def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
+    """Set the error of a level by its own records, and the next fineness or why none follows.
+
+    Return False, with nothing set, where it takes two runs to know the error.
+    """
+    description, tolerance = study.description, allowed(request.method)
+    if math.isinf(description.alone) or not resolves_contacts(level.history, request):
+        return False
+    by_steps = error_alone(level.history, request)
+    study.magnified = magnified_by_touches(description, level, by_steps)
+    unseen = study.magnified * description.unseen(level.fineness, level.history)
+    if not math.isfinite(by_steps + unseen):
+        return False
+    level.by_steps, error = by_steps, by_steps + unseen
+    needed, holds = _needed(study, level, tolerance), error <= tolerance
+    if not needed and not holds:
+        if description.otherwise is None:
+            return False
+        study.closed = UNSEEN
+    level.error, level.worst, level.alone = error, "", True
+    level.reason = "" if holds else f"expected error {error:.2g} beyond the tolerance"
+    if holds:
+        study.next = needed or level.fineness
+        study.closed = "" if _saves(study, level) else DONE
+    elif needed:
+        study.next = study.wanted = max(needed, description.whole(math.ceil(MARGIN * level.fineness)))
+        if by_steps <= MAX_SHOWN_ERROR:
+            study.reach = Reach(level.fineness, by_steps, description.order, study.next)
+        if study.next > description.max_fineness:
+            study.closed = f"needs more than {description.max_fineness} {description.unit}, its most"
+        elif len(study.levels) > MAX_LEVELS:
+            study.closed = NOT_CONVERGING
+    return True
+
+
+def _needed(study: Study, level: Level, tolerance: float) -> int:
+    """Return about the least fineness with which an error falls within the tolerance; 0 where it takes more modes."""
+    description, order = study.description, _shown_order(study, level)
+
+    def unseen_at(fineness: int) -> float:
+        return study.magnified * description.unseen(fineness, level.history)
+
+    def falls_to(left: float) -> int:
+        sought = MARGIN * level.fineness * math.pow(level.by_steps / left, 1.0 / order)
+        return description.whole(max(description.min_fineness, math.ceil(sought)))
+
+    here = unseen_at(level.fineness)
+    if here <= MAX_UNSEEN * tolerance and unseen_at(found := falls_to(tolerance - here)) <= here:
+        return found
+    low, high = falls_to(tolerance), falls_to(MIN_LEFT * tolerance)  # finer steps resolve static shapes
+    if unseen_at(high) > MAX_UNSEEN * tolerance:
+        return 0
+    while high > MIN_GROWTH * low:
+        middle = description.whole(round(math.sqrt(low * high)))
+        unseen = unseen_at(middle)
+        keeps = unseen <= MAX_UNSEEN * tolerance and falls_to(tolerance - unseen) <= middle
+        if middle in (low, high):
+            break
+        low, high = (low, middle) if keeps else (middle, high)
+    return high
+
+
+def _shown_order(study: Study, level: Level) -> float:
+    """Return the order with which the errors of single runs fall, at most the declared one."""
+    order, first = study.description.order, study.levels[0]
+    if first.fineness >= level.fineness or 0.0 in (first.by_steps, level.by_steps):
+        return order  # a run that ends as the faces meet may show no error at all
+    shown = math.log(first.by_steps / level.by_steps) / math.log(level.fineness / first.fineness)
+    return min(max(shown, MIN_ORDER_SHARE * order), order)
+
+
+def _saves(study: Study, level: Level) -> bool:
+    """Return whether a coarser run in place of one that keeps the tolerance is worth its time."""
+    if any(each.fineness == study.next for each in study.levels):
+        return False
+    least = MIN_SAVING_ALONE if choosing_s(study) <= MAX_CHOOSING * study.seconds else MIN_SAVING_OF_SHORT
+    return study.description.seconds(level.fineness) > least * study.seconds
