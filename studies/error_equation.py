@@ -1,0 +1,80 @@
+"""Measures what one run of a beam states of its error: ``python -m studies.error_equation [--count 400] [--seed 1]``.
+
+Random beams of the audit (`studies.audit`) are run in modes at three fineness, and again with the same modes and much
+finer steps. The error by the steps that a run states (`impactlab.refine.errors.one_run`) is compared with the distance
+of the two. Prints the table of docs/theory/error-estimates.md; writes no page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from impactlab.errors import ImpactlabError
+from impactlab.refine.descriptions.beam_modes import BeamModesFamily
+from impactlab.refine.errors.distances import counted, distances
+from impactlab.refine.errors.level_errors import resolves_contacts
+from impactlab.refine.errors.one_run import error_alone
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.simulate.driver import run
+from studies.audit.families import draw
+from studies.audit.measure import case_for, quiet
+
+FINENESS = (60, 110, 262)  # steps in the shortest time of the scene
+FINER = 12.7  # times as many steps: no step of one run ends with one of the other
+MAX_STEPS = 6000  # of the coarser run
+ONCE, AGAIN = "one touch", "several touches or contacts"
+
+
+def rows_of(seed: int, number: int) -> Iterator[tuple[str, float, float]]:
+    """Give what a beam was touched like, the stated error (inf: none) and the true one, by fineness."""
+    case = case_for(draw("beam", seed, number).doc)
+    request = Simulation(*case.simulation())
+    family = BeamModesFamily(request)
+    description = family.description()
+    if not math.isfinite(description.alone):
+        return
+    for fineness in FINENESS:
+        if fineness < description.resolves or family.steps(fineness) > MAX_STEPS:
+            continue
+        made = Simulation(*description.simulation(fineness))
+        history = run(*made, with_warnings=False)
+        if not history.contacts or not resolves_contacts(history, made):
+            continue
+        stated = error_alone(history, request)
+        finer = run(*made.but(step=StepRule(dt=history.dt / FINER)), with_warnings=False)
+        apart = [each.pairs[0, 1] for each in distances((history, finer), *counted(request))]
+        yield ONCE if len(history.contacts) == 1 else AGAIN, stated, max(apart)
+
+
+def line(name: str, rows: list[tuple[str, float, float]]) -> str:
+    """Return a line of the table."""
+    found = np.array([true / stated for _, stated, true in rows if math.isfinite(stated)])
+    numbers = [*np.quantile(found, (0.5, 0.99)), found.max()]
+    return f"| {name} | {len(rows)} | {len(found)} | " + " | ".join(f"{each:.2f}" for each in numbers) + " |"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--count", type=int, default=400)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    quiet()
+    rows = []
+    for number in range(given.count):
+        try:
+            rows += rows_of(given.seed, number)
+        except (ImpactlabError, OverflowError):  # a case that is refused, or one with a hard contact
+            continue
+    print("| beams with | runs | that state an error | true/stated, median | 99 % | largest |")
+    print("|---|---:|---:|---:|---:|---:|")
+    for name in (ONCE, AGAIN):
+        print(line(name, [row for row in rows if row[0] == name]))
+
+
+if __name__ == "__main__":
+    main()
