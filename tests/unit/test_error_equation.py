@@ -134,3 +134,10 @@ def test_a_run_whose_steps_are_not_all_recorded_states_no_error():
     history = run(*asked.but(records=200))
     assert not records_of(history).of_every_step
     assert math.isinf(one_run.error_alone(history, asked))
+
+
+def test_a_run_whose_steps_are_cut_at_events_states_no_error():
+    asked = struck(Hertz(1e9), PINNED, 0.15, 1e-5)
+    history = run(*asked.but(events="located"))
+    assert not records_of(history).of_every_step
+    assert math.isinf(one_run.error_alone(history, asked))

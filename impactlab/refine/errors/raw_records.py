@@ -21,6 +21,8 @@ from impactlab.numerics.slopes import MIN_MEANS
 from impactlab.simulate.stepping.results.history import RecordedHistory
 from impactlab.types import Array, Ints
 
+WHOLE_TOL = 1e-6  # of a step: rounding of the instant at which it ends
+
 
 class Sizes(NamedTuple):
     """Norms of a displacement at instants, and of its difference to that of another run [m]."""
@@ -82,7 +84,8 @@ class Records:
         assembly = history.assembly
         self.record, self.columns = record, assembly.layout.displacement_columns
         self.arrays, self.dt = assembly.memory, assembly.dt
-        self.of_every_step = assembly.stride == 1
+        whole = (len(record) - 1) * assembly.dt  # located events cut steps
+        self.of_every_step = assembly.stride == 1 and abs(record[-1, 0] - whole) <= WHOLE_TOL * assembly.dt
         self._layout, self._duration = assembly.layout, history.duration
         self._late = assembly.integrator.load_point - 0.5
         self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}  # also by each channel alone
