@@ -55,7 +55,7 @@ class ContactError(NamedTuple):
     size: float  # N, root of the mean square of the force
     given: float  # N s, its impulse
     in_touch: float  # largest error of the force in a touch, over its force in this touch, by their norms
-    missed: float  # largest error of a gap that closes nearly, over this gap
+    missed: float  # largest error of a gap that nearly closes (under a law with hysteresis: or opens), over this gap
 
 
 class Coordinates(NamedTuple):
@@ -240,8 +240,10 @@ def book_faces(record: Array, step: int, contact: int, at: Coordinates, state: A
 
 
 @PART
-def book_force(record: Array, step: int, contact: int, dt: float, error: float, own: Array, out: Array) -> None:
-    """Add the error of a force in a step to those of its contact, and that of a gap that closes nearly."""
+def book_force(
+    record: Array, dt: float, law: Array, step: int, contact: int, error: float, own: Array, out: Array
+) -> None:
+    """Add the error of a force in a step to those of its contact, and that of a gap that nearly closes or opens."""
     column, last = 1 + COLUMNS * contact, len(record) - 1
     force, gap = record[step, column], record[step, column + 1]
     out[FORCE] += error * error
@@ -254,8 +256,11 @@ def book_force(record: Array, step: int, contact: int, dt: float, error: float, 
     if own[OF_FORCE] > 0.0 and (force == 0.0 or step == last):
         out[IN_TOUCH] = max(out[IN_TOUCH], math.sqrt(own[OF_ERROR] / own[OF_FORCE]))
         own[OF_ERROR] = own[OF_FORCE] = 0.0
-    if 0.0 < gap < record[step - 1, column + 1] and step < last and gap <= record[step + 1, column + 1]:
-        out[MISSED] = max(out[MISSED], abs(own[LEFT] - own[RIGHT]) / gap)
+    if step < last:
+        rises, falls = gap > record[step - 1, column + 1], record[step + 1, column + 1] < gap
+        # Under a law with hysteresis a new touch has a speed of approach of its own.
+        if (gap > 0.0 and not rises and not falls) or (gap < 0.0 and rises and falls and law[HYSTERESIS] > 0.0):
+            out[MISSED] = max(out[MISSED], abs(own[LEFT] - own[RIGHT]) / abs(gap))
 
 
 @ENTRY
@@ -321,7 +326,7 @@ def write_errors(
                 push(at, c, LIFT, PUSH, system[c, count], state)
         for c in range(count):
             book_faces(record, step, c, at, state, memory[c], out[c])
-            book_force(record, step, c, dt, system[c, count], memory[c], out[c])
+            book_force(record, dt, laws[c], step, c, system[c, count], memory[c], out[c])
     for c in range(count):
         for field in (FORCE, OF_LEFT, OF_RIGHT):
             out[c, field] = math.sqrt(out[c, field] / last)
