@@ -21,8 +21,6 @@ MAX_SURE_COST = 1.25  # times the predicted cost of a short run, up to which it 
 SURE_RATIO = 4.0  # of its error to one that needs three runs: two are extrapolated by half the order
 START_MARGIN = 1.5  # on predicted errors, as that of peak forces (`impactlab.refine.errors.level_errors`)
 MAX_FREE_COST = 1.4  # times the fixed cost of a run, up to which a finer start is taken at no price
-MAX_FIRST_COST = 1.5  # times the predicted cost of a cheap run, up to which one that is likely to do is taken first
-FIRST_RATIO = 8.0  # of the fineness that is likely to do to that of a first run, at most: its order shows from there
 
 
 @dataclasses.dataclass(frozen=True)
@@ -116,19 +114,10 @@ class Description:
         return self.whole(max(needed, free))
 
     def first_alone(self, error: float) -> int:
-        """Return the fineness of a first run whose own records say how fine the next one must be; 0 where none do.
-
-        It is so coarse that it costs little, or fine enough where that costs little more.
-        """
+        """Return the fineness of a first run whose own records state its error; 0 where none do."""
         if math.isinf(self.alone):
             return 0
-        likely, first = self.fineness_for(error, self.alone), self.min_fineness
-        while first < likely and self.seconds(finer := first + max(1, first // 8)) <= MAX_FREE_COST * cost.FIXED_S:
-            first = finer
-        first = max(first, round(likely / FIRST_RATIO), self.resolves)
-        if first < likely and self.seconds(likely) <= MAX_FIRST_COST * self.seconds(first):
-            first = likely
-        return self.whole(min(first, self.max_fineness))
+        return self.whole(min(max(self.fineness_for(error, self.alone), self.resolves), self.max_fineness))
 
     def wanted_of(self, start: int, error: float) -> int:
         """Return which of the first two runs is predicted to keep an error: the coarser one, else ``start``."""

@@ -2,11 +2,10 @@
 
 Forces without jumps act between beams in modes and rigid bodies. The error by the steps follows from its linear
 equation (`impactlab.refine.errors.error_equation`), that by the modes left out from their flexibility. A first run is
-coarse. The error that it states falls as the square of the step, so that a second one as fine as the tolerance needs is
-mostly the last.
+as fine as is likely to do. The error that it states falls as the square of the step, so that a second one as fine as
+the tolerance needs is mostly the last.
 
-Measured on random beams under a ball (both theories, supports, laws, masses, speeds, a wall behind some of them): see
-docs/theory/error-estimates.md.
+Measured on random beams by `studies.error_equation`; the figures are in docs/theory/error-estimates.md.
 """
 
 from __future__ import annotations
