@@ -106,7 +106,10 @@ class BeamModesFamily:
         self.factor = counted_share(request) * (ERROR_OF_SPRINGS if springs else ERROR_OF_MODES)
         self.steps_needed = STEPS * math.sqrt(3.0 * self.factor / self.tolerance)
         self.max_modes = MAX_MODES if self.closed_form else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
-        self.stiffness_known = not any(math.isnan(times.tangent) for times in times_of(*request).values())
+        # A dashpot is stiff at its touch, however soft its spring: then the modes left out are not known to be few.
+        self.stiffness_known = not any(math.isnan(times.tangent) for times in times_of(*request).values()) and not any(
+            law.force_jumps for law in laws_of(*request)
+        )
         self.fewest = COARSEST_KNOWN if self.stiffness_known else COARSEST_MODES
         self.longest_dt = COARSER * self._dt(math.ceil(self.steps_needed))
         # Static shapes are used if they replace many modes: all that are fast beside the force.
