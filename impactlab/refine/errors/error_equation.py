@@ -1,14 +1,19 @@
 """The error by the steps of a run in modes, from the linear equation that it obeys.
 
 Modes under exact steps move without error between the steps; the only error is that of a force which is constant over
-each of them. With a step h and an overlap d the motion follows the mean of the force, which changes d by h^2 d''/12,
-and the force is the mean of the law along a line between the ends of the step, not along the motion, as if d were
-larger by h^2 d''/12. The error e of the overlap and that of the force, x, then obey
+each of them. With a step h and an overlap d
 
-    x = F'(d) (e + h^2 d''/12),    e = h^2 d''/12 - G x,
+- the motion follows the mean of the force, not the force, which rises across the step: modes respond to the difference,
+  s (t - h/2) with the slope s. Slow ones change d by h^2 d''/12;
+- the force is the mean of the law along a line between the ends of the step, not along the motion, as if d were larger
+  by h^2 d''/12.
 
-with G x the motion of the bodies apart under x. It is linear in the error and marched with the steps of the run
-itself. Errors of the second order are left out. Of a law F = K d^n (1 + a d') the force changes by
+With p the first of these, the error e of the overlap and that of the force, x, obey
+
+    x = F'(d) (e + h^2 d''/12),    e = p - G x,
+
+where G x is how far x moves the faces apart. The equation is linear and marched with the modes and steps of the run
+itself; errors of the second order are left out. Of a law F = K d^n (1 + a d') the force changes by
 K n d^(n-1) (h^2 d''/12 + (1 + a d') e) + a K d^n e'.
 """
 
