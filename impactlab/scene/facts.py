@@ -29,6 +29,11 @@ def beams_of(scene: Scene) -> list[Beam]:
     return beams_among(scene.elastic.values()) if scene.elastic else []
 
 
+def is_lossy(beam: Beam) -> bool:
+    """Return whether a beam or its ends lose energy, which exact modes leave out."""
+    return beam.is_damped or any(end.kind in ("dashpot", "infinite") for end in (beam.left, beam.right))
+
+
 def changes(scene: Scene) -> bool:
     """Return whether a body of a scene has matrices that change as it moves: a mechanism."""
     return any(body.changes for body in scene.bodies.values())

@@ -18,7 +18,7 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.refine.descriptions import cost, meshed_modes
-from impactlab.refine.descriptions.beams import MAX_DENSE_ELEMENTS, STEPS, is_lossy, modal_model, shortest_time
+from impactlab.refine.descriptions.beams import MAX_DENSE_ELEMENTS, STEPS, modal_model, shortest_time
 from impactlab.refine.descriptions.contact_times import times_of
 from impactlab.refine.descriptions.cost import Cost
 from impactlab.refine.descriptions.description import Description
@@ -27,7 +27,7 @@ from impactlab.refine.errors import left_out
 from impactlab.refine.errors.distances import counted
 from impactlab.refine.errors.smooth_touch import are_soft, stated_alone
 from impactlab.scene.bodies import Beam
-from impactlab.scene.facts import beams_of, rods_of
+from impactlab.scene.facts import beams_of, is_lossy, rods_of
 from impactlab.scene.method import Simulation, StepRule, laws_of
 from impactlab.scene.problem import Scene
 

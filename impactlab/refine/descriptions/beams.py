@@ -22,7 +22,7 @@ from impactlab.refine.descriptions.contact_times import shortest_rise
 from impactlab.refine.descriptions.description import Description
 from impactlab.refine.descriptions.rods import MIN_FINENESS, modelled_as
 from impactlab.scene.bodies import Beam
-from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
+from impactlab.scene.facts import beams_of, is_lossy, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Point, Probe, Scene
 from impactlab.scene.sizes import PER_CELL, fits
@@ -134,11 +134,6 @@ def shortest_time(request: Simulation) -> float:
         for beam in beams_of(request.scene)
     ]
     return min(request.scene.duration, STEPS * shortest_rise(*request), *periods)
-
-
-def is_lossy(beam: Beam) -> bool:
-    """Return whether a beam or its ends lose energy, which exact modes leave out."""
-    return beam.is_damped or any(end.kind in ("dashpot", "infinite") for end in (beam.left, beam.right))
 
 
 def are_delay_lines(scene: Scene) -> bool:

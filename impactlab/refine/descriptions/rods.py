@@ -33,6 +33,7 @@ from impactlab.refine.descriptions.contact_times import shortest_rise
 from impactlab.refine.descriptions.cost import Cost
 from impactlab.refine.descriptions.description import Description
 from impactlab.refine.descriptions.rows_of_beads import row_of_beads, serves
+from impactlab.refine.errors.smooth_touch import stated_alone
 from impactlab.scene.facts import (
     delay_unit,
     is_a_delay_line,
@@ -169,6 +170,8 @@ def _rigid(request: Simulation, for_choice: bool) -> Description:
         error=_smooth_error(request, 1.0, duration),
         safety=3.0,
         min_fineness=40,
+        alike=True,
+        alone=stated_alone(request),
         for_choice=for_choice,  # along rows of beads leapfrog is as accurate, at a hundredth of the cost
     )
 

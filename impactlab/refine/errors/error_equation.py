@@ -33,12 +33,14 @@ from impactlab.types import Array, Ints
 
 MAX_SERIES = 0.3  # rad, turn of a mode in a step up to which a series is exact to 1e-6
 MIN_CHORD = 1e-6  # of an overlap: across less the slope of a chord is rounding
+MAX_SPEEDING = 0.5  # change of a speed of approach in the step of its touch: above, it is no speed
 NEAR_PEAK = 0.9  # of the largest force: steps whose errors count for the peak
 COSINE, SINE, TURN, LIFT, PUSH, LIFT_OF_RAMP, PUSH_OF_RAMP = range(7)  # rows of the constants of the coordinates
 STIFFNESS, EXPONENT, HYSTERESIS = range(3)  # columns of the laws
-# Columns of the memory of a contact: errors of both faces at the start of the step; speed of the approach; share by
-# which the error of the force follows that of the overlap at the end of the step; sums of squares over a touch.
-LEFT, RIGHT, APPROACH, FOLLOWS, OF_ERROR, OF_FORCE, WORDS = range(7)
+# Columns of the memory of a contact: errors of both faces at the start of the step; speed of the approach, its error,
+# and its change in the step of the touch over itself; share by which the error of the force follows that of the overlap
+# at the end of the step; sums of squares over a touch.
+LEFT, RIGHT, APPROACH, APPROACH_ERROR, SPEEDS_UP, FOLLOWS, OF_ERROR, OF_FORCE, WORDS = range(9)
 COLUMNS = 6  # of a contact in a record: force, gap, displacement and velocity of both faces
 
 
@@ -216,17 +218,24 @@ def error_before_reply(
     tangent, rate = 0.5 * (tangent_before + tangent), (end - start) / dt
     if abs(end - start) > MIN_CHORD * max(abs(start), abs(end)):
         tangent = (force - force_before) / (end - start)  # the mean, also where the faces meet within the step
+    before = own[LEFT] - own[RIGHT]
     if start <= 0.0 < end:
-        own[APPROACH] = rate
+        # The touch is dated on a line: it comes early by its error, and where the approach speeds up, by that curve.
+        begins = record[step - 1, column + 3] - record[step - 1, column + 5]
+        own[APPROACH], share, gained = rate, -start / (end - start), 2.0 * (rate - begins) * dt
+        early = before + share * (overlap - before) + 0.5 * share * (1.0 - share) * gained
+        own[APPROACH_ERROR] = (overlap - before - gained * early / (end - start)) / dt
+        own[SPEEDS_UP] = abs(gained) / (end - start)
     own[FOLLOWS] = 0.0
     if record[step, column] <= 0.0:
         return 0.0
     bend = -0.5 * (bend_at(record, step - 1, column + 1) + bend_at(record, step, column + 1))
+    spring = 0.5 * (force_before + force)
     gain = law[HYSTERESIS] / own[APPROACH] if own[APPROACH] > 0.0 else 0.0
-    full, damping = tangent * (1.0 + gain * rate), 0.5 * gain * (force_before + force) / dt
+    full, damping = tangent * (1.0 + gain * rate), gain * spring / dt
     own[FOLLOWS] = 0.5 * full + damping
-    before = own[LEFT] - own[RIGHT]
-    return float(0.5 * tangent * bend + 0.5 * full * (before + overlap) + damping * (overlap - before))
+    by_approach = -gain * spring * rate * own[APPROACH_ERROR] / own[APPROACH] if gain > 0.0 else 0.0
+    return float(0.5 * tangent * bend + 0.5 * full * (before + overlap) + damping * (overlap - before) + by_approach)
 
 
 @PART
@@ -256,6 +265,8 @@ def book_force(
     out[TOTAL] += abs(error) * dt
     if force >= NEAR_PEAK * out[PEAK]:
         out[AT_PEAK] = max(out[AT_PEAK], abs(error))
+    if law[HYSTERESIS] > 0.0 and own[SPEEDS_UP] > MAX_SPEEDING:
+        out[MISSED] = math.inf
     own[OF_ERROR] += error * error
     own[OF_FORCE] += force * force
     if own[OF_FORCE] > 0.0 and (force == 0.0 or step == last):

@@ -49,6 +49,8 @@ MIN_SAVING_OF_SHORT = 2.0  # the same where choosing takes long already
 # Of the error of a force over this force in a touch, or of a gap that nearly closes over this gap:
 MAX_SIZE = 0.3  # a larger one is no small one, and a gap may close
 OF_SECOND_ORDER = 15.0  # share of it by which errors may exceed those of the equation
+OF_APPROACHES = 2.0  # under laws with hysteresis: the speeds of later approaches are known less well
+MAX_STATED = 0.2  # a larger error is no small one, either
 OF_IMPULSE = 0.1  # of the errors of a force, that of their sum at least: they may cancel by luck
 
 
@@ -68,14 +70,12 @@ def error_alone(history: AbstractHistory, request: Simulation) -> float:
     """Return the error of one run of a scene that `stated_alone` allows; inf where the equation does not give it.
 
     That is where the error of a touch is not small, or a gap nearly closes. The force of a law with hysteresis depends
-    on the speed of the approach, which the equation takes as known: true before the first touch alone.
+    on the speed of the approach: where a touch begins with no speed of its own, nothing is stated.
     """
     records = records_of(history)
     if records is None or not history.contacts or not records.of_every_step:
         return math.inf
     laws = laws_in(request)
-    if len(history.contacts) > 1 and laws[:, 2].any():
-        return math.inf
     found = errors_by_steps(records.record, records.dt, laws, records.arrays)
     size = max(max(each.in_touch, each.missed) for each in found)
     if not size <= MAX_SIZE:
@@ -85,7 +85,9 @@ def error_alone(history: AbstractHistory, request: Simulation) -> float:
         "impulses": _of_impulses(found),
         "peak_forces": _of_peaks(found),
     }
-    return SAFETY_ALONE * (1.0 + OF_SECOND_ORDER * size) * max(shown[name] for name in counted(request)[2])
+    safety = SAFETY_ALONE * (OF_APPROACHES if len(history.contacts) > 1 and laws[:, 2].any() else 1.0)
+    stated = safety * (1.0 + OF_SECOND_ORDER * size) * max(shown[name] for name in counted(request)[2])
+    return stated if stated <= MAX_STATED else math.inf
 
 
 def _of_displacements(

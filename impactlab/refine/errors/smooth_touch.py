@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.history.base import AbstractHistory
-from impactlab.refine.descriptions.beams import is_lossy
 from impactlab.refine.descriptions.description import MIN_ORDER_SHARE, Description
-from impactlab.scene.facts import beams_of, rods_of
+from impactlab.scene.facts import beams_of, is_lossy, rods_of
 from impactlab.scene.method import Simulation, laws_of
 
 ORDER_SHARE = 0.75  # of the declared order, assumed by an estimate from two such runs
 SAFETY_ALONE = 1.5  # factor on the error that one run shows
 SHOWN, SHOWN_OF_SPRINGS = 3.2, 2.2  # error that one run shows over the predicted one, in most scenes
+MAX_CONTACTS = 8  # the equation of their errors is solved with a full matrix in every step
 SMOOTH = (Penalty, Hertz, AbstractHystereticLaw)
 
 
@@ -32,10 +32,10 @@ def is_smooth(request: Simulation) -> bool:
 def stated_alone(request: Simulation) -> float:
     """Return the error that one run states over its predicted one; inf where two runs are needed.
 
-    Two are needed with probes, as only two runs show whether these converge, and with beams that lose energy, which are
-    not stepped exactly.
+    Two are needed with probes, as only two runs show whether these converge, with beams that lose energy, which are not
+    stepped exactly, and with many contacts.
     """
-    if request.scene.probes or not request.scene.contacts or not is_smooth(request):
+    if request.scene.probes or not 0 < len(request.scene.contacts) <= MAX_CONTACTS or not is_smooth(request):
         return math.inf
     if any(is_lossy(beam) for beam in beams_of(request.scene)):
         return math.inf
