@@ -1,20 +1,21 @@
-"""Measures what one run of a beam states of its error: ``python -m studies.error_equation [--count 400] [--seed 1]``.
+"""Measures what one run states of its error: ``python -m studies.error_equation [--count 400] [--seed 1]``.
 
-Random beams of the audit (`studies.audit`) are run in modes at three fineness, and again with the same modes and much
-finer steps. The error by the steps that a run states (`impactlab.refine.errors.one_run`) is compared with the distance
-of the two. Prints the table of docs/theory/error-estimates.md; writes no page.
+Random beams and rigid bodies of the audit (`studies.audit`) are run at three fineness, and again with the same modes
+and much finer steps. The error by the steps that a run states (`impactlab.refine.errors.one_run`) is compared with the
+distance of the two. Prints the table of docs/theory/error-estimates.md; writes no page.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from impactlab.errors import ImpactlabError
-from impactlab.refine.descriptions.beam_modes import BeamModesFamily
+from impactlab.refine.descriptions.suitable import for_choice
 from impactlab.refine.errors.distances import counted, distances
 from impactlab.refine.errors.level_errors import resolves_contacts
 from impactlab.refine.errors.one_run import error_alone
@@ -23,22 +24,21 @@ from impactlab.simulate.driver import run
 from studies.audit.families import draw
 from studies.audit.measure import case_for, quiet
 
-FINENESS = (60, 110, 262)  # steps in the shortest time of the scene
+FINENESS = {"beam": (60, 110, 262), "rigid": (262, 700, 2000)}  # steps in the shortest time of the scene; in all
 FINER = 12.7  # times as many steps: no step of one run ends with one of the other
 MAX_STEPS = 6000  # of the coarser run
-ONCE, AGAIN = "one touch", "several touches or contacts"
+ONCE, AGAIN = "one touch", "several touches"
 
 
-def rows_of(seed: int, number: int) -> Iterator[tuple[str, float, float]]:
-    """Give what a beam was touched like, the stated error (inf: none) and the true one, by fineness."""
-    case = case_for(draw("beam", seed, number).doc)
+def rows_of(kind: str, seed: int, number: int) -> Iterator[tuple[str, float, float]]:
+    """Give what a scene was touched like, the stated error (inf: none) and the true one, by fineness."""
+    case = case_for(draw(kind, seed, number).doc)
     request = Simulation(*case.simulation())
-    family = BeamModesFamily(request)
-    description = family.description()
-    if not math.isfinite(description.alone):
+    description = next((each for each in for_choice(request)[0] if math.isfinite(each.alone)), None)
+    if description is None:
         return
-    for fineness in FINENESS:
-        if fineness < description.resolves or family.steps(fineness) > MAX_STEPS:
+    for fineness in FINENESS[kind]:
+        if fineness < description.resolves or description.work(fineness)[0] > MAX_STEPS:
             continue
         made = Simulation(*description.simulation(fineness))
         history = run(*made, with_warnings=False)
@@ -47,7 +47,7 @@ def rows_of(seed: int, number: int) -> Iterator[tuple[str, float, float]]:
         stated = error_alone(history, request)
         finer = run(*made.but(step=StepRule(dt=history.dt / FINER)), with_warnings=False)
         apart = [each.pairs[0, 1] for each in distances((history, finer), *counted(request))]
-        yield ONCE if len(history.contacts) == 1 else AGAIN, stated, max(apart)
+        yield f"{kind}, " + (ONCE if len(history.contacts) == 1 else AGAIN), stated, max(apart)
 
 
 def line(name: str, rows: list[tuple[str, float, float]]) -> str:
@@ -65,14 +65,13 @@ def main() -> None:
     given = parser.parse_args()
     quiet()
     rows = []
-    for number in range(given.count):
-        try:
-            rows += rows_of(given.seed, number)
-        except (ImpactlabError, OverflowError):  # a case that is refused, or one with a hard contact
-            continue
-    print("| beams with | runs | that state an error | true/stated, median | 99 % | largest |")
+    for kind in FINENESS:
+        for number in range(given.count):
+            with contextlib.suppress(ImpactlabError):  # a case that is refused
+                rows += rows_of(kind, given.seed, number)
+    print("| scenes | runs | that state an error | true/stated, median | 99 % | largest |")
     print("|---|---:|---:|---:|---:|---:|")
-    for name in (ONCE, AGAIN):
+    for name in dict.fromkeys(row[0] for row in rows):
         print(line(name, [row for row in rows if row[0] == name]))
 
 
