@@ -179,7 +179,7 @@ class AbstractRecordedHistory(AbstractHistory):
     def largest(self, channel: str) -> float:
         self._check_channel(channel)
         found = self._channel(channel)
-        if found.middles is not None:
+        if found.stepped:
             return super().largest(channel)
         inside = found.values[: np.searchsorted(found.times, self.duration)]  # the last step may reach beyond the end
         return float(inside.max(initial=self.at_end(channel)))
@@ -197,7 +197,8 @@ class AbstractRecordedHistory(AbstractHistory):
     def turning_times(self, channel: str) -> Array:
         self._check_channel(channel)
         found = self._channel(channel)  # straight lines between records are largest at one of them
-        return super().turning_times(channel) if found.stepped else np.clip(found.times, 0.0, self.duration)
+        times = super().turning_times(channel) if found.stepped else found.times
+        return np.clip(times, 0.0, self.duration)  # the last step may end after the run
 
     def field_times(self, body: str) -> Array | None:
         self._check_body(body)
