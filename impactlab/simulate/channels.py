@@ -32,7 +32,7 @@ class Channel(NamedTuple):
     stepped: bool
     middles: Array | None = None
     rate: bool = False  # whether it follows from velocities, which some schemes keep at other instants than the ends
-    pulls: bool = False  # a force that may have either sign, of a link
+    pulls: bool = False  # a force that may have either sign
 
 
 class Probed(NamedTuple):

@@ -43,7 +43,7 @@ class Source(NamedTuple):
     stepped: bool = False
     sloped: bool = False  # means over steps, read with a slope inside each
     rate: bool = False  # follows from velocities
-    pulls: bool = False  # the force of a link, of either sign
+    pulls: bool = False  # the force of a law that may pull
 
 
 @final
@@ -194,7 +194,7 @@ class Layout:
         law = self.plan.acting.laws[contact.name]
         # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
         kept: Literal["record", "none"] = "record" if law.answers_force else "none"
-        force = Source(kept, (column,), "forces", stepped=True, sloped=not law.hard, pulls=law.two_sided)
+        force = Source(kept, (column,), "forces", stepped=True, sloped=not law.hard, pulls=law.pulls)
         yield f"force:{contact.name}", force
         if column >= self.first_bead_force:
             yield f"gap:{contact.name}", Source("bead_gaps", (column - self.first_bead_force,))
