@@ -249,18 +249,19 @@ def test_tension_of_a_link_is_read_as_exactly_as_compression(integrator: str) ->
 
 @pytest.mark.parametrize("integrator", ["newmark", "midpoint", "central_difference", "generalised_alpha"])
 def test_a_toe_and_a_loose_specimen_never_pull(integrator: str) -> None:
-    # Both let go on the way back; at any end of the run their forces are read with a slope, but not below 0.
+    # Both let go in the middle of the last step of the run, of which the mean force is above 0 and the slope steep.
     toe = {"kind": "smith", "capacity": 3e3, "quake": 1e-3, "tension": False}
     flow = {"yield_stress": 1e9, "hardening": 0.0}
     loose = {"kind": "specimen", "length": 5e-3, "area": 1e-5, "young": 1e10, "flow": flow}
     for law, stiffness in ((toe, 3e6), (loose, 2e7)):
         half = math.pi / math.sqrt(stiffness)  # s, of a swing of 1 kg
-        for end in (0.9, 0.93, 0.96, 0.99, 1.1):
+        for steps in (10, 15):
+            dt = half / (steps - 0.5)
             history = il.run(
                 il.Case(
                     bodies={"mass": il.Mass(1.0, velocity=0.5), "wall": il.Wall()},
                     contacts=[il.Contact("mass", "wall", law)],
-                    solve=in_steps(end * half, integrator, dt=half / 12),
+                    solve=in_steps(steps * dt, integrator, dt=dt),
                 )
             )
             t = np.linspace(0.0, history.duration, 999)
