@@ -60,14 +60,15 @@ class Segmented:
         return itertools.accumulate(segment.length for segment in self.segments)
 
     def retardation(self, x: float, quantity: Quantity) -> float:
-        """Return by how much of its rate an internal force at x [m] exceeds its elastic part: viscosity over E [s].
+        """Return by how much of its rate an internal force at x [m] exceeds its elastic part [s].
 
-        It is 0 of quantities that are no internal force.
+        It is viscosity over E, and the factor of the stiffness in Rayleigh damping, which is a viscosity of that factor
+        times E. It is 0 of quantities that are no internal force.
         """
         if quantity not in INTERNAL_FORCES:
             return 0.0
         segment = self.segment_at(x)
-        return segment.viscosity / segment.young
+        return segment.viscosity / segment.young + self.damping.stiffness
 
     def is_inner(self, x: float) -> bool:
         """Return whether x [m] lies between the ends."""
