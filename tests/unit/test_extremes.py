@@ -72,3 +72,13 @@ def test_extremes_of_the_force_of_a_link_are_those_of_its_result() -> None:
     least, largest = extremes(history, "force:hammer|rod.left")
     assert (least, largest) == pytest.approx((link.smallest, link.largest), rel=1e-12)
     assert math.isclose(history.largest("force:hammer|rod.left"), link.largest)
+
+
+def test_an_adaptive_force_never_pulls_where_its_law_does_not() -> None:
+    """Between its steps the impulse is an interpolant, which may fall by its tolerance beside a contact."""
+    case = il.Case(
+        bodies={"ball": il.Mass(0.2, velocity=1.0), "wall": il.Wall()},
+        contacts=[il.Contact("ball", "wall", {"kind": "hertz", "stiffness": 1e10}, gap=3.3e-4)],
+        solve=in_steps(1e-3, "adaptive", dt=1e-3),
+    )
+    assert extremes(il.run(case), "force:ball|wall")[0] == 0.0
