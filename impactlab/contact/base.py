@@ -142,6 +142,11 @@ class AbstractContactLaw(ABC):
         return None
 
     @property
+    def pulls(self) -> bool:
+        """Whether its force may be negative: that of most links."""
+        return self.two_sided
+
+    @property
     def remembers(self) -> bool:
         """Whether the law keeps a permanent deformation."""
         return type(self).set_of is not AbstractContactLaw.set_of

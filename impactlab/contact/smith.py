@@ -55,6 +55,10 @@ class Smith(AbstractContactLaw):
         )  # fmt: skip
         return Start(parameters=parameters, memory=(self.set, 0.0, 0.0))
 
+    @property
+    def pulls(self) -> bool:
+        return self.tension
+
     def branches(self) -> Branches | None:
         """Return its branches; None with a dashpot J |Rs| v, which is no linear one."""
         if self.rule == "smith" and self.damping > 0.0:

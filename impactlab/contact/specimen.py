@@ -165,6 +165,10 @@ class Specimen(AbstractContactLaw):
                 stress = np.interp(plastic, strains, stresses)
         return np.append(0.0, plastic + stress / self.young), np.append(0.0, stress)
 
+    @property
+    def pulls(self) -> bool:
+        return self.tension
+
     def branches(self) -> Branches | None:
         """Return its branches; None where its flow stress is curved, a table, or depends on the rate."""
         if not isinstance(self.flow, LinearFlow) or self.rate is not None:

@@ -149,11 +149,12 @@ def _peak(history: AbstractRecordedHistory, contact: str, until: float, before: 
     left, top, right = (float(force) for force in forces[at - 1 : at + 2])
     slope, bend = 0.5 * (right - left), right - 2.0 * top + left
     shift = -slope / bend if bend < 0.0 else 0.0
-    time = float(channel.times[at])
-    step = float(channel.times[at + 1] - channel.times[at - 1]) / 2.0
+    middles = channel.times if channel.middles is None else channel.middles  # forces are means
+    step = float(middles[at + 1] - middles[at - 1]) / 2.0
     # Of a run with more steps than records the latter are means over several: the period of contact has the peak.
-    force = max(top + 0.5 * slope * shift, _kept(history, contact, channel, time) if until == math.inf else 0.0)
-    return time + shift * step, force, force - float(forces[0])
+    kept = _kept(history, contact, channel, float(channel.times[at])) if until == math.inf else 0.0
+    force = max(top + 0.5 * slope * shift, kept)
+    return float(middles[at]) + shift * step, force, force - float(forces[0])
 
 
 def _first_peak(rise: Array, before: float) -> int:

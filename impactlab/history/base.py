@@ -15,6 +15,7 @@ from impactlab.errors import ImpactlabError, closest
 from impactlab.history.energy import CarriedEnergy as CarriedEnergy
 from impactlab.history.energy import EnergyBook as EnergyBook
 from impactlab.history.energy import EnergyEnds as EnergyEnds
+from impactlab.history.extremes import extremes
 from impactlab.history.instruments import Measured, measure
 from impactlab.history.sampling import page_times
 from impactlab.history.views import Views
@@ -114,7 +115,6 @@ class Field(NamedTuple):
     values: Array  # (n,)
 
 
-LARGEST_SAMPLES = 5000  # of a channel whose largest value is sought
 IMPULSE_SAMPLES = 4000  # of a force whose impulse is summed
 FIELD_POINTS = 401  # places of a field along a continuous rod, if none are given
 MAX_NAMED = 60  # contacts in a message
@@ -276,11 +276,8 @@ class AbstractHistory(Views, ABC):
         return EnergyEnds(float(book.total[0]), at_end(book.total), at_end(book.work), booked)
 
     def largest(self, channel: str) -> float:
-        """Return the largest value of a channel in the run.
-
-        As a rule it is the largest at equal instants.
-        """
-        return float(np.max(self.evaluate(np.linspace(0.0, self.duration, LARGEST_SAMPLES), channel)))
+        """Return the largest value of a channel in the run; see `extremes`."""
+        return extremes(self, channel)[1]
 
     def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
         """Return the last instant up to a start and the first from an end on at which a channel is known [s].

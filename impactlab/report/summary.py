@@ -10,9 +10,9 @@ from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history.base import AbstractHistory, ContactSpan, Event
+from impactlab.history.extremes import extremes
 from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import collisions
-from impactlab.metrics.extremes import extremes
 from impactlab.plugins import kind_of
 from impactlab.printing import plain
 from impactlab.refine.references.outlook import Outlook, of

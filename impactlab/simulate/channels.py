@@ -32,6 +32,7 @@ class Channel(NamedTuple):
     stepped: bool
     middles: Array | None = None
     rate: bool = False  # whether it follows from velocities, which some schemes keep at other instants than the ends
+    pulls: bool = False  # a force that may have either sign
 
 
 class Probed(NamedTuple):
@@ -121,7 +122,7 @@ class AbstractRecordedHistory(AbstractHistory):
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         t = within_run(t, self.duration)
         self._check_channel(channel)
-        times, values, stepped, middles, _ = self._channel(channel)
+        times, values, stepped, middles, _, pulls = self._channel(channel)
         if not stepped:
             return np.asarray(np.interp(t, times, values))
         step = self._step_at(times, t)
@@ -131,6 +132,8 @@ class AbstractRecordedHistory(AbstractHistory):
             self._slopes[channel] = np.append(0.0, slopes(middles[1:], values[1:]))
         mean = values.take(step)
         sloped = mean + self._slopes[channel].take(step) * (t - middles.take(step))
+        if pulls:
+            return np.asarray(sloped)
         return np.asarray(np.maximum(sloped, np.minimum(mean, 0.0)))  # beyond the last step a force that falls is zero
 
     def _step_at(self, times: Array, t: Array) -> NDArray[np.int64]:
@@ -176,7 +179,7 @@ class AbstractRecordedHistory(AbstractHistory):
     def largest(self, channel: str) -> float:
         self._check_channel(channel)
         found = self._channel(channel)
-        if found.middles is not None:
+        if found.stepped:
             return super().largest(channel)
         inside = found.values[: np.searchsorted(found.times, self.duration)]  # the last step may reach beyond the end
         return float(inside.max(initial=self.at_end(channel)))
@@ -194,7 +197,8 @@ class AbstractRecordedHistory(AbstractHistory):
     def turning_times(self, channel: str) -> Array:
         self._check_channel(channel)
         found = self._channel(channel)  # straight lines between records are largest at one of them
-        return super().turning_times(channel) if found.stepped else np.clip(found.times, 0.0, self.duration)
+        times = super().turning_times(channel) if found.stepped else found.times
+        return np.clip(times, 0.0, self.duration)  # the last step may end after the run
 
     def field_times(self, body: str) -> Array | None:
         self._check_body(body)

@@ -9,8 +9,8 @@ from typing import NamedTuple
 from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.history.base import END_ROUNDING, AbstractHistory
+from impactlab.history.extremes import extremes
 from impactlab.history.units import UNITS
-from impactlab.metrics.extremes import extremes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import probed

@@ -143,3 +143,26 @@ def test_torque_and_bending_moment_hold_the_viscous_stress() -> None:
         assert abs(moment) == pytest.approx(10.0 * arm, rel=0.02)
         assert abs(moment) * share < 0.8 * 10.0 * arm
         assert abs(shear) == pytest.approx(10.0, rel=0.03)
+
+
+@pytest.mark.parametrize("solve", list(SOLVES))
+@pytest.mark.parametrize("kind", ["rod", "shaft", "beam"])
+def test_damping_in_proportion_to_the_stiffness_is_a_viscosity_also_in_internal_forces(kind: str, solve: str) -> None:
+    """Rayleigh's b K is the matrix of a viscosity b E: both descriptions have one motion, and one force inside."""
+    factor, force = 1e-4, 10.0
+    material = {"density": 1200.0} | ({"shear_modulus": 3e9} if kind == "shaft" else {"young": 3e9})
+    loads = {"rod": {"force": force}, "shaft": {"torque": force}, "beam": {"force": force}}
+    sections: dict[str, Any] = {"rod": {"area": 1e-4}, "shaft": {"section": {"diameter": 0.02}}}
+    body = {"kind": kind, "length": 0.5, "ends": {"left": "clamped", "right": loads[kind]}}
+    body |= sections.get(kind, {"section": {"width": 0.02, "height": 0.02}})
+    viscous = body | {"material": material | {"viscosity": factor * 3e9}}
+    rayleigh = body | {"material": material, "damping": {"stiffness": factor}}
+    read = {"rod": ["force", "stress", "strain"], "shaft": ["torque"], "beam": ["bending_moment", "shear_force"]}[kind]
+    one, other = (il.run(loaded_slowly(each, read, SOLVES[solve])) for each in (viscous, rayleigh))
+    t = np.linspace(0.0, one.duration, 101)
+    for quantity in read:
+        channel = f"{quantity}:b@0.25"
+        expected = one.evaluate(t, channel)
+        np.testing.assert_allclose(other.evaluate(t, channel), expected, atol=1e-6 * np.abs(expected).max())
+        fields = [each.field("b", 0.002, quantity, [0.1, 0.25]).values for each in (one, other)]
+        np.testing.assert_allclose(fields[1], fields[0], rtol=1e-6)

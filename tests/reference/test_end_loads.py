@@ -18,7 +18,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.errors import CaseError
 from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory
-from impactlab.metrics.extremes import extremes
+from impactlab.history.extremes import extremes
 from impactlab.metrics.impact import momentum_error
 from impactlab.scene import End, Mass
 from impactlab.scene.bodies import FunctionLoad, SampledLoad

@@ -100,6 +100,28 @@ def test_a_wave_is_read_between_the_records() -> None:
         leading_wave(history, ["a|b"])
 
 
+@pytest.mark.parametrize("records", [20000, 200])
+def test_the_wave_passes_a_contact_when_its_force_is_largest(records: int) -> None:
+    # Two equal beads of the reduced mass m/2 are in contact for 2.9432751843 d/v, d^(5/2) = 5 (m/2) v^2/(4 k), and the
+    # force is largest in the middle of that time. A record is the mean force since the one before: its middle counts.
+    mass, stiffness, speed = 4e-3, 7.7e9, 1.0
+    deepest = (5.0 * 0.5 * mass * speed**2 / (4.0 * stiffness)) ** 0.4
+    lasts = 2.9432751843 * deepest / speed
+    pair = {
+        "bodies": {"striker": il.Mass(mass, velocity=speed), "bead": il.Mass(mass)},
+        "contacts": [il.Contact("striker", "bead", {"kind": "hertz", "stiffness": stiffness})],
+        "solve": {
+            "integrator": {"kind": "midpoint"},
+            "step": {"dt": lasts / 2000},
+            "duration": 1.5 * lasts,
+            "records": records,
+        },
+    }
+    wave = leading_wave(il.run(il.Case.from_dict(pair)))
+    interval = 1.5 * lasts / min(records, 3000)
+    assert wave.times[0] == pytest.approx(0.5 * lasts, abs=0.05 * interval)
+
+
 masses = st.lists(st.floats(1e-3, 1e-2), min_size=3, max_size=12)
 
 

@@ -12,7 +12,7 @@ import pytest
 import impactlab as il
 from impactlab import api
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
-from impactlab.metrics.extremes import extremes
+from impactlab.history.extremes import extremes
 from impactlab.plugins import kind_of
 from impactlab.printing import plain
 from impactlab.report.comparison import cell, comparison, table, table_rows

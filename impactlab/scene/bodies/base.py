@@ -18,7 +18,7 @@ from impactlab.scene.bodies.pieces import UNDAMPED, End, Profile, Rayleigh
 from impactlab.scene.bodies.rotation import Rotation
 from impactlab.scene.bodies.segmented import Segmented
 from impactlab.scene.bodies.steady import SteadyRod, SteadyState
-from impactlab.types import QUANTITIES_OF_ROD, Quantity, SideFacts
+from impactlab.types import INTERNAL_FORCES, QUANTITIES_OF_ROD, Quantity, SideFacts
 
 
 @dataclass(frozen=True)
@@ -253,6 +253,17 @@ class ElasticBody(Segmented, Body):
     def own_ratios(self) -> tuple[tuple[str, float, str], ...]:
         """Return ratios of sizes of its kind: text, ratio, and key below the body."""
         return ()
+
+    def retardation(self, x: float, quantity: Quantity) -> float:
+        """Return by how much of its rate an internal force at x [m] exceeds its elastic part [s].
+
+        It is viscosity over E, and the factor of the stiffness in Rayleigh damping, which is a viscosity of that factor
+        times E. It is 0 of quantities that are no internal force.
+        """
+        if quantity not in INTERNAL_FORCES:
+            return 0.0
+        segment = self.segment_at(x)
+        return segment.viscosity / segment.young + self.damping.stiffness
 
     @property
     def is_damped(self) -> bool:

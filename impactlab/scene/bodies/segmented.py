@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from impactlab.scene.bodies.pieces import End, Segment
-from impactlab.types import INTERNAL_FORCES, Quantity
 
 PLACE_ROUNDING = 1e-12  # of a length: a place this near to a boundary of segments is on it
 
@@ -58,16 +57,6 @@ class Segmented:
     def _segment_ends(self) -> Iterator[float]:
         """Give the place x [m] of the right end of each segment."""
         return itertools.accumulate(segment.length for segment in self.segments)
-
-    def retardation(self, x: float, quantity: Quantity) -> float:
-        """Return by how much of its rate an internal force at x [m] exceeds its elastic part: viscosity over E [s].
-
-        It is 0 of quantities that are no internal force.
-        """
-        if quantity not in INTERNAL_FORCES:
-            return 0.0
-        segment = self.segment_at(x)
-        return segment.viscosity / segment.young
 
     def is_inner(self, x: float) -> bool:
         """Return whether x [m] lies between the ends."""

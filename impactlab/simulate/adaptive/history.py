@@ -38,13 +38,16 @@ class AdaptiveHistory(AbstractRecordedHistory):
         system, table = self._record.system, self._record.table
         times, contacts = table[:, 0], system.scene.contacts
         lengths = np.diff(times)
+        sums: dict[str, Array] = {}
         for number, contact in enumerate(contacts):
             force = np.diff(table[:, 1 + number]) / lengths
+            if not system.method.laws[contact.name].pulls:
+                force = np.maximum(force, 0.0)  # the interpolant of its impulse may fall by its tolerance
             self.recorded[f"force:{contact.name}"] = Channel(times, np.concatenate(([0.0], force)), True)
             self.recorded[f"gap:{contact.name}"] = Channel(times, table[:, 1 + len(contacts) + number], False)
-        for group in dict.fromkeys(contact.group for contact in contacts if contact.group):
-            own = [number for number, contact in enumerate(contacts) if contact.group == group]
-            force = np.diff(table[:, [1 + number for number in own]].sum(axis=1)) / lengths
+            if contact.group:
+                sums[contact.group] = np.asarray(sums.get(contact.group, 0.0) + force)
+        for group, force in sums.items():
             self.recorded.setdefault(f"force:{group}", Channel(times, np.concatenate(([0.0], force)), True))
         for number, probe in enumerate(self._record.probes):
             self.recorded[probe.channel] = Channel(times, table[:, 1 + 2 * len(contacts) + number], False)

@@ -6,7 +6,7 @@ keeps accelerations. A start without F would be an error of first order in a sch
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from impactlab.contact.base import AbstractContactLaw
@@ -46,12 +46,13 @@ def forces_at_start(
     starts: Sequence[Start],
     built: Mapping[str, BuiltBody],
     dt: float,
+    numbers: Iterable[int] | None = None,
 ) -> dict[int, float]:
-    """Return the contact forces at t = 0 [N] that are not zero, by the number of the contact."""
+    """Return the contact forces at t = 0 [N] that are not zero, by the number of the contact; of all by default."""
     found: dict[int, float] = {}
     known: dict[tuple[int, int, float, float], float] = {}  # contacts of a chain are mostly alike
-    for number, contact in enumerate(scene.contacts):
-        law, start = laws[number], starts[number]
+    for number in range(len(scene.contacts)) if numbers is None else numbers:
+        contact, law, start = scene.contacts[number], laws[number], starts[number]
         elastic = any(scene.bodies[point.body].elastic is not None for point in contact.faces)
         if not (law.smooth or law.acts_at_start):
             continue

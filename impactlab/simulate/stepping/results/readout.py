@@ -8,7 +8,9 @@ from operator import attrgetter
 import numpy as np
 
 from impactlab.history.base import LinkResult
+from impactlab.scene.method import laws_of
 from impactlab.simulate.channels import Channel
+from impactlab.simulate.planning.forces_at_start import forces_at_start
 from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, TOTAL, U, V
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import MEMORY, Array
@@ -31,24 +33,31 @@ def bead_gaps(assembly: Assembly, record: Array) -> Array:
 
 
 def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkResult]:
-    """Yield the results of each link, or of all links of one name, whose force is ``recorded``."""
-    names = [assembly.scene.contacts[number].name for number in assembly.layout.solved]
+    """Yield the results of each link, or of all links of one name, whose force is ``recorded``.
+
+    Forces of steps are means: with that at t = 0, a force that rises or falls from there has its first value, too.
+    """
+    solved, plan = assembly.layout.solved, assembly.layout.plan
+    names = [assembly.scene.contacts[number].name for number in solved]
     own: dict[str, list[int]] = {}
     for place, record in enumerate(assembly.contacts):
         if record.joined:
-            contact = assembly.scene.contacts[assembly.layout.solved[place]]
+            contact = assembly.scene.contacts[solved[place]]
             own.setdefault(contact.group or contact.name, []).append(place)
+    joined = [solved[place] for places in own.values() for place in places]
+    laws_in_order = laws_of(assembly.scene, assembly.acting)
+    first = forces_at_start(assembly.scene, laws_in_order, plan.starts, plan.built, assembly.dt, joined)
     for name, places in own.items():
         laws = [assembly.acting.laws[names[place]] for place in places]
         sets = [law.set_of([*assembly.ports[place].memory]) for law, place in zip(laws, places, strict=True)]
         most = max((each for each in sets if each is not None), default=None, key=abs)
         records = [assembly.contacts[place] for place in places]
-        largest, smallest = records[0].largest, records[0].smallest
-        if len(places) > 1:
-            forces = recorded[f"force:{name}"].values
-            largest, smallest = forces.max(), forces.min()
+        forces = [records[0].largest, records[0].smallest] if len(places) == 1 else recorded[f"force:{name}"].values[1:]
+        if all(law.acts_at_start for law in laws):
+            forces = np.append(forces, sum(first.get(solved[place], 0.0) for place in places))
+        known = np.extract(np.isfinite(forces), forces) if np.any(np.isfinite(forces)) else np.zeros(1)
         loss = sum(record.lost for record in records)
-        yield LinkResult(name, len(places), most, float(largest), float(smallest), loss, tuple(sets))
+        yield LinkResult(name, len(places), most, float(known.max()), float(known.min()), loss, tuple(sets))
 
 
 def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:

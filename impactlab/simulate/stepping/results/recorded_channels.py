@@ -118,7 +118,8 @@ class RecordedChannels(Mapping[str, Channel]):
             values = np.ascontiguousarray(values)
         if source.kept == "none":
             values = np.full_like(times, np.nan)
-        return Channel(times, values, source.stepped, self.instants.middles if source.sloped else None, source.rate)
+        middles = self.instants.middles if source.sloped else None
+        return Channel(times, values, source.stepped, middles, source.rate, source.pulls)
 
 
 def lag_of(assembly: Assembly, integrator: AbstractIntegrator, body: str, x: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -65,6 +66,7 @@ def write_contacts(
         record.dates = int(law.answers_force and not law.two_sided)
         record.compliant = int(law.answers_force and not law.hard)
         record.joined = int(law.two_sided)
+        record.largest, record.smallest = -math.inf, math.inf
         # Located events need the trial force of every step. A predictor may overlap where the free step ends apart.
         located = layout.plan.method.events == "located"
         record.zero_apart = int(law.zero_apart and not located and not integrator.projects_first)

@@ -43,6 +43,7 @@ class Source(NamedTuple):
     stepped: bool = False
     sloped: bool = False  # means over steps, read with a slope inside each
     rate: bool = False  # follows from velocities
+    pulls: bool = False  # the force of a law that may pull
 
 
 @final
@@ -170,7 +171,8 @@ class Layout:
                 grouped.setdefault(contact.group, []).append(found[f"force:{contact.name}"])
         for group, forces in grouped.items():
             columns = tuple(column for each in forces for column in each.columns)
-            found.setdefault(f"force:{group}", forces[0]._replace(columns=columns))
+            pulls = any(each.pulls for each in forces)
+            found.setdefault(f"force:{group}", forces[0]._replace(columns=columns, pulls=pulls))
         for probe in self.recorded:
             source = Source("record", (self.probe_column(probe),))
             if probe.quantity == "velocity":
@@ -192,7 +194,8 @@ class Layout:
         law = self.plan.acting.laws[contact.name]
         # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
         kept: Literal["record", "none"] = "record" if law.answers_force else "none"
-        yield f"force:{contact.name}", Source(kept, (column,), "forces", stepped=True, sloped=not law.hard)
+        force = Source(kept, (column,), "forces", stepped=True, sloped=not law.hard, pulls=law.pulls)
+        yield f"force:{contact.name}", force
         if column >= self.first_bead_force:
             yield f"gap:{contact.name}", Source("bead_gaps", (column - self.first_bead_force,))
             return
