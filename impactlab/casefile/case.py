@@ -184,7 +184,8 @@ class Case:
         path : str
             Dotted path, e.g. ``contacts.0.law``.
         value : plain value
-            The new value; a block is merged, unless its kind changes.
+            The new value. A dictionary is merged with the block there, unless its kind changes; a whole block, such as
+            ``il.Rod(...)`` or ``il.Contact(...)``, replaces it.
         **fields
             The same as a block ``{field: value}``.
         """

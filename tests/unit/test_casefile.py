@@ -180,6 +180,18 @@ def test_with_merges_blocks_of_one_kind_and_replaces_others(case):
     assert laws_of(*case.simulation())[0].stiffness == 1e9, "the case itself does not change"
 
 
+def test_with_replaces_a_block_by_a_whole_one(case):
+    """A new rod kept the spring at the end of the old one, without a word."""
+    rod = il.Rod(length=0.2, diameter=0.02, material="steel")
+    changed = case.with_("bodies.rod", rod).scene().bodies["rod"]
+    assert (changed.length, changed.left, changed.right) == (0.2, End("free"), End("free"))
+    merged = case.with_("bodies.rod", {"length": 0.2}).scene().bodies["rod"]
+    assert (merged.length, merged.right) == (0.2, End("spring", 1.0e6))
+    contact = il.Contact("hammer", "rod.left", {"kind": "addition_deletion"}, gap=1e-3)
+    touched = case.with_("contacts.0", contact).with_("contacts.0", il.Contact("hammer", "rod.left", contact["law"]))
+    assert touched.scene().contacts[0].gap == 0.0
+
+
 def test_with_replaces_alternatives(case):
     assert case.with_("solve.step", dt=1e-7).simulation().method.step.dt == 1e-7
     assert case.with_("solve.step.courant", 0.9).simulation().method.step.points_per_period is None
