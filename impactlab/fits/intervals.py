@@ -114,7 +114,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
         _neighbours(parts), (*warnings, *said), tuple(undetermined(solution.seen, paths, made)), cases, tuple(made),
         tuple(shown), tuple(curves),
         None if resampled is None else Resamples(chosen.resamples, chosen.seed, resampled.blocks),
-        {"noise": chosen.noise, "loss": chosen.loss},
+        {"noise": chosen.noise, "loss": chosen.loss}, tuple(unknowns), reach,
     )  # fmt: skip
 
 

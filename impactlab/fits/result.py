@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from impactlab.casefile import Case
+from impactlab.fits import draws
 from impactlab.fits.identifiable import Product
+from impactlab.fits.unknowns import Unknown
 from impactlab.lazy import above
 from impactlab.printing import aligned, plain
 from impactlab.types import Array
@@ -95,6 +97,8 @@ class Fit:
     profiles: tuple[Curve, ...] = ()
     bootstrap: Resamples | None = None
     assumed: Mapping[str, str] = field(default_factory=dict)  # noise and loss of the fit, by their words
+    unknowns: tuple[Unknown, ...] = ()  # of the parameters: how the covariance scales each
+    reach: float = draws.NORMAL  # half of an interval over a standard deviation
 
     def __getitem__(self, path: str) -> Fitted:
         for each in self.parameters:
@@ -107,6 +111,26 @@ class Fit:
         """Correlations of the parameters, shape of the covariance."""
         size = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(size, size))
+
+    def draws(self, count: int = draws.WRITTEN, seed: int = 0) -> dict[str, Array]:
+        """Return values of the numbers of the case that the signals allow, by path: points for `impactlab.sweep`.
+
+        They are drawn from the normal distribution of the covariance, as wide as the intervals from the derivatives,
+        and cut at the bounds. Numbers of instruments (gain, offset, shift) are left out.
+
+        Parameters
+        ----------
+        count : int
+            Draws; 95 % intervals of a prediction need some hundreds.
+        seed : int
+            Of the random numbers (PCG64).
+
+        Raises
+        ------
+        ImpactlabError
+            If the signals do not determine a number.
+        """
+        return draws.draws(self, count, seed)
 
     def plot(self, name: str = "signals") -> Figure:
         """Return a figure: ``signals`` with their residuals, ``autocorrelation``, ``profiles`` or ``correlations``."""
@@ -149,7 +173,7 @@ class Fit:
         """Write the fitted case, its numbers and a page into a folder.
 
         ``fitted.yaml`` is a case that runs (of more experiments ``fitted-2.yaml`` ...), ``fit.json`` has all numbers,
-        ``parameters.csv`` the table, ``fit.html`` the signals, residuals, profiles and correlations, with ``command``,
+        ``parameters.csv`` the table, ``draws.csv`` the numbers of `draws` for ``impactlab sweep --points``, ``fit.html`` the signals, residuals, profiles and correlations, with ``command``,
         the one that repeats the fit.
         """
         path = Path(folder)
@@ -158,6 +182,9 @@ class Fit:
             (path / name).write_text(case.to_yaml(), encoding="utf-8")
         (path / "fit.json").write_text(json.dumps(self.to_dict(), indent=1), encoding="utf-8")
         (path / "parameters.csv").write_text(self.to_csv(), encoding="utf-8")
+        if not draws.undetermined(self):
+            units = {each.path: each.unit for each in self.parameters}
+            draws.write_points(path / "draws.csv", self.draws(), units)
         above("fits.page").write_page(path, self, command)
 
     def __str__(self) -> str:

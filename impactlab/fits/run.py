@@ -7,7 +7,7 @@ from pathlib import Path
 
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
-from impactlab.errors import CaseError
+from impactlab.errors import MAX_SEED, CaseError, expect_whole
 from impactlab.fits.intervals import Options, fit_with_intervals
 from impactlab.fits.problem import Experiment, Problem
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, Fit
@@ -76,6 +76,7 @@ def fit(
         _allowed("intervals", kind, (JACOBIAN, PROFILE, BOOTSTRAP))
     if resamples < MIN_RESAMPLES:
         raise CaseError(f"{resamples} resamples", remedy=f"Give {MIN_RESAMPLES} or more: percentiles need them.")
+    expect_whole(seed, "seed", 0, MAX_SEED)
     chosen = Options(loss, noise, tuple(kinds), resamples, seed)
     return fit_with_intervals(problem, search(problem, chosen), chosen)
 
