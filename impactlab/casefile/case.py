@@ -255,6 +255,9 @@ class Case:
         )
         return made
 
+    def _repr_pretty_(self, printer: Any, _cycle: bool) -> None:
+        printer.text(repr(self))  # of IPython and hypothesis, which print the fields of a dataclass
+
     def __repr__(self) -> str:
         scene = self.scene()
         bodies = ", ".join(f"{name} ({body.kind})" for name, body in scene.bodies.items())
