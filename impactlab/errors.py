@@ -74,6 +74,8 @@ class ImpactlabError(Exception):
         if self.file:
             line = f":{self.line}" if self.line is not None else ""
             place = f"{self.file}{line}{f', given by {self.given_by}' if self.given_by else ''}: "
+        elif self.given_by.startswith("--"):
+            place = f"{self.given_by} "
         where = f"{self.path}: " if self.path else ""
         return f"{place}{where}{self.text}"
 

@@ -18,6 +18,7 @@ from impactlab.casefile.schema import CHOSEN, SolveBlock
 from impactlab.casefile.text.limits import MAX_DEPTH, MAX_KEY, Keys, check_texts
 from impactlab.casefile.text.samples import Samples
 from impactlab.casefile.text.words import closest, listed, shown
+from impactlab.casefile.values.materials import MATERIALS
 from impactlab.errors import CaseError, ImpactlabError
 
 NAMED = ("methods", "variants")  # blocks of values by path
@@ -183,7 +184,7 @@ def _holder(data: Any, keys: Keys, path: str) -> Any:
         if isinstance(holder, dict) and not isinstance(holder.get(found), (dict, list)):
             if place == 0 and key in LISTS:
                 raise CaseError(f"the case has no {key}", remedy=f"Add an entry of {key}, or remove this value.", path=path)
-            holder[found] = _default_block(keys[: place + 1], holder)
+            holder[found] = _default_block(keys[: place + 1], holder) or _constants(data, keys, holder.get(found))
         elif isinstance(holder[found], (dict, list)):
             holder[found] = copy.copy(holder[found])
         holder = holder[found]
@@ -219,6 +220,19 @@ def _default_block(keys: Keys, holder: dict[str, Any]) -> dict[str, Any]:
     if keys == ("solve", "integrator"):
         return dict(DEFAULT_INTEGRATOR)
     return {}
+
+
+def _constants(data: Mapping[str, Any], keys: Keys, name: Any) -> dict[str, Any]:
+    """Return the constants of a material that a body names, of which one is set alone; nothing of other blocks."""
+    if "material" not in keys or name not in MATERIALS:
+        return {}
+    bodies = data.get("bodies")
+    body = bodies.get(keys[1]) if isinstance(bodies, dict) and keys[0] == "bodies" else None
+    kind, of, density = body.get("kind") if isinstance(body, dict) else "", MATERIALS[name], MATERIALS[name].density
+    if keys[-1] == "shear_modulus":  # in place of Poisson's ratio, and of a shaft in place of both
+        return {"density": density} if kind == "shaft" else {"young": of.young, "density": density}
+    poisson = {"poisson": of.poisson} if kind in ("beam", "shaft") else {}
+    return {"young": of.young, "density": density, **poisson}
 
 
 def _merges(block: Any, value: Any, keys: Keys) -> bool:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
+from impactlab.casefile.text.words import closest, shown
 from impactlab.errors import MAX_SEED, CaseError, expect_whole
 from impactlab.fits.intervals import Options, fit_with_intervals
 from impactlab.fits.problem import Experiment, Problem
@@ -117,4 +118,4 @@ def _experiments(case: Experiments, signals: Signal | Sequence[Signal] | None) -
 
 def _allowed(name: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        raise CaseError(f"{name} {value!r}", remedy=f"Allowed: {', '.join(allowed)}.")
+        raise CaseError(f"{shown(value)} is not allowed.{closest(str(value), allowed)}", path=name, remedy=f"Allowed: {', '.join(allowed)}.")

@@ -49,7 +49,11 @@ def read_bounds(text: str) -> tuple[str, tuple[Any, Any]]:
     if not equals or not colon or not path or not low or not high:
         remedy = f"Write {path[:80] or 'bodies.hammer.mass'}=LOW:HIGH, the range in which it is sought."
         raise CaseError(f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy=remedy)
-    return path, (parse_value(low), parse_value(high))
+    try:
+        return path, (parse_value(low), parse_value(high))
+    except CaseError as error:
+        error.path, error.line, error.given_by = path, None, "--parameters"
+        raise
 
 
 def read_setting(text: str) -> Any:

@@ -307,6 +307,9 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
     if found is None and HALF_RANGE.fullmatch(values):
         text = f"--over {shown(text)} gives a range without its number of values"
         raise CaseError(text, remedy=f"Write {path}=FIRST:LAST:COUNT, as in {path}={values}:11.", path=path)
+    if found is None and (ends := values.split(":"))[2:] and HALF_RANGE.fullmatch(":".join(ends[:2])):
+        text = f"--over {shown(text)}: {shown(':'.join(ends[2:]))} is not a number of values"
+        raise CaseError(text, remedy=f"Write a whole number, as in {path}={ends[0]}:{ends[1]}:11, or 11log.", path=path)
     if found is None:
         return path, [_parsed(value, path) for value in _split(values)]
     first, last = (_in_si(case, path, _parsed(found[name], path)) for name in ("first", "last"))
@@ -332,7 +335,7 @@ def _parsed(text: str, path: str) -> Any:
     try:
         return parse_value(text.strip())
     except CaseError as error:
-        error.path = error.path or path
+        error.path, error.given_by = error.path or path, "--over"
         raise
 
 

@@ -192,6 +192,47 @@ def test_with_replaces_a_block_by_a_whole_one(case):
     assert touched.scene().contacts[0].gap == 0.0
 
 
+MATERIAL_OF = {
+    "rod": (il.Rod(length=0.3, diameter=0.02, material="steel"), {"young": 2.1e11, "density": 7850.0}),
+    "beam": (
+        il.Beam(length=0.3, section={"diameter": 0.02}, material="steel", ends={"left": "clamped"}),
+        {"young": 2.1e11, "poisson": 0.3, "density": 7850.0},
+    ),
+    "shaft": (
+        il.Shaft(length=0.3, section={"diameter": 0.02}, material="steel", ends={"right": "clamped"}),
+        {"young": 2.1e11, "poisson": 0.3, "density": 7850.0},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", MATERIAL_OF)
+def test_one_constant_of_a_named_material_is_set_alone(kind):
+    """It was answered with "density: this key is missing" at the line of the file where steel stands."""
+    body, constants = MATERIAL_OF[kind]
+    steps = {"model": {"kind": "modal", "modes": 5}, "integrator": {"kind": "exact_modal"}, "step": {"dt": 1e-6}}
+    of = il.Case(bodies={"body": body}, solve={"duration": 1e-4, **steps})
+    assert of.with_("bodies.body.material", constants).scene() == of.scene()
+    for key in constants:
+        value = 0.25 if key == "poisson" else 0.5 * constants[key]
+        changed = of.with_(f"bodies.body.material.{key}", value)
+        assert changed.scene() == of.with_("bodies.body.material", {**constants, key: value}).scene()
+    if kind != "rod":
+        stiffer = of.with_("bodies.body.material.shear_modulus", "90 GPa").document.data["bodies"]["body"]["material"]
+        assert stiffer["density"] == 7850.0
+        assert "poisson" not in stiffer
+    assert of.document.data["bodies"]["body"]["material"] == "steel", "the case itself does not change"
+
+
+def test_a_constant_of_a_named_material_is_an_axis_and_a_parameter(case):
+    steel = case.with_settings({"bodies.rod.material": "steel", "solve.model": {"kind": "continuous"}})
+    young = "bodies.rod.material.young"
+    block = steel.with_("bodies.rod.material", {"young": 2.1e11, "density": 7850.0})
+    found, expected = (il.sweep(of, {young: [1e11, 2e11]}, quantities=["impulse"]) for of in (steel, block))
+    assert np.array_equal(found["impulse"], expected["impulse"])
+    (one,), (other,) = (il.sensitivities(of, [young], ["impulse"]).rows for of in (steel, block))
+    assert one.derivative == other.derivative != 0.0
+
+
 def test_with_replaces_alternatives(case):
     assert case.with_("solve.step", dt=1e-7).simulation().method.step.dt == 1e-7
     assert case.with_("solve.step.courant", 0.9).simulation().method.step.points_per_period is None

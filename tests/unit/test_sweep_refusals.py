@@ -54,6 +54,9 @@ def no_run(monkeypatch):
         (["--over", f"{MASS}="], "", "is not PATH=VALUES"),
         (["--over", f"{MASS}=1,,2"], MASS, "a value is missing"),
         (["--over", f"{MASS}=.inf,1"], MASS, ".inf is not a finite number"),
+        (["--over", f"{MASS}=1:10:three"], MASS, "'three' is not a number of values"),
+        (["--over", f"{MASS}=1 kg:10 kg:3lin"], MASS, "'3lin' is not a number of values"),
+        (["--over", f"{MASS}=1:2e400:3"], MASS, "'2e400' is beyond any number"),
         (["--over", f"{MASS}=1:nan:3"], MASS, "'nan' is not a number with a unit"),
         (["--over", f"{MASS}=1 m,2 kg"], MASS, "'1 m' has a unit of another dimension"),
         (["--over", f"{MASS}=1 xyz,2"], MASS, "'1 xyz' has a unit that is not known"),
@@ -363,3 +366,8 @@ def test_points_may_be_a_table_of_pandas(case):
 def test_points_that_are_no_columns(case, no_run, name):
     with pytest.raises(il.CaseError, match=f"{name} is a list, not paths with values"):
         il.sweep(case, **{name: [{MASS: 1.0}]})
+
+
+def test_a_value_that_is_beyond_any_number_is_named_with_its_option(tmp_path, no_run):
+    found = invoked(["--over", f"{MASS}=1:2e400:3"], tmp_path / "out")
+    assert found.stderr.startswith(f"--over {MASS}: '2e400' is beyond any number")
