@@ -160,8 +160,8 @@ class CaseError(ImpactlabError):
 
 
 def expect_whole(given: object, name: str, least: int, most: int) -> None:
-    """Raise `CaseError` unless an argument is a whole number from ``least`` to ``most``; ``name`` is how it is called."""
-    if isinstance(given, bool) or not isinstance(given, numbers.Integral) or not least <= given <= most:
+    """Raise `CaseError` unless an argument, called by its ``name``, is a whole number from ``least`` to ``most``."""
+    if isinstance(given, bool) or not isinstance(given, numbers.Integral) or not least <= int(given) <= most:
         remedy = f"Give a whole number from {least} to {most}."
         raise CaseError(f"{str(given)[:MAX_COMPARED]} is not allowed", remedy=remedy, path=name)
 

@@ -183,7 +183,9 @@ def _holder(data: Any, keys: Keys, path: str) -> Any:
         found = _key_in(holder, key, path)
         if isinstance(holder, dict) and not isinstance(holder.get(found), (dict, list)):
             if place == 0 and key in LISTS:
-                raise CaseError(f"the case has no {key}", remedy=f"Add an entry of {key}, or remove this value.", path=path)
+                raise CaseError(
+                    f"the case has no {key}", remedy=f"Add an entry of {key}, or remove this value.", path=path
+                )
             holder[found] = _default_block(keys[: place + 1], holder) or _constants(data, keys, holder.get(found))
         elif isinstance(holder[found], (dict, list)):
             holder[found] = copy.copy(holder[found])

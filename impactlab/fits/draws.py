@@ -3,46 +3,43 @@
 from __future__ import annotations
 
 import csv
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab.errors import MAX_SEED, ImpactlabError, expect_whole
+from impactlab.errors import MAX_SEED, expect_whole
+from impactlab.fits.unknowns import Unknown
 from impactlab.types import Array
-
-if TYPE_CHECKING:
-    from impactlab.fits.result import Fit
 
 NORMAL = 1.959964  # half of a 95 % interval of the normal distribution over its standard deviation
 MAX_DRAWS = 1_000_000
 WRITTEN = 400  # rows of a file: percentiles of 2.5 % are of ten rows on either side
 
 
-def undetermined(fit: Fit) -> list[str]:
-    """Return the fitted numbers of the case whose intervals are infinite on both sides."""
-    return [each.path for each in fit.parameters
-            if " of " not in each.path and each.lower in (0.0, -math.inf) and each.upper == math.inf]  # fmt: skip
+def drawn(
+    unknowns: Sequence[Unknown], values: Sequence[float], covariance: Array, count: int, seed: int
+) -> dict[str, Array]:
+    """Return values of the numbers of the case, (count,) each, by path.
 
-
-def draws(fit: Fit, count: int, seed: int) -> dict[str, Array]:
-    """Return values of the fitted numbers of the case, (count,) each, by path; see `Fit.draws`."""
+    Parameters
+    ----------
+    unknowns : sequence
+        Those of the fit, also of the instruments, which are drawn and left out.
+    values : sequence
+        Their values in SI, the middle of the distribution.
+    covariance : array
+        Of the scaled unknowns, (n, n).
+    count, seed : int
+        Draws, and the seed of the random numbers (PCG64).
+    """
     expect_whole(count, "count", 1, MAX_DRAWS)
     expect_whole(seed, "seed", 0, MAX_SEED)
-    if unknown := undetermined(fit):
-        raise ImpactlabError(
-            f"the signals do not determine {' and '.join(unknown)}: there is no distribution to draw from",
-            remedy="Fix the numbers that you know, or measure another channel; then fit again.",
-        )
-    middle = np.array([each.scaled(row.value) for each, row in zip(fit.unknowns, fit.parameters, strict=True)])
-    drawn = np.random.default_rng(seed).multivariate_normal(
-        middle, fit.covariance * (fit.reach / NORMAL) ** 2, size=count, method="svd"
-    )
+    middle = np.array([each.scaled(value) for each, value in zip(unknowns, values, strict=True)])
+    found = np.random.default_rng(seed).multivariate_normal(middle, covariance, size=count, method="svd")
     return {
-        each.path: np.array([each.value(scaled) for scaled in drawn[:, number].tolist()])
-        for number, each in enumerate(fit.unknowns)
+        each.path: np.array([each.value(scaled) for scaled in found[:, number].tolist()])
+        for number, each in enumerate(unknowns)
         if " of " not in each.path  # gain, offset and shift are the instruments'
     }
 

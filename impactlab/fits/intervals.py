@@ -143,7 +143,8 @@ def _loose_fronts(problem: Problem, x: Array, halves: Array) -> list[str]:
         steepest = float(np.abs(np.diff(shown)).max(initial=0.0))
         if shift is None or offset is None or not steepest > 0.0:
             continue
-        half, rise = float(halves[shift]), float(np.ptp(shown)) / steepest
+        half = float(halves[shift]) * problem.unknowns[shift].scale / problem.signals[number].width
+        rise = float(np.ptp(shown)) / steepest
         if half > OF_THE_RISE * rise:
             warnings.append(
                 f"warning: the shift of {of.label} is known to {half:.2g} samples, and its steepest front rises within "

@@ -51,7 +51,7 @@ def fit(
     gain, offset, shift : number, text, pair or str
         Of the instruments whose signal has none of its own: the number where it is known, ``(lower, upper)`` or
         ``free`` where it is fitted, ``fixed`` for a gain of 1, an offset of 0 and a shift of 0: its clock starts with
-        the run.
+        the run. A shift may be ``common``: one that is fitted, of all signals of a case.
     loss : str
         ``linear`` for least squares; ``huber`` where single samples may be far off.
     noise : str
@@ -118,4 +118,8 @@ def _experiments(case: Experiments, signals: Signal | Sequence[Signal] | None) -
 
 def _allowed(name: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        raise CaseError(f"{shown(value)} is not allowed.{closest(str(value), allowed)}", path=name, remedy=f"Allowed: {', '.join(allowed)}.")
+        raise CaseError(
+            f"{shown(value)} is not allowed.{closest(str(value), allowed)}",
+            path=name,
+            remedy=f"Allowed: {', '.join(allowed)}.",
+        )

@@ -148,7 +148,11 @@ def _made_of(
     if isinstance(points, Points):
         grid = points
     else:
-        grid = axes.grid(case, over, known) if over is not None else axes.listed(case, {} if points is None else points, known)
+        grid = (
+            axes.grid(case, over, known)
+            if over is not None
+            else axes.listed(case, {} if points is None else points, known)
+        )
     ends = []
     for number in {0, grid.count - 1}:
         with contextlib.suppress(ImpactlabError):

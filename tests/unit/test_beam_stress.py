@@ -64,7 +64,11 @@ def test_every_model_records_it(theory, solve):
 def test_a_circle_and_any_section_of_known_height():
     own = {"area": WIDTH * HEIGHT, "inertia": INERTIA}
     found = {}
-    for name, section in {"given": {**own, "height": HEIGHT}, "rectangle": RECTANGLE, "circle": {"diameter": 5e-3}}.items():
+    for name, section in {
+        "given": {**own, "height": HEIGHT},
+        "rectangle": RECTANGLE,
+        "circle": {"diameter": 5e-3},
+    }.items():
         history = il.run(struck(beam(section=section), MODES))
         t = np.linspace(0.0, 5e-4, 50)
         found[name] = history.evaluate(t, "stress:beam@0"), history.evaluate(t, "bending_moment:beam@0")

@@ -85,13 +85,15 @@ def test_numbers_that_are_not_determined_cannot_be_drawn(case, tmp_path):
     """Mass, stiffness, section and density a tenth larger, and the speed a tenth lower: the same force."""
     free = {MASS: (0.5, 8.0), STIFFNESS: (2e7, 2e9), "bodies.rod.area": (1e-4, 1e-2), VELOCITY: (0.2, 5.0)}
     found = il.fit(case, measured(case, 0), free)
-    with pytest.raises(il.ImpactlabError, match="the signals do not determine .*velocity"):
+    with pytest.raises(il.ImpactlabError, match=r"the signals do not determine .*velocity"):
         found.draws()
     found.write(tmp_path)
     assert not (tmp_path / "draws.csv").exists()
 
 
-@pytest.mark.parametrize(("given", "path"), [((0,), "count"), ((2.5,), "count"), ((10, -1), "seed"), ((10, "a"), "seed")])
+@pytest.mark.parametrize(
+    ("given", "path"), [((0,), "count"), ((2.5,), "count"), ((10, -1), "seed"), ((10, "a"), "seed")]
+)
 def test_counts_and_seeds_are_whole_numbers(fitted, given, path):
     with pytest.raises(il.CaseError, match=f"{path}: .* is not allowed\nGive a whole number from"):
         fitted.draws(*given)
@@ -99,7 +101,7 @@ def test_counts_and_seeds_are_whole_numbers(fitted, given, path):
 
 def test_a_seed_of_a_fit_is_a_whole_number(case):
     for seed in (-1, 1.5, "a", np.random.default_rng(0)):
-        with pytest.raises(il.CaseError, match="seed: .* is not allowed"):
+        with pytest.raises(il.CaseError, match=r"seed: .* is not allowed"):
             il.fit(case, measured(case, 0), BOUNDS, intervals="bootstrap", seed=seed)
 
 

@@ -335,7 +335,7 @@ def test_a_sweep_of_a_pile_gives_forces_and_sets_by_the_names_of_its_soil():
 
 
 def test_the_loss_of_a_contact_is_that_of_newtons_rule():
-    """Two masses that part with e times their approach: mu v2 (1 - e2)/2; an exact dashpot: energy is kept beside it."""
+    """Two masses that part with e times their approach: mu v2 (1 - e2)/2; a dashpot: the energy that is gone."""
     masses = {"a": il.Mass(1.0, velocity=2.0), "b": il.Mass(3.0)}
     law = {"kind": "impulse_momentum", "restitution": 0.5}
     steps = {"duration": 1e-3, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-5}}

@@ -120,7 +120,10 @@ def _words(
 def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]]) -> tuple[str, str]:
     """Return text and remedy of a key that is not known among names; ``blocks`` are those in which it was sought."""
     if (colon := name.partition(":"))[1] and colon[0] in names:
-        return f"{shown(name)} has no space after its colon. Did you mean {colon[0]!r}?", f"Write {colon[0]}: {colon[2]}."
+        return (
+            f"{shown(name)} has no space after its colon. Did you mean {colon[0]!r}?",
+            f"Write {colon[0]}: {colon[2]}.",
+        )
     if name == "force" and {"mass", "velocity"} <= set(names):
         return (
             "a force over time acts on an end of a rod, a beam or a shaft, not on a mass",
