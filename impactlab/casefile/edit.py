@@ -22,6 +22,7 @@ from impactlab.casefile.values.materials import MATERIALS
 from impactlab.errors import CaseError, ImpactlabError
 
 NAMED = ("methods", "variants")  # blocks of values by path
+PARTS = {"respond": "law", "build": "model", "step": "integrator"}  # what a part can do, and the word for it
 LISTS = ("contacts", "probes")  # whose entries have numbers
 
 
@@ -134,6 +135,15 @@ def plain(value: Any, path: str = "") -> Any:
         return value
     if isinstance(value, (list, tuple)):
         return [plain(inner, path) for inner in value]
+    words = (word for has, word in PARTS.items() if hasattr(value, "citations") and hasattr(value, has))
+    if part := next(words, ""):
+        name = getattr(value, "__name__", type(value).__name__)
+        raise CaseError(
+            f"the {part} {name} is given itself. Allowed in a case: its block, {{kind: NAME, ...}}",
+            remedy=f"Write another {part} in the case, and run il.run(case.simulation().but({part}={name}(...))); "
+            "or register its name by an entry point (docs/how-to-write-a-plugin.md).",
+            path=path,
+        )
     raise CaseError(
         f"a value of type {type(value).__name__!r}. Allowed: numbers, strings, true, false, lists and mappings of "
         "these",

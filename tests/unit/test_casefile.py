@@ -13,6 +13,9 @@ import pytest
 
 import impactlab as il
 from impactlab import Case, CaseError, load_case
+from impactlab.contact.penalty import Penalty
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import ElasticBody, End, Mass, Wall
 from impactlab.scene.method import laws_of
 
@@ -190,6 +193,33 @@ def test_with_replaces_a_block_by_a_whole_one(case):
     contact = il.Contact("hammer", "rod.left", {"kind": "addition_deletion"}, gap=1e-3)
     touched = case.with_("contacts.0", contact).with_("contacts.0", il.Contact("hammer", "rod.left", contact["law"]))
     assert touched.scene().contacts[0].gap == 0.0
+
+
+@pytest.mark.parametrize(
+    ("path", "part", "words"),
+    [
+        ("contacts.0.law", Penalty(stiffness=1e9), "the law Penalty is given itself"),
+        ("contacts.0.law", {"kind": Penalty, "stiffness": 1e9}, "the law Penalty is given itself"),
+        ("solve.model", FiniteElement(elements=20), "the model FiniteElement is given itself"),
+        ("solve.integrator", Newmark(), "the integrator Newmark is given itself"),
+    ],
+)
+def test_a_part_given_itself_is_answered_with_how_it_is_run(case, path, part, words):
+    """A law of one's own in a notebook: "a value of type 'MyLaw'. Give a value that a case file could hold"."""
+    with pytest.raises(CaseError) as caught:
+        case.with_(path, part)
+    assert words in caught.value.text
+    word = words.split()[1]
+    assert f"il.run(case.simulation().but({word}=" in caught.value.remedy
+    with pytest.raises(CaseError, match="a value of type 'object'"):
+        case.with_(path, object())
+
+
+def test_the_remedy_for_a_part_runs(case):
+    """The law of the case, put in by hand, gives the run of the case."""
+    hand = il.run(case.simulation().but(law=Penalty(stiffness=1e9), integrator=Newmark()))
+    written = il.run(case.with_("solve.integrator", {"kind": "newmark"}))
+    assert hand.contacts == written.contacts
 
 
 MATERIAL_OF = {
