@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import numbers
 import traceback
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
@@ -14,6 +15,7 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of an output whose disk i
 MIN_BEGINNING = 3  # letters of a name that may be the beginning of another one
 MIN_LIKENESS = 0.65  # of difflib: with 0.6 'acceleration' is taken for 'rotation'
 MAX_COMPARED = 80  # characters of a name whose nearest ones are looked for
+MAX_SEED = 2**32 - 1
 MAX_OTHERS = 3  # further faults of a file that a message shows
 
 
@@ -72,6 +74,8 @@ class ImpactlabError(Exception):
         if self.file:
             line = f":{self.line}" if self.line is not None else ""
             place = f"{self.file}{line}{f', given by {self.given_by}' if self.given_by else ''}: "
+        elif self.given_by.startswith("--"):
+            place = f"{self.given_by} "
         where = f"{self.path}: " if self.path else ""
         return f"{place}{where}{self.text}"
 
@@ -153,6 +157,13 @@ def raised_at(error: BaseException) -> str:
 
 class CaseError(ImpactlabError):
     """The case is wrong: a key, a value, a unit, or impossible physics."""
+
+
+def expect_whole(given: object, name: str, least: int, most: int) -> None:
+    """Raise `CaseError` unless an argument, called by its ``name``, is a whole number from ``least`` to ``most``."""
+    if isinstance(given, bool) or not isinstance(given, numbers.Integral) or not least <= int(given) <= most:
+        remedy = f"Give a whole number from {least} to {most}."
+        raise CaseError(f"{str(given)[:MAX_COMPARED]} is not allowed", remedy=remedy, path=name)
 
 
 class PairingError(ImpactlabError):

@@ -184,7 +184,8 @@ class Case:
         path : str
             Dotted path, e.g. ``contacts.0.law``.
         value : plain value
-            The new value; a block is merged, unless its kind changes.
+            The new value. A dictionary is merged with the block there, unless its kind changes; a whole block, such as
+            ``il.Rod(...)`` or ``il.Contact(...)``, replaces it.
         **fields
             The same as a block ``{field: value}``.
         """
@@ -253,6 +254,9 @@ class Case:
             self.label, self.title, self.scene(), self.method_names, self.hints
         )
         return made
+
+    def _repr_pretty_(self, printer: Any, _cycle: bool) -> None:
+        printer.text(repr(self))  # of IPython and hypothesis, which print the fields of a dataclass
 
     def __repr__(self) -> str:
         scene = self.scene()

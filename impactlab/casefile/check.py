@@ -221,6 +221,12 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
                     remedy="Probe another quantity.",
                     path=f"{path}.quantity",
                 )
+            if why := body.lacking(probe.quantity):
+                raise CaseError(
+                    f"the {body.kind} {probe.body!r} has no {probe.quantity} to record",
+                    remedy=f"{why[0].upper()}{why[1:]}.",
+                    path=f"{path}.quantity",
+                )
         elif isinstance(body, WallBlock) or probe.quantity not in ("displacement", "velocity"):
             kind = "wall" if isinstance(body, WallBlock) else "mass"
             allowed = "nothing: it never moves" if kind == "wall" else "displacement, velocity"

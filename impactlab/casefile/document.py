@@ -52,6 +52,8 @@ def read_document(path: Path, kind: Kind = CASE) -> Document:
     """
     readers = {".yaml": parse_yaml, ".yml": parse_yaml, ".toml": parse_toml, ".json": parse_json}
     reader = readers.get(path.suffix.lower())
+    if reader is None and path.is_dir():
+        reader = parse_yaml  # its text is asked for, and refused
     if reader is None:
         raise CaseError(
             f"{path.name!r} is not a case file by its ending. Allowed: {', '.join(readers)}",

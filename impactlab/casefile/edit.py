@@ -13,13 +13,17 @@ import numpy as np
 from impactlab.casefile.blocks.repeat import block_of, count_of
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.document import Document, parse_value
+from impactlab.casefile.keys_in_python import BodyKeys
 from impactlab.casefile.schema import CHOSEN, SolveBlock
 from impactlab.casefile.text.limits import MAX_DEPTH, MAX_KEY, Keys, check_texts
 from impactlab.casefile.text.samples import Samples
 from impactlab.casefile.text.words import closest, listed, shown
+from impactlab.casefile.values.materials import MATERIALS
 from impactlab.errors import CaseError, ImpactlabError
 
 NAMED = ("methods", "variants")  # blocks of values by path
+PARTS = {"respond": "law", "build": "model", "step": "integrator"}  # what a part can do, and the word for it
+LISTS = ("contacts", "probes")  # whose entries have numbers
 
 
 def edited(
@@ -27,8 +31,8 @@ def edited(
 ) -> Document:
     """Return the document with one value changed.
 
-    Blocks are merged, unless ``replace`` is set, their kind changes, or they hold one of several alternatives
-    (the step, the duration, an end); then the new block stands alone.
+    Blocks are merged, unless ``replace`` is set, their kind changes, they are whole ones such as `Rod` and `Contact`,
+    or they hold one of several alternatives (the step, the duration, an end); then the new block stands alone.
 
     Parameters
     ----------
@@ -51,6 +55,7 @@ def edited(
         keys = (*keys[:2], ".".join(inside))
     if not all(inside) or len(keys) > MAX_DEPTH or len(path) > MAX_KEY or not path.isprintable():
         raise CaseError(f"{shown(path)} is not a path", remedy="Write keys with dots between, as in solve.step.dt.")
+    replace = replace or isinstance(value, BodyKeys)
     value = plain(value, path)
     check_texts(value, keys)
     _refuse_one_of_many(document.data, keys, path)
@@ -130,6 +135,15 @@ def plain(value: Any, path: str = "") -> Any:
         return value
     if isinstance(value, (list, tuple)):
         return [plain(inner, path) for inner in value]
+    words = (word for has, word in PARTS.items() if hasattr(value, "citations") and hasattr(value, has))
+    if part := next(words, ""):
+        name = getattr(value, "__name__", type(value).__name__)
+        raise CaseError(
+            f"the {part} {name} is given itself. Allowed in a case: its block, {{kind: NAME, ...}}",
+            remedy=f"Write another {part} in the case, and run il.run(case.simulation().but({part}={name}(...))); "
+            "or register its name by an entry point (docs/how-to-write-a-plugin.md).",
+            path=path,
+        )
     raise CaseError(
         f"a value of type {type(value).__name__!r}. Allowed: numbers, strings, true, false, lists and mappings of "
         "these",
@@ -178,7 +192,11 @@ def _holder(data: Any, keys: Keys, path: str) -> Any:
     for place, key in enumerate(keys[:-1]):
         found = _key_in(holder, key, path)
         if isinstance(holder, dict) and not isinstance(holder.get(found), (dict, list)):
-            holder[found] = _default_block(keys[: place + 1], holder)
+            if place == 0 and key in LISTS:
+                raise CaseError(
+                    f"the case has no {key}", remedy=f"Add an entry of {key}, or remove this value.", path=path
+                )
+            holder[found] = _default_block(keys[: place + 1], holder) or _constants(data, keys, holder.get(found))
         elif isinstance(holder[found], (dict, list)):
             holder[found] = copy.copy(holder[found])
         holder = holder[found]
@@ -214,6 +232,19 @@ def _default_block(keys: Keys, holder: dict[str, Any]) -> dict[str, Any]:
     if keys == ("solve", "integrator"):
         return dict(DEFAULT_INTEGRATOR)
     return {}
+
+
+def _constants(data: Mapping[str, Any], keys: Keys, name: Any) -> dict[str, Any]:
+    """Return the constants of a material that a body names, of which one is set alone; nothing of other blocks."""
+    if "material" not in keys or name not in MATERIALS:
+        return {}
+    bodies = data.get("bodies")
+    body = bodies.get(keys[1]) if isinstance(bodies, dict) and keys[0] == "bodies" else None
+    kind, of, density = body.get("kind") if isinstance(body, dict) else "", MATERIALS[name], MATERIALS[name].density
+    if keys[-1] == "shear_modulus":  # in place of Poisson's ratio, and of a shaft in place of both
+        return {"density": density} if kind == "shaft" else {"young": of.young, "density": density}
+    poisson = {"poisson": of.poisson} if kind in ("beam", "shaft") else {}
+    return {"young": of.young, "density": density, **poisson}
 
 
 def _merges(block: Any, value: Any, keys: Keys) -> bool:
@@ -298,8 +329,8 @@ def in_order(settings: Iterable[tuple[str, Any]], data: Mapping[str, Any]) -> li
     return [setting for _, setting in ordered]
 
 
-def read_setting(text: str) -> tuple[str, Any]:
-    """Return path and value of a setting ``PATH=VALUE``, whose value is YAML."""
+def read_setting(text: str, file: str = "") -> tuple[str, Any]:
+    """Return path and value of a setting ``PATH=VALUE`` of the case in a file; the value is YAML."""
     path, equals, value = text.partition("=")
     if not equals or not path.strip() or not path.isprintable():
         raise CaseError(f"--set {shown(text)} is not PATH=VALUE", remedy="Write it as --set solve.step.dt=1e-7.")
@@ -307,6 +338,7 @@ def read_setting(text: str) -> tuple[str, Any]:
         return path.strip(), parse_value(value.strip())
     except CaseError as error:
         error.path, error.line, error.given_by = path.strip(), None, "--set"
-        if value.strip().startswith("{") and "not YAML" in error.text:
+        error.located(file, None)
+        if value.strip().startswith("{") and value.strip().endswith("}") and "not YAML" in error.text:
             error.remedy = f"Quote a formula in braces: --set '{path.strip()}=\"{{1e-6*i}} m\"'."
         raise

@@ -38,7 +38,9 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
     """
     match = _FACE.fullmatch(text.strip())
     if match is None:
-        raise CaseError(f"{shown(text)} does not name a face", remedy=_REMEDY, path=path)
+        name, at, x = text.strip().partition("@")  # as places stand in the names of channels
+        meant = f". Did you mean {shown(f'{name}.at({x})')}?" if at and x else ""
+        raise CaseError(f"{shown(text)} does not name a face{meant}", remedy=_REMEDY, path=path)
     name, side, place = match.groups()
     if isinstance(case.mechanisms.get(name), dict):
         return _of_part(name, side, place, path)

@@ -38,7 +38,10 @@ def fit(
         list[str] | None, _of_instruments("offset", "Offset of the instruments, in the unit of the channel")
     ] = None,
     shift: Annotated[
-        list[str] | None, _of_instruments("shift", "Start of the run on the clock of the instruments")
+        list[str] | None,
+        _of_instruments(
+            "shift", "Start of the run on the clock of the instruments (common: one for all signals of a case)"
+        ),
     ] = None,
     loss: Annotated[
         str, typer.Option("--loss", help="linear, or huber where single samples may be far off.")

@@ -84,7 +84,7 @@ def _loaded(
     file: Path, sets: list[str] | None, method: str | None, variant: str | None, metrics: list[str] | None
 ) -> Case:
     if sets or method or variant:  # values of the file that they replace are not checked
-        settings = [edit.read_setting(setting) for setting in sets or ()]
+        settings = [edit.read_setting(setting, str(found(file))) for setting in sets or ()]
         loaded, tolerance = settings_of.load_with_settings(
             found(file), settings, variant=variant or "base", method=method or "base"
         )

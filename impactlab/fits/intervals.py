@@ -114,7 +114,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
         _neighbours(parts), (*warnings, *said), tuple(undetermined(solution.seen, paths, made)), cases, tuple(made),
         tuple(shown), tuple(curves),
         None if resampled is None else Resamples(chosen.resamples, chosen.seed, resampled.blocks),
-        {"noise": chosen.noise, "loss": chosen.loss},
+        {"noise": chosen.noise, "loss": chosen.loss}, tuple(unknowns), reach,
     )  # fmt: skip
 
 
@@ -143,7 +143,8 @@ def _loose_fronts(problem: Problem, x: Array, halves: Array) -> list[str]:
         steepest = float(np.abs(np.diff(shown)).max(initial=0.0))
         if shift is None or offset is None or not steepest > 0.0:
             continue
-        half, rise = float(halves[shift]), float(np.ptp(shown)) / steepest
+        half = float(halves[shift]) * problem.unknowns[shift].scale / problem.signals[number].width
+        rise = float(np.ptp(shown)) / steepest
         if half > OF_THE_RISE * rise:
             warnings.append(
                 f"warning: the shift of {of.label} is known to {half:.2g} samples, and its steepest front rises within "

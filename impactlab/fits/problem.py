@@ -19,7 +19,7 @@ from impactlab.fits.loss import from_median
 from impactlab.fits.model import AbstractMeans
 from impactlab.fits.signals import SETTINGS, Signal
 from impactlab.fits.trials import MarchedTrials, Trials, trials_of
-from impactlab.fits.unknowns import Unknown, settings, unknown
+from impactlab.fits.unknowns import COMMON, Unknown, settings, unknown
 from impactlab.sweeps.sampled import Sampled, check_sampled
 from impactlab.types import Array
 
@@ -136,15 +136,25 @@ class Problem:
 
     def _read(self, given: dict[str, Any], noise: str, bandwidth: float) -> list[Measured]:
         channels = [signal.channel for signal in self.signals]
+        clocks = [number for number, each in enumerate(self.experiments) for _ in each.signals]
+        shared: dict[int, int] = {}  # the common shift of each experiment
         found = []
         for number, signal in enumerate(self.signals):
             label = signal.channel
             if channels.count(label) > 1:
                 label += f" ({channels[: number + 1].count(label)})"
             places: list[float | int] = []
-            for each in settings(signal, given, label).values():
+            for name, each in settings(signal, given, label).items():
+                is_common = name == "shift" and (given.get(name) if signal.shift is None else signal.shift) == COMMON
+                if is_common and clocks[number] in shared:
+                    places.append(shared[clocks[number]])
+                    continue
                 places.append(len(self.unknowns) if isinstance(each, Unknown) else float(each))
                 if isinstance(each, Unknown):
+                    if is_common:
+                        shared[clocks[number]] = len(self.unknowns)
+                        which = f" ({clocks[number] + 1})" if len(self.experiments) > 1 else ""
+                        each = each._replace(path=f"shift of all signals{which}")
                     self.unknowns.append(each)
             if noise == "std" and signal.std is None:
                 raise CaseError(

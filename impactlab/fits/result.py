@@ -14,7 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from impactlab.casefile import Case
+from impactlab.errors import ImpactlabError
+from impactlab.fits import draws
 from impactlab.fits.identifiable import Product
+from impactlab.fits.unknowns import Unknown
 from impactlab.lazy import above
 from impactlab.printing import aligned, plain
 from impactlab.types import Array
@@ -95,6 +98,8 @@ class Fit:
     profiles: tuple[Curve, ...] = ()
     bootstrap: Resamples | None = None
     assumed: Mapping[str, str] = field(default_factory=dict)  # noise and loss of the fit, by their words
+    unknowns: tuple[Unknown, ...] = ()  # of the parameters: how the covariance scales each
+    reach: float = draws.NORMAL  # half of an interval over a standard deviation
 
     def __getitem__(self, path: str) -> Fitted:
         for each in self.parameters:
@@ -107,6 +112,37 @@ class Fit:
         """Correlations of the parameters, shape of the covariance."""
         size = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(size, size))
+
+    def draws(self, count: int = draws.WRITTEN, seed: int = 0) -> dict[str, Array]:
+        """Return values of the numbers of the case that the signals allow, by path: points for `impactlab.sweep`.
+
+        They are drawn from the normal distribution of the covariance, as wide as the intervals from the derivatives,
+        and cut at the bounds. Numbers of instruments (gain, offset, shift) are left out.
+
+        Parameters
+        ----------
+        count : int
+            Draws; 95 % intervals of a prediction need some hundreds.
+        seed : int
+            Of the random numbers (PCG64).
+
+        Raises
+        ------
+        ImpactlabError
+            If the signals do not determine a number.
+        """
+        if unknown := self._unknown():
+            raise ImpactlabError(
+                f"the signals do not determine {' and '.join(unknown)}: there is no distribution to draw from",
+                remedy="Fix the numbers that you know, or measure another channel; then fit again.",
+            )
+        wide = self.covariance * (self.reach / draws.NORMAL) ** 2
+        return draws.drawn(self.unknowns, [each.value for each in self.parameters], wide, count, seed)
+
+    def _unknown(self) -> list[str]:
+        """Return the numbers of the case whose intervals are infinite on both sides."""
+        of_case = [each for each in self.parameters if " of " not in each.path]
+        return [each.path for each in of_case if each.lower in (0.0, -math.inf) and each.upper == math.inf]
 
     def plot(self, name: str = "signals") -> Figure:
         """Return a figure: ``signals`` with their residuals, ``autocorrelation``, ``profiles`` or ``correlations``."""
@@ -149,8 +185,8 @@ class Fit:
         """Write the fitted case, its numbers and a page into a folder.
 
         ``fitted.yaml`` is a case that runs (of more experiments ``fitted-2.yaml`` ...), ``fit.json`` has all numbers,
-        ``parameters.csv`` the table, ``fit.html`` the signals, residuals, profiles and correlations, with ``command``,
-        the one that repeats the fit.
+        ``parameters.csv`` the table, ``draws.csv`` those of `draws` for ``impactlab sweep --points``, ``fit.html`` the
+        signals, residuals, profiles and correlations, with ``command``, the one that repeats the fit.
         """
         path = Path(folder)
         path.mkdir(parents=True, exist_ok=True)
@@ -158,6 +194,9 @@ class Fit:
             (path / name).write_text(case.to_yaml(), encoding="utf-8")
         (path / "fit.json").write_text(json.dumps(self.to_dict(), indent=1), encoding="utf-8")
         (path / "parameters.csv").write_text(self.to_csv(), encoding="utf-8")
+        if not self._unknown():
+            units = {each.path: each.unit for each in self.parameters}
+            draws.write_points(path / "draws.csv", self.draws(), units)
         above("fits.page").write_page(path, self, command)
 
     def __str__(self) -> str:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
-from impactlab.errors import CaseError
+from impactlab.casefile.text.words import closest, shown
+from impactlab.errors import MAX_SEED, CaseError, expect_whole
 from impactlab.fits.intervals import Options, fit_with_intervals
 from impactlab.fits.problem import Experiment, Problem
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, Fit
@@ -50,7 +51,7 @@ def fit(
     gain, offset, shift : number, text, pair or str
         Of the instruments whose signal has none of its own: the number where it is known, ``(lower, upper)`` or
         ``free`` where it is fitted, ``fixed`` for a gain of 1, an offset of 0 and a shift of 0: its clock starts with
-        the run.
+        the run. A shift may be ``common``: one that is fitted, of all signals of a case.
     loss : str
         ``linear`` for least squares; ``huber`` where single samples may be far off.
     noise : str
@@ -76,6 +77,7 @@ def fit(
         _allowed("intervals", kind, (JACOBIAN, PROFILE, BOOTSTRAP))
     if resamples < MIN_RESAMPLES:
         raise CaseError(f"{resamples} resamples", remedy=f"Give {MIN_RESAMPLES} or more: percentiles need them.")
+    expect_whole(seed, "seed", 0, MAX_SEED)
     chosen = Options(loss, noise, tuple(kinds), resamples, seed)
     return fit_with_intervals(problem, search(problem, chosen), chosen)
 
@@ -116,4 +118,8 @@ def _experiments(case: Experiments, signals: Signal | Sequence[Signal] | None) -
 
 def _allowed(name: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        raise CaseError(f"{name} {value!r}", remedy=f"Allowed: {', '.join(allowed)}.")
+        raise CaseError(
+            f"{shown(value)} is not allowed.{closest(str(value), allowed)}",
+            path=name,
+            remedy=f"Allowed: {', '.join(allowed)}.",
+        )

@@ -14,6 +14,7 @@ from impactlab.fits.filters import smooth
 from impactlab.fits.identifiable import MIN_COLUMN
 from impactlab.fits.intervals import HUBER, Options
 from impactlab.fits.loss import from_median
+from impactlab.fits.model import AbstractMeans
 from impactlab.fits.problem import Problem
 from impactlab.types import Array
 
@@ -185,23 +186,20 @@ def scanned(problem: Problem, start: Array, count: int) -> list[tuple[float, Arr
         return [(float(left @ left), start)]
     low, high = problem.bounds()
     best: dict[int, list[tuple[float, float]]] = {}
-    fixed = 0.0
+    fixed, shared = 0.0, dict[int, list[int]]()  # signals of each shift
     for number in range(len(problem.signals)):
         place = problem.place(number, "shift")
         if place is None:
             left = problem.part(number, means[number], problem.setting(start, number))
             fixed += float(left @ left)
-            continue
-        signal, mean = problem.signals[number], means[number]
-        width = problem.smoothed * len(signal.times)
-        stride = max(1, int(width / STRIDE))
+        else:
+            shared.setdefault(place, []).append(number)
+    for place, numbers in shared.items():
+        signal, scale = problem.signals[numbers[0]], problem.unknowns[place].scale
+        stride = min(_stride(problem, number) * problem.signals[number].width for number in numbers) / scale
         first, last = max(-0.5 * len(signal.times), low[place]), min(0.9 * len(signal.times), high[place])
         every = np.arange(first, max(last, first + 0.5), stride)
-        shown = smooth(mean.over(problem.measured[number].edges, 0.0), width)
-        moved = signal.times[::stride] - every[:, None] * signal.width
-        model = np.interp(moved, signal.times, shown, left=mean.rest, right=mean.last)
-        costs = _costs(problem, number, start, model, smooth(signal.values, width)[::stride])
-        costs *= stride / signal.scale**2
+        costs = sum((_scan(problem, number, start, means[number], every * scale) for number in numbers), np.zeros(1))
         inner = np.flatnonzero((costs[1:-1] <= costs[:-2]) & (costs[1:-1] < costs[2:])) + 1
         ordered = inner[np.argsort(costs[inner])][:count] if len(inner) else np.array([np.argmin(costs)])
         best[place] = list(zip(costs[ordered].tolist(), every[ordered].tolist(), strict=True))
@@ -213,6 +211,21 @@ def scanned(problem: Problem, start: Array, count: int) -> list[tuple[float, Arr
             total += cost
         found.append((total, moved))
     return found
+
+
+def _stride(problem: Problem, number: int) -> int:
+    """Return how many samples of a signal a scan passes over, of which the low-pass keeps one."""
+    return max(1, int(problem.smoothed * len(problem.signals[number].times) / STRIDE))
+
+
+def _scan(problem: Problem, number: int, start: Array, mean: AbstractMeans, shifts: Array) -> Array:
+    """Return the squares that are left of a signal at some shifts [s]."""
+    signal, stride = problem.signals[number], _stride(problem, number)
+    width = problem.smoothed * len(signal.times)
+    shown = smooth(mean.over(problem.measured[number].edges, 0.0), width)
+    model = np.interp(signal.times[::stride] - shifts[:, None], signal.times, shown, left=mean.rest, right=mean.last)
+    costs = _costs(problem, number, start, model, smooth(signal.values, width)[::stride])
+    return np.asarray(costs * (stride / signal.scale**2))
 
 
 def _costs(problem: Problem, number: int, start: Array, model: Array, data: Array) -> Array:

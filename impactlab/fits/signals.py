@@ -11,6 +11,7 @@ from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.casefile.values.units import STRAINS, to_si
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
+from impactlab.prefixes import prefixed_range
 from impactlab.types import Array
 
 MIN_SAMPLES = 4
@@ -45,6 +46,14 @@ def unit_of(channel: str) -> str:
             remedy=f"A channel begins with one of: {listed(UNITS)}.",
         )
     return UNITS[quantity]
+
+
+def _numbers(given: Any, name: str) -> Array:
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        remedy = "Give an array of numbers; unit= and time_unit= name their units."
+        raise CaseError(f"{name} are not numbers: {str(error)[:80]}", remedy=remedy) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +95,21 @@ class Signal:
     unit: InitVar[str] = ""
     time_unit: InitVar[str] = "s"
 
+    def __repr__(self) -> str:
+        span = prefixed_range(float(self.times[0]), float(self.times[-1]), "s")
+        low, high, unit = float(self.values.min()), float(self.values.max()), unit_of(self.channel)
+        size = f"{low:.4g} to {high:.4g}" if unit == "1" else prefixed_range(low, high, unit)
+        return f"<Signal {self.channel!r}: {len(self.times)} samples at {span}, {size}>"
+
     def __post_init__(self, unit: str, time_unit: str) -> None:
+        if not isinstance(self.channel, str):
+            text = f"the channel of a signal is a {type(self.channel).__name__}, not a name"
+            raise CaseError(text, remedy="Write Signal('force:hammer|rod.left', times, values), for example.")
         own = factor_of(unit, unit_of(self.channel)) if unit else 1.0
         factors = {"times": factor_of(time_unit, "s"), "values": own, "std": own}
         for name, factor in factors.items():
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, factor * np.asarray(getattr(self, name), dtype=float))
+            if (given := getattr(self, name)) is not None:
+                object.__setattr__(self, name, factor * _numbers(given, f"signal {self.channel}: {name}"))
         self._check()
 
     def _check(self) -> None:

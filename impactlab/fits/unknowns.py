@@ -14,6 +14,7 @@ from impactlab.errors import CaseError
 from impactlab.fits.signals import SETTINGS, Signal, unit_of
 
 MAX_OFFSET = 3.0  # times the range of the samples: an offset that is free
+COMMON = "common"  # of a shift: one that all signals of an experiment share, whose instruments have one clock
 PLAIN = {"gain": 1.0, "offset": 0.0, "shift": 0.0}
 
 
@@ -49,7 +50,11 @@ def read_bounds(text: str) -> tuple[str, tuple[Any, Any]]:
     if not equals or not colon or not path or not low or not high:
         remedy = f"Write {path[:80] or 'bodies.hammer.mass'}=LOW:HIGH, the range in which it is sought."
         raise CaseError(f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy=remedy)
-    return path, (parse_value(low), parse_value(high))
+    try:
+        return path, (parse_value(low), parse_value(high))
+    except CaseError as error:
+        error.path, error.line, error.given_by = path, None, "--parameters"
+        raise
 
 
 def read_setting(text: str) -> Any:
@@ -89,7 +94,7 @@ def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknow
     if chosen in (None, "fixed"):
         return usual
     path = f"{name} of {label}"
-    if chosen == "free":
+    if chosen == "free" or (chosen == COMMON and name == "shift"):
         low = 0.0 if name == "gain" else usual - widest
         return Unknown(path, usual, low, usual + widest, unit, scale)
     if isinstance(chosen, (tuple, list)) and len(chosen) == 2:

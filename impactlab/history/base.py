@@ -253,9 +253,9 @@ class AbstractHistory(Views, ABC):
     def turning_times(self, channel: str) -> Array:
         """Return instants (n,) [s] at which a channel may be largest or least, besides equal ones.
 
-        As a rule they are both sides of its jumps.
+        As a rule they are both sides of its jumps. The last step may reach beyond the end of the run.
         """
-        jumps = self.jumps(channel)
+        jumps = np.minimum(self.jumps(channel), self.duration)
         return np.concatenate((jumps, np.nextafter(jumps, 0.0)))
 
     def at_end(self, channel: str) -> float:

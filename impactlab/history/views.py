@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from impactlab.errors import expect_whole
 from impactlab.history.advice import warning_lines
 from impactlab.history.sampling import HISTORY_POINTS, page_times
 from impactlab.lazy import above
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
+MAX_POINTS = 100_000_000  # instants of a table
 MAX_SHOWN = 8  # channels in the text of a history
 
 
@@ -52,6 +54,7 @@ class Views:
         ExtraError
             Without xarray: ``pip install 'impactlab[data]'``.
         """
+        expect_whole(points, "points", 2, MAX_POINTS)
         made: xarray.Dataset = above("history.dataset").to_xarray(self, page_times(self.duration, points))
         return made
 
@@ -67,6 +70,7 @@ class Views:
 
     def to_pandas(self, points: int = HISTORY_POINTS) -> pandas.DataFrame:
         """Return all channels as columns over equal times [s]; ``attrs["units"]`` has their units."""
+        expect_whole(points, "points", 2, MAX_POINTS)
         made: pandas.DataFrame = above("history.dataset").to_pandas(self, page_times(self.duration, points))
         return made
 

@@ -120,20 +120,31 @@ def grid(case: Case, over: Mapping[str, Iterable[Any]], known: Known | None = No
     CaseError, PairingError, PluginError
         If a path or a value is wrong, or there are too many points.
     """
-    given = {path: _values(path, values) for path, values in over.items()}
+    given = {path: _values(path, values) for path, values in _columns(over, "over")}
     _refuse_many(given.values())
     return Points(_checked(case, given, known))
 
 
 def listed(case: Case, columns: Mapping[str, Iterable[Any]], known: Known | None = None) -> Points:
     """Return listed points, path to one value per point each; raises as `grid` does."""
-    given = {path: _values(path, values) for path, values in columns.items()}
+    given = {path: _values(path, values) for path, values in _columns(columns, "points")}
     lengths = {path: len(values) for path, values in given.items()}
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{path} {length}" for path, length in lengths.items())
         raise CaseError(f"columns of different lengths: {counts}", remedy="Give one value of each path per point.")
     _refuse_many(list(given.values())[:1])
     return Points(_checked(case, given, known), listed=True)
+
+
+def _columns(given: Any, name: str) -> Iterable[tuple[str, Iterable[Any]]]:
+    """Return paths with their values, of a mapping or of a table of pandas."""
+    if not hasattr(given, "items"):
+        raise CaseError(
+            f"{name} is a {type(given).__name__}, not paths with values",
+            remedy=f"Write {name}={{'bodies.hammer.mass': [1.0, 2.0]}}; a table of pandas serves as well.",
+        )
+    pairs: Iterable[tuple[str, Iterable[Any]]] = given.items()
+    return pairs
 
 
 def _values(path: str, values: Iterable[Any]) -> tuple[Any, ...]:
@@ -296,6 +307,9 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
     if found is None and HALF_RANGE.fullmatch(values):
         text = f"--over {shown(text)} gives a range without its number of values"
         raise CaseError(text, remedy=f"Write {path}=FIRST:LAST:COUNT, as in {path}={values}:11.", path=path)
+    if found is None and (ends := values.split(":"))[2:] and HALF_RANGE.fullmatch(":".join(ends[:2])):
+        text = f"--over {shown(text)}: {shown(':'.join(ends[2:]))} is not a number of values"
+        raise CaseError(text, remedy=f"Write a whole number, as in {path}={ends[0]}:{ends[1]}:11, or 11log.", path=path)
     if found is None:
         return path, [_parsed(value, path) for value in _split(values)]
     first, last = (_in_si(case, path, _parsed(found[name], path)) for name in ("first", "last"))
@@ -321,7 +335,7 @@ def _parsed(text: str, path: str) -> Any:
     try:
         return parse_value(text.strip())
     except CaseError as error:
-        error.path = error.path or path
+        error.path, error.given_by = error.path or path, "--over"
         raise
 
 

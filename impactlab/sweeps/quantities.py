@@ -273,6 +273,12 @@ def final_momentum(scene: Scene, history: AbstractHistory) -> dict[str, float]:
     return {name: history.at_end(f"momentum:{name}") for name in names}
 
 
+@quantity("J")
+def contact_loss(_scene: Scene, history: AbstractHistory) -> float:
+    """Energy lost in all contacts and links together over the run: damping, yielding, restitution."""
+    return history.energy_ends().booked.get("contact", 0.0)
+
+
 @quantity("1")
 def energy_gain(_scene: Scene, history: AbstractHistory) -> float:
     """Largest gain of energy over the reference energy; zero of a perfect run."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
-from impactlab.errors import CaseError, ImpactlabError, SweepError
+from impactlab.errors import CaseError, ImpactlabError, SweepError, expect_whole
 from impactlab.jobs.whole_files import whole
 from impactlab.report.facts import joined_in
 from impactlab.report.provenance import of_case
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 Engine = Callable[[Sequence[int], int], Iterator[Chunk]]
 """Gives the chunks of so many points that begin at certain ones."""
+MAX_WORKERS = 1024
 
 
 def sweep(
@@ -98,6 +99,7 @@ def sweep(
     if (over is None) == (points is None):
         remedy = "Give one of the two: over or points (--over PATH=VALUES or --points FILE.csv)."
         raise CaseError("a sweep takes axes or listed points", remedy=remedy)
+    expect_whole(workers, "workers", 0, MAX_WORKERS)
     part = None if shard is None else read_shard(shard)
     path = None if out is None else Path(out)
     if path is None and part is not None:
@@ -146,7 +148,11 @@ def _made_of(
     if isinstance(points, Points):
         grid = points
     else:
-        grid = axes.grid(case, over, known) if over is not None else axes.listed(case, points or {}, known)
+        grid = (
+            axes.grid(case, over, known)
+            if over is not None
+            else axes.listed(case, {} if points is None else points, known)
+        )
     ends = []
     for number in {0, grid.count - 1}:
         with contextlib.suppress(ImpactlabError):

@@ -17,7 +17,7 @@ def strongest_pull(history: AbstractHistory) -> float:
     names = [f"force:{name}" for name, law in history.method.laws.items() if not law.two_sided]
     for channel in history.channels():
         if channel in names:
-            times = history.jumps(channel)
+            times = np.minimum(history.jumps(channel), history.duration)  # the last step may reach beyond the end
             values = history.evaluate(np.append(0.0, times), channel) if times.size else np.zeros(1)
             lowest = min(lowest, float(np.nanmin(values, initial=0.0)))
     lowest = min([lowest, *(event.impulse for event in history.events if event.impulse is not None)])

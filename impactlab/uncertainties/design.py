@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.errors import CaseError
+from impactlab.errors import MAX_SEED, CaseError, expect_whole
 from impactlab.sweeps import axes
 from impactlab.sweeps.axes import Axis, Points
 from impactlab.types import Array
@@ -18,7 +18,6 @@ from impactlab.uncertainties.distributions import Uncertain
 SCRAMBLINGS = 16
 """Independent sets of Sobol points, whose scatter is the sampling error: 15 degrees of freedom widen it by 9 %."""
 MIN_SAMPLES = 4 * SCRAMBLINGS
-MAX_SEED = 2**32 - 1
 CELL = 0.5**30  # width of the smallest interval that a Sobol point of 30 bits stands for
 
 
@@ -46,10 +45,7 @@ def check_samples(samples: int, seed: int) -> None:
         below = 1 << (int(samples).bit_length() - 1)
         text = f"{samples} samples: Sobol points are balanced in sets of a power of two"
         raise CaseError(text, path="--samples", remedy=f"Give {max(below, MIN_SAMPLES)} or {2 * below}.")
-    if isinstance(seed, bool) or not isinstance(seed, kinds.Integral) or not 0 <= seed <= MAX_SEED:
-        raise CaseError(
-            f"{seed} is not a valid seed", path="--seed", remedy=f"Give a whole number from 0 to {MAX_SEED}."
-        )
+    expect_whole(seed, "--seed", 0, MAX_SEED)
 
 
 def design(uncertain: Sequence[Uncertain], samples: int, seed: int, *, indices: bool) -> Design:

@@ -104,6 +104,11 @@ def read_uncertain(case: Case, vary: Mapping[str, Any]) -> tuple[Uncertain, ...]
     CaseError
         If there is no such path, or a distribution is wrong.
     """
+    if not isinstance(vary, Mapping):
+        raise CaseError(
+            f"{shown(vary)} is not paths with distributions",
+            remedy="Write {'bodies.hammer.mass': 'normal(2 kg, 1 %)'}; the numbers of a fit are drawn by its draws().",
+        )
     if not vary:
         raise CaseError("no number is uncertain", remedy="Give a distribution, as normal(2 kg, 1 %), of a path.")
     given_twice.refuse_twice(case, list(vary))

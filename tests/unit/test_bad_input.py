@@ -206,6 +206,7 @@ EDITS = [
     ("title: a test", ALIAS_BOMB, 2, "the anchor &a"),
     ("title: a test", "title: " + "[" * 5000 + "]" * 5000, 2, "nested deeper than 24 levels"),
     ("title: a test", "title: [1, 2", 3, "not YAML"),
+    ("title: a test", "title: part 1: a test", 2, "Put the text in quotes: title: 'part 1: a test'."),
     ("probes:", "---\nprobes:", 20, "a second document begins here"),
 ]
 
@@ -289,6 +290,46 @@ def test_a_tab_that_indents_is_named(folder):
     message = refused(["run", "case.yaml"], folder)
     assert "case.yaml:3: not YAML" in message
     assert "Indent with spaces, not tabs." in message
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("solve.duration=2e400", "good.yaml, given by --set: solve.duration: '2e400' is beyond any number"),
+        ("contacts.0.law={kind: penalty", "contacts.0.law: not YAML: a bracket is not closed: } is missing"),
+        ("contacts.0.law={1e-6*i} m", "contacts.0.law: not YAML"),
+        ("bodies.hammer.force=3", "bodies.hammer.force: a force over time acts on an end of a rod"),
+        ("contacts.0.between=[hammer, rod@0.1]", "Did you mean 'rod.at(0.1)'?"),
+        ("contacts={between: [hammer, rod.left]}", "Write it as one entry of a list"),
+    ],
+)
+def test_a_value_of_set_is_refused_with_the_file_and_the_option(folder, setting, says):
+    (folder / "good.yaml").write_text(GOOD)
+    message = refused(["run", "good.yaml", "--set", setting], folder)
+    assert message.startswith("good.yaml, given by --set: ")
+    assert says in message
+
+
+def test_a_key_without_a_space_after_its_colon(folder):
+    """One message: the key is not missing as well."""
+    (folder / "bad.yaml").write_text(GOOD.replace("velocity: ", "velocity:", 1))
+    message = refused(["check", "bad.yaml"], folder)
+    assert "has no space after its colon. Did you mean 'velocity'?" in message
+    (folder / "bad.yaml").write_text(GOOD.replace("mass: ", "mass:", 1))
+    message = refused(["check", "bad.yaml"], folder)
+    assert "has no space after its colon. Did you mean 'mass'?" in message
+    assert "missing" not in message
+
+
+def test_a_method_of_a_contact_that_is_missing(folder):
+    """It was said that `contacts: {0: ...}` is not a list, which stands nowhere in the file."""
+    text = "schema_version: 1\nbodies: {a: {kind: mass, mass: 1}}\nsolve: {duration: 1}\n"
+    (folder / "bad.yaml").write_text(text + "methods:\n  soft: {contacts.0.gap: 1}\n")
+    assert "contacts.0.gap: the case has no contacts" in refused(["check", "bad.yaml", "--method", "soft"], folder)
+
+
+def test_a_folder_is_no_case_file(folder):
+    assert "is a folder, not a file" in refused(["run", "."], folder)
 
 
 def test_long_values_are_cut(folder):

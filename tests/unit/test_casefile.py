@@ -13,6 +13,9 @@ import pytest
 
 import impactlab as il
 from impactlab import Case, CaseError, load_case
+from impactlab.contact.penalty import Penalty
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import ElasticBody, End, Mass, Wall
 from impactlab.scene.method import laws_of
 
@@ -178,6 +181,86 @@ def test_with_merges_blocks_of_one_kind_and_replaces_others(case):
     alone = case.with_("contacts.0.law.kind", "addition_deletion")
     assert alone.scene() == hard.scene()
     assert laws_of(*case.simulation())[0].stiffness == 1e9, "the case itself does not change"
+
+
+def test_with_replaces_a_block_by_a_whole_one(case):
+    """A new rod kept the spring at the end of the old one, without a word."""
+    rod = il.Rod(length=0.2, diameter=0.02, material="steel")
+    changed = case.with_("bodies.rod", rod).scene().bodies["rod"]
+    assert (changed.length, changed.left, changed.right) == (0.2, End("free"), End("free"))
+    merged = case.with_("bodies.rod", {"length": 0.2}).scene().bodies["rod"]
+    assert (merged.length, merged.right) == (0.2, End("spring", 1.0e6))
+    contact = il.Contact("hammer", "rod.left", {"kind": "addition_deletion"}, gap=1e-3)
+    touched = case.with_("contacts.0", contact).with_("contacts.0", il.Contact("hammer", "rod.left", contact["law"]))
+    assert touched.scene().contacts[0].gap == 0.0
+
+
+@pytest.mark.parametrize(
+    ("path", "part", "words"),
+    [
+        ("contacts.0.law", Penalty(stiffness=1e9), "the law Penalty is given itself"),
+        ("contacts.0.law", {"kind": Penalty, "stiffness": 1e9}, "the law Penalty is given itself"),
+        ("solve.model", FiniteElement(elements=20), "the model FiniteElement is given itself"),
+        ("solve.integrator", Newmark(), "the integrator Newmark is given itself"),
+    ],
+)
+def test_a_part_given_itself_is_answered_with_how_it_is_run(case, path, part, words):
+    """A law of one's own in a notebook: "a value of type 'MyLaw'. Give a value that a case file could hold"."""
+    with pytest.raises(CaseError) as caught:
+        case.with_(path, part)
+    assert words in caught.value.text
+    word = words.split()[1]
+    assert f"il.run(case.simulation().but({word}=" in caught.value.remedy
+    with pytest.raises(CaseError, match="a value of type 'object'"):
+        case.with_(path, object())
+
+
+def test_the_remedy_for_a_part_runs(case):
+    """The law of the case, put in by hand, gives the run of the case."""
+    hand = il.run(case.simulation().but(law=Penalty(stiffness=1e9), integrator=Newmark()))
+    written = il.run(case.with_("solve.integrator", {"kind": "newmark"}))
+    assert hand.contacts == written.contacts
+
+
+MATERIAL_OF = {
+    "rod": (il.Rod(length=0.3, diameter=0.02, material="steel"), {"young": 2.1e11, "density": 7850.0}),
+    "beam": (
+        il.Beam(length=0.3, section={"diameter": 0.02}, material="steel", ends={"left": "clamped"}),
+        {"young": 2.1e11, "poisson": 0.3, "density": 7850.0},
+    ),
+    "shaft": (
+        il.Shaft(length=0.3, section={"diameter": 0.02}, material="steel", ends={"right": "clamped"}),
+        {"young": 2.1e11, "poisson": 0.3, "density": 7850.0},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", MATERIAL_OF)
+def test_one_constant_of_a_named_material_is_set_alone(kind):
+    """It was answered with "density: this key is missing" at the line of the file where steel stands."""
+    body, constants = MATERIAL_OF[kind]
+    steps = {"model": {"kind": "modal", "modes": 5}, "integrator": {"kind": "exact_modal"}, "step": {"dt": 1e-6}}
+    of = il.Case(bodies={"body": body}, solve={"duration": 1e-4, **steps})
+    assert of.with_("bodies.body.material", constants).scene() == of.scene()
+    for key in constants:
+        value = 0.25 if key == "poisson" else 0.5 * constants[key]
+        changed = of.with_(f"bodies.body.material.{key}", value)
+        assert changed.scene() == of.with_("bodies.body.material", {**constants, key: value}).scene()
+    if kind != "rod":
+        stiffer = of.with_("bodies.body.material.shear_modulus", "90 GPa").document.data["bodies"]["body"]["material"]
+        assert stiffer["density"] == 7850.0
+        assert "poisson" not in stiffer
+    assert of.document.data["bodies"]["body"]["material"] == "steel", "the case itself does not change"
+
+
+def test_a_constant_of_a_named_material_is_an_axis_and_a_parameter(case):
+    steel = case.with_settings({"bodies.rod.material": "steel", "solve.model": {"kind": "continuous"}})
+    young = "bodies.rod.material.young"
+    block = steel.with_("bodies.rod.material", {"young": 2.1e11, "density": 7850.0})
+    found, expected = (il.sweep(of, {young: [1e11, 2e11]}, quantities=["impulse"]) for of in (steel, block))
+    assert np.array_equal(found["impulse"], expected["impulse"])
+    (one,), (other,) = (il.sensitivities(of, [young], ["impulse"]).rows for of in (steel, block))
+    assert one.derivative == other.derivative != 0.0
 
 
 def test_with_replaces_alternatives(case):

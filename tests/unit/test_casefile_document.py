@@ -78,6 +78,29 @@ def test_yaml_that_is_refused(text, says):
 
 
 @pytest.mark.parametrize(
+    ("text", "line", "says"),
+    [
+        ("title: Exercise 1: steel\na: 1", 1, "Put the text in quotes: title: 'Exercise 1: steel'."),
+        ("title: rods\n  solve: 1", 2, "this line is indented as a part of the value above it"),
+        ("a: [b, c] law: {kind: x}", 1, "a second key stands in the line of 'a'"),
+        ("a:\n  x: {b: 1, c: 2\n  y: 3", 3, "a bracket, opened in line 2, is not closed: } is missing"),
+        ("x: [1, 2\ny: 3", 2, "a bracket, opened in line 1, is not closed: ] is missing"),
+        ("x: {a: 1 m b: 2}", 1, "Write a comma between two keys"),
+        ("a: 'it's'", 1, "stands behind the end of a value"),
+        ("a: 'x", 1, "a quote is not closed"),
+        ("a:\t3", 1, "Write a space in place of the tab."),
+        ("a:\n\tb: 3", 2, "Indent with spaces, not tabs."),
+        ("a:\n  b: 1\n c: 2", 3, "this line is indented differently from the lines that it belongs to"),
+    ],
+)
+def test_what_is_not_yaml_is_named_with_its_line(text, line, says):
+    with pytest.raises(CaseError) as caught:
+        parse_yaml(text)
+    assert says in str(caught.value)
+    assert caught.value.line == line
+
+
+@pytest.mark.parametrize(
     "text", ["[" * 100_000, "{a: " * 50_000, "- " * 100_000, "a: " + "[{a: " * 10_000, "? " * 100_000]
 )
 def test_deep_yaml_is_refused_where_it_becomes_too_deep(text, monkeypatch):

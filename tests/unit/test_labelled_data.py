@@ -192,6 +192,13 @@ def test_without_the_extra_the_command_that_installs_it_is_named(
     assert isinstance(caught.value, ImportError)
 
 
+@pytest.mark.parametrize("points", [["force:hammer|rod.left"], 1, 2.5, None])
+def test_the_number_of_instants_is_a_whole_number(struck: AbstractHistory, points: Any) -> None:
+    for made in (struck.to_pandas, struck.to_xarray):
+        with pytest.raises(CaseError, match=r"points: .* is not allowed\nGive a whole number from 2 to"):
+            made(points)
+
+
 def test_tables(tmp_path: Path, struck: AbstractHistory) -> None:
     table = struck.to_pandas(points=101)
     assert table.index.name == "time"

@@ -54,6 +54,9 @@ def no_run(monkeypatch):
         (["--over", f"{MASS}="], "", "is not PATH=VALUES"),
         (["--over", f"{MASS}=1,,2"], MASS, "a value is missing"),
         (["--over", f"{MASS}=.inf,1"], MASS, ".inf is not a finite number"),
+        (["--over", f"{MASS}=1:10:three"], MASS, "'three' is not a number of values"),
+        (["--over", f"{MASS}=1 kg:10 kg:3lin"], MASS, "'3lin' is not a number of values"),
+        (["--over", f"{MASS}=1:2e400:3"], MASS, "'2e400' is beyond any number"),
         (["--over", f"{MASS}=1:nan:3"], MASS, "'nan' is not a number with a unit"),
         (["--over", f"{MASS}=1 m,2 kg"], MASS, "'1 m' has a unit of another dimension"),
         (["--over", f"{MASS}=1 xyz,2"], MASS, "'1 xyz' has a unit that is not known"),
@@ -342,3 +345,29 @@ def test_a_contact_by_number_and_by_name_is_one_axis(case, no_run):
         il.sweep(named.with_settings([(GAP, 0.0)], by="--set"), {by_name: [0.0, 1e-4]})
     with pytest.raises(il.CaseError, match=r"whose values contacts\.0\.gap gives, too"):
         il.uncertainty(named, {GAP: "uniform(0, 1 mm)", by_name: "uniform(0, 1 mm)"})
+
+
+@pytest.mark.parametrize("workers", [-1, 1.5, "2", None, True, 5000])
+def test_a_number_of_workers_that_is_none(case, no_run, workers):
+    """With -1 the sweep waited for ever, and with '2' a TypeError came from inside."""
+    with pytest.raises(il.CaseError, match=r"workers: .* is not allowed\nGive a whole number from 0 to 1024"):
+        il.sweep(case, {MASS: [1.0, 2.0]}, workers=workers)
+
+
+def test_points_may_be_a_table_of_pandas(case):
+    pandas = pytest.importorskip("pandas")
+    table = pandas.DataFrame({MASS: [1.0, 2.0], GAP: [0.0, 1e-4]})
+    found = il.sweep(case, points=table, quantities=["impulse"])
+    listed = il.sweep(case, points={MASS: [1.0, 2.0], GAP: [0.0, 1e-4]}, quantities=["impulse"])
+    assert np.array_equal(found.impulse, listed.impulse)
+
+
+@pytest.mark.parametrize("name", ["over", "points"])
+def test_points_that_are_no_columns(case, no_run, name):
+    with pytest.raises(il.CaseError, match=f"{name} is a list, not paths with values"):
+        il.sweep(case, **{name: [{MASS: 1.0}]})
+
+
+def test_a_value_that_is_beyond_any_number_is_named_with_its_option(tmp_path, no_run):
+    found = invoked(["--over", f"{MASS}=1:2e400:3"], tmp_path / "out")
+    assert found.stderr.startswith(f"--over {MASS}: '2e400' is beyond any number")

@@ -26,7 +26,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
 from impactlab.sweeps import axes, chunks, counts, engines, points, run
-from impactlab.sweeps.quantities import asked, values
+from impactlab.sweeps.quantities import asked, contact_loss, values
 from tests.solving import in_steps
 
 PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
@@ -332,6 +332,25 @@ def test_a_sweep_of_a_pile_gives_forces_and_sets_by_the_names_of_its_soil():
         assert (point["permanent_set"] == pytest.approx(link.set)) if link.set is not None else True
     toe = found["permanent_set"].sel(link="toe").to_numpy().ravel()
     assert toe[1] > toe[0] > 0.0
+
+
+def test_the_loss_of_a_contact_is_that_of_newtons_rule():
+    """Two masses that part with e times their approach: mu v2 (1 - e2)/2; a dashpot: the energy that is gone."""
+    masses = {"a": il.Mass(1.0, velocity=2.0), "b": il.Mass(3.0)}
+    law = {"kind": "impulse_momentum", "restitution": 0.5}
+    steps = {"duration": 1e-3, "integrator": {"kind": "newmark"}, "step": {"dt": 1e-5}}
+    struck = il.Case(bodies=masses, contacts=[il.Contact("a", "b", law)], solve=steps)
+    for restitution in (0.0, 0.5, 1.0):
+        history = il.run(struck.with_("contacts.0.law.restitution", restitution))
+        lost = contact_loss(history.scene, history)
+        assert lost == pytest.approx(0.5 * 0.75 * 2.0**2 * (1.0 - restitution**2), abs=1e-12)
+    rod = il.Rod(length=0.3, diameter=0.02, material="steel", ends={"right": "clamped"})
+    damped = il.Contact("a", "rod.left", {"kind": "penalty", "stiffness": 2e8, "damping": 2e3})
+    exact = {"duration": 3e-4, "model": {"kind": "continuous"}}
+    history = il.run(il.Case(bodies={"a": il.Mass(1.0, velocity=2.0), "rod": rod}, contacts=[damped], solve=exact))
+    ends = history.energy_ends()
+    assert contact_loss(history.scene, history) == pytest.approx(ends.initial - ends.final, rel=1e-12)
+    assert 0.0 < ends.final < 0.95 * ends.initial
 
 
 def test_a_named_contact_has_its_largest_force_by_its_name(case):

@@ -45,6 +45,18 @@ def tension(at: float) -> float:
     return math.exp(-2.0 * (LENGTH - at) * DENSITY * AREA / MASS) - 1.0
 
 
+@pytest.mark.parametrize("duration", [1.8, 1.8033])
+def test_the_extremes_of_a_force_are_found_where_the_last_step_reaches_beyond_the_end(duration: float) -> None:
+    """Every point of such a sweep failed: "the time lies outside the run"."""
+    soft = {"contacts.0.law": {"kind": "hertz", "stiffness": 1e9}, "solve.step": {"courant": 0.9}}
+    struck = case(MESH).with_settings({**soft, "solve.duration": duration * LENGTH / SPEED})
+    force = "force:hammer|rod.left"
+    found = il.sweep(struck, {VELOCITY: [1.0]}, quantities=[f"max({force})", f"min({force})", "peak_force"])
+    assert found["reason"].values.tolist() == [""]
+    assert found[f"max({force})"].item() == pytest.approx(found["peak_force"].item(), rel=1e-12)
+    assert found[f"min({force})"].item() == 0.0
+
+
 @pytest.mark.parametrize(("solve", "tolerance"), [(CONTINUOUS, 1e-9), (MESH, LOSS_IN_A_CELL)])
 def test_the_extremes_at_a_gauge_are_those_of_the_waves(solve: dict[str, object], tolerance: float) -> None:
     velocities = [1.0, 3.0]

@@ -227,7 +227,7 @@ def no_run(monkeypatch):
         (f"{MASS}=normal(2 kg, 1 %)", ["--samples", "1000"], "--samples", "balanced in sets of a power of two"),
         (f"{MASS}=normal(2 kg, 1 %)", ["--samples", "32"], "--samples", "32 samples are too few"),
         (f"{MASS}=normal(2 kg, 1 %)", ["--samples", "16777216"], "--samples", "1.68e+07 points; allowed: 1e+07"),
-        (f"{MASS}=normal(2 kg, 1 %)", ["--seed", "-1"], "--seed", "-1 is not a valid seed"),
+        (f"{MASS}=normal(2 kg, 1 %)", ["--seed", "-1"], "--seed", "-1 is not allowed"),
         (f"{MASS}=normal(2 kg, 1 %)", ["--percentiles", "5,100"], "--percentiles", "'5, 100'"),
         (f"{MASS}=normal(2 kg, 1 %)", ["--percentiles", "5,x"], "--percentiles", "'x' is not a number"),
         (f"{MASS}=normal(2 kg, 1 %)", ["--failed", "ignore"], "--failed", "'ignore' is not a way"),

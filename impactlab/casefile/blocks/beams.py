@@ -80,7 +80,7 @@ class BeamBlock(MovingBlock):
 
     piece: ClassVar[type[Block]] = BeamSegmentBlock
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "section", "material")
-    quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_BEAM
+    quantities: ClassVar[tuple[str, ...]] = (*QUANTITIES_OF_BEAM, "stress")
     both_sides: ClassVar[bool] = True
 
     def check_piece(self, piece: BeamSegmentBlock, path: str) -> None:
@@ -88,6 +88,14 @@ class BeamBlock(MovingBlock):
             check_section(piece.section, f"{path}.section")
             if piece.material is not None and self.theory == "timoshenko":
                 check_shear(piece.section, piece.material, path)
+
+    def lacking(self, quantity: str) -> str:
+        sections = [piece.section for piece in self.pieces]
+        if quantity != "stress":
+            return ""
+        if any(each.height is None and each.diameter is None for each in sections if each is not None):
+            return "the height of its section is not known: give it beside area and inertia"
+        return "its segments have several sections: probe bending_moment" if len(set(sections)) > 1 else ""
 
     def body(self, name: str, lever_arm: float) -> Beam:
         return Beam(

@@ -92,7 +92,7 @@ class ElasticBlock(Block):
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "area", "material")  # of a uniform body; segments replace them
     profile_key: ClassVar[str] = "displacement"  # of the shape at t = 0
     profile_unit: ClassVar[str] = "m"
-    quantities: ClassVar[tuple[str, ...]] = ()  # that a probe records
+    quantities: ClassVar[tuple[str, ...]] = ()  # that a probe records, unless it is ``lacking``
     both_sides: ClassVar[bool] = False  # True: it can be struck on either side anywhere
 
     @abstractmethod
@@ -101,6 +101,10 @@ class ElasticBlock(Block):
 
     def check_piece(self, piece: Any, path: str) -> None:
         """Raise `CaseError` where section and material of a piece do not make a body."""
+
+    def lacking(self, _quantity: str) -> str:
+        """Return why this body does not have one of its `quantities`; empty where it has it."""
+        return ""
 
     @property
     def pieces(self) -> tuple[Any, ...]:

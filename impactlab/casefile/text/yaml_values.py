@@ -19,6 +19,7 @@ _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 _INDENTED_BY_TAB = re.compile(r" *\t")
+_TWO_COLONS = re.compile(r"\s*(?:- +)?([\w.-]+):\s+(\S.*:(?:\s.*)?)")  # a key, and a text with a colon
 
 
 def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
@@ -29,22 +30,53 @@ def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
     try:
         return _Composer(YAML(typ="rt", pure=True).parse(text), lines).document()
     except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        problem = str(error.problem or error.context or "the text cannot be read")[:120]
-        if "<block end>" in problem:
-            problem = "this line is indented differently from the lines that it belongs to"
-        remedy = "Fix the text there (or just above)."
-        if mark and any(
-            _INDENTED_BY_TAB.match(line) for line in text.splitlines()[max(0, mark.line - 1) : mark.line + 1]
-        ):
-            remedy = "Indent with spaces, not tabs."
-        raise CaseError(f"not YAML: {problem}", remedy=remedy, line=mark.line + 1 if mark else None) from error
+        raise _marked(error, text.splitlines()) from error
     except YAMLError as error:
         raise CaseError(
             f"not YAML: {str(error)[:120]}", remedy="Remove the characters that are not printable."
         ) from error
     except (ValueError, RecursionError) as error:
         raise CaseError(f"not YAML: {str(error)[:120]}", remedy="Fix the text.") from error
+
+
+def _marked(error: Any, lines: list[str]) -> CaseError:
+    """Return the fault of a text that is not YAML, with the line in which it is."""
+    mark = error.problem_mark or error.context_mark
+    problem = str(error.problem or error.context or "the text cannot be read")[:120]
+    remedy = "Fix the text there (or just above)."
+    number = mark.line if mark else 0
+    start = error.context_mark.line if error.context_mark else number
+    before = lines[number][: mark.column] if mark and number < len(lines) else ""
+    if "<block end>" in problem and before.strip():
+        problem = f"{shown(lines[number][mark.column :].strip())} stands behind the end of a value"
+        remedy = "Remove it, or put the whole value in quotes."
+    elif "<block end>" in problem:
+        problem = "this line is indented differently from the lines that it belongs to"
+    elif problem.startswith("mapping values") and mark:
+        found = _TWO_COLONS.fullmatch(lines[number])
+        if found and found[2][0] in "[{":
+            problem = f"a second key stands in the line of {shown(found[1])}"
+            remedy = "Write each key in a line of its own, or all of them in braces: {key: value, key: value}."
+        elif found:
+            problem = "a text with a colon in it begins a second key"
+            remedy = f"Put the text in quotes: {found[1]}: '{found[2].strip()}'."
+        else:
+            problem = "this line is indented as a part of the value above it"
+            remedy = "Align it with the key that it belongs beside, or put that value in quotes."
+    elif problem.startswith("expected ',' or") and (start < number or "<stream end>" in problem):
+        bracket = "}" if "'}'" in problem else "]"
+        opened = f", opened in line {start + 1}," if start < number else ""
+        problem = f"a bracket{opened} is not closed: {bracket} is missing"
+        remedy = f"Write {bracket} at the end of the block."
+    elif problem.startswith("expected ',' or"):
+        remedy = "Write a comma between two keys or values, and close each bracket."
+    elif "end of stream" in problem:
+        problem, remedy = "a quote is not closed", "Close it where the text ends."
+    elif "'\\t'" in problem:
+        remedy = "Write a space in place of the tab."
+    if mark and any(_INDENTED_BY_TAB.match(line) for line in lines[max(0, number - 1) : number + 1]):
+        remedy = "Indent with spaces, not tabs."
+    return CaseError(f"not YAML: {problem}", remedy=remedy, line=number + 1 if mark else None)
 
 
 class _Composer:

@@ -42,16 +42,15 @@ def case_error(
         The keys that may stand in ``data``.
     """
     faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")
-    found = [(fault["type"], _one(fault, data, prefix, allowed)) for fault in faults]
-    misspelt = {_suggested(each) for kind, each in found if kind == "extra_forbidden"}
-    return combined([each for kind, each in found if kind != "missing" or each.path not in misspelt])
+    found = [(fault, _one(fault, data, prefix, allowed)) for fault in faults]
+    misspelt = {_suggested(fault, each, prefix) for fault, each in found if fault["type"] == "extra_forbidden"}
+    return combined([each for fault, each in found if fault["type"] != "missing" or each.path not in misspelt])
 
 
-def _suggested(error: CaseError) -> str:
+def _suggested(fault: ErrorDetails, error: CaseError, prefix: str) -> str:
     """Return the path of the key that a misspelt one probably stands for; it is then not missing as well."""
-    block, _, _ = (error.path or "").rpartition(".")
     key = re.search(r"Did you mean '(\w+)'", error.text)
-    return f"{block}.{key[1]}".lstrip(".") if key else ""
+    return ".".join(filter(None, (prefix, *_yaml_path(fault["loc"])[:-1], key[1]))) if key else ""
 
 
 def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: Iterable[str] | type[BaseModel]) -> CaseError:
@@ -80,8 +79,10 @@ def _words(
         case "union_tag_not_found":
             kinds = sorted({kind for block in _blocks_at(keys, data, allowed) for kind in _kinds_of(block)})
             others = [name for name in data.get(keys[0], ()) if name != keys[-1]] if len(keys) == 2 else []
+            upper = next((key for key in fault["input"] if key.lower() == "kind"), "")
+            hint = f" It has {shown(upper)}: write it in small letters." if upper else closest(keys[-1], others)
             return (
-                f"{given} has no kind.{closest(keys[-1], others)} Allowed: {listed(kinds)}",
+                f"{given} has no kind.{hint} Allowed: {listed(kinds)}",
                 "Write kind: and one of these.",
             )
         case "union_tag_invalid":
@@ -108,16 +109,26 @@ def _words(
             if keys in (["bodies"], ["mechanisms"], ["methods"], ["variants"]):
                 entry = "{kind: ...}" if keys == ["bodies"] else "{...}"
                 return f"{given} is given where {_BLOCK} is needed", f"Write NAME: {entry} for each of them."
-            return (
-                f"{given} is given where {_NEEDED[kind]} is needed",
-                f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else FIX_VALUE,
-            )
+            remedy = f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else FIX_VALUE
+            if isinstance(fault["input"], dict) and _NEEDED[kind] == "a list":
+                remedy = "Write it as one entry of a list, with a dash before it, or in Python [...] around it."
+            return f"{given} is given where {_NEEDED[kind]} is needed", remedy
         case _:
             return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", FIX_VALUE
 
 
 def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]]) -> tuple[str, str]:
     """Return text and remedy of a key that is not known among names; ``blocks`` are those in which it was sought."""
+    if (colon := name.partition(":"))[1] and colon[0] in names:
+        return (
+            f"{shown(name)} has no space after its colon. Did you mean {colon[0]!r}?",
+            f"Write {colon[0]}: {colon[2]}.",
+        )
+    if name == "force" and {"mass", "velocity"} <= set(names):
+        return (
+            "a force over time acts on an end of a rod, a beam or a shaft, not on a mass",
+            "Write a short rod in place of the mass, with ends: {left: {force: ...}}; a constant force is gravity's.",
+        )
     comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
     key = key_of_synonym(name)
     hint = renamed(name, names, _key_inside(key.name, blocks) if key is not None else "")
@@ -143,6 +154,8 @@ def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseM
     """Return how a missing key is written, with its unit."""
     if keys == ["schema_version"]:
         return "Add schema_version: 1."
+    if keys == ["solve"]:
+        return "Add solve: {duration: ..., tolerance: 1e-3}, the length of the run [s] and the relative error allowed."
     found = (block.model_fields.get(keys[-1]) for block in _blocks_at(keys[:-1], data, allowed))
     described = next((field.description for field in found if field is not None and field.description), "")
     return f"Add {keys[-1]}: {described}." if described else "Add it; `impactlab schema` lists every key with its unit."

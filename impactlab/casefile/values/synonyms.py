@@ -38,6 +38,7 @@ NAMES: Mapping[Key, str] = {
     Key("courant"): "cfl courant_number",
     Key("gravity"): "g",
     Key("at"): "x position place location",
+    Key("bodies"): "body objects",
 }  # fmt: skip
 HOMES = {
     "duration": "solve: {duration: ...}",

@@ -243,7 +243,8 @@ class ContinuousHistory(AbstractHistory):
         try:
             x = self._exact_x[channel] if channel in self._exact_x else float(text)
         except ValueError:
-            x = np.nan
+            text = f"'{channel}': '{text}' is not a place in metres"
+            raise CaseError(text, remedy=f"Write the number alone, from 0 to {length:g}, as in {name}@0.1.") from None
         if not -1e-9 * length <= x <= (1.0 + 5e-6) * length:
             raise CaseError(f"'{channel}': x lies outside rod '{name}'", remedy=f"Give x between 0 and {length:g} m.")
         return Place.on(self.layout.links[name], length, x, channel in self._exact_x)

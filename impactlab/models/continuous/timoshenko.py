@@ -80,7 +80,8 @@ class TimoshenkoWaves(AbstractSelfStepping):
         self._length, self._distances = beam.length, sorted({abs(x - self._anchor()) for x in self._faces})
         self._stations = np.linspace(0.0, beam.length, STATIONS) if fields else np.array(self._faces)
         wanted = [(x, "displacement") for x in self._faces]
-        wanted += [(probe.x, "displacement" if probe.quantity == "velocity" else probe.quantity) for probe in probes]
+        read = [(probe.x, beam.reading(probe.quantity)[0]) for probe in probes]
+        wanted += [(x, "displacement" if quantity == "velocity" else quantity) for x, quantity in read]
         wanted += [(x, "displacement") for x, end in self._beam.ends if end.kind == "dashpot"]
         wanted += [(float(x), "displacement") for x in self._stations]
         for x, quantity in wanted:

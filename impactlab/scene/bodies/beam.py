@@ -68,7 +68,11 @@ class Beam(ElasticBody):
 
     @property
     def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
-        return plain(*QUANTITIES_OF_BEAM)
+        own = plain(*QUANTITIES_OF_BEAM)
+        factors = {0.5 * each.height / each.inertia for each in self.segments}
+        if len(factors) == 1 and math.isfinite(factor := factors.pop()):  # one section, of known height
+            own["stress"] = ("bending_moment", factor)
+        return own
 
     @property
     def slowest_period(self) -> float:
