@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from impactlab.casefile.blocks.beams import BeamBlock, shear_of
 from impactlab.casefile.blocks.gathering import gathered_again
 from impactlab.casefile.blocks.origins import Origins
 from impactlab.casefile.blocks.shafts import ShaftBlock, described
@@ -60,7 +61,7 @@ def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         "title": case.title,
         "source": case.source,
         "bodies": {name: _body(scene.bodies[name], block) for name, block in case.bodies.items() if name not in links}
-        | {name: _link(link) for name, link in links.items()},
+        | {name: _link(link, case.bodies[name]) for name, link in links.items()},
         **({"mechanisms": {each.name: _mechanism(each, case) for each in mechanisms}} if mechanisms else {}),
         "contacts": _contacts(case, scene, method),
         "solve": solve,
@@ -118,7 +119,7 @@ def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
         return {"kind": "wall"}
     if isinstance(block, ShaftBlock):
         return described(block)
-    segments = [_piece(piece) for piece in body.segments]
+    segments = _pieces(body, block)
     in_segments = len(segments) > 1 or getattr(block, "segments", None) is not None
     shape: dict[str, Any] = {"segments": segments} if in_segments else segments[0]
     values = {"kind": body.kind, **shape, "ends": {"left": end_values(body.left), "right": end_values(body.right)}}
@@ -130,10 +131,10 @@ def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
     return values | profile_values("displacement", body.displacement)
 
 
-def _link(link: Link) -> dict[str, Any]:
+def _link(link: Link, block: BodyBlock) -> dict[str, Any]:
     if link.beam is None:
         return {"kind": "link", "length": link.length, "mass": link.mass, "inertia": link.inertia}
-    segments = [_piece(piece) for piece in link.beam.segments]
+    segments = _pieces(link.beam, block)
     return {"kind": "beam", **(segments[0] if len(segments) == 1 else {"segments": segments})}
 
 
@@ -160,14 +161,19 @@ def _rotation(body: Body) -> dict[str, Any]:
     return {"rotation": given if body.rotation.plane == "axial" else given | {"plane": body.rotation.plane}}
 
 
+def _pieces(body: ElasticBody, block: BodyBlock) -> list[dict[str, Any]]:
+    found = [_piece(piece) for piece in body.segments]
+    if isinstance(block, BeamBlock) and isinstance(body, Beam) and body.theory == "timoshenko":
+        for values, piece in zip(found, block.pieces, strict=True):
+            values["section"]["shear_factor"], values["material"]["shear_modulus"] = shear_of(piece)
+    return found
+
+
 def _piece(piece: Segment) -> dict[str, Any]:
     material = {"young": piece.young, "density": piece.density, "viscosity": piece.viscosity}
     if not isinstance(piece, BeamSegment):
         return {"length": piece.length, "area": piece.area, "material": material}
     section = {"area": piece.area, "inertia": piece.inertia}
-    if math.isfinite(piece.shear_stiffness):
-        # As k and G act by their product alone, they are given as k = 1 and G = their product.
-        section["shear_factor"], material["shear_modulus"] = 1.0, piece.shear_stiffness / piece.area
     if math.isfinite(piece.height):
         section["height"] = piece.height
     return {"length": piece.length, "section": section, "material": material}

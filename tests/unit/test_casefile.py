@@ -293,6 +293,22 @@ def test_resolved_values_keep_the_round_trip_and_the_links(name):
     assert copy.scene().contacts == case.scene().contacts
 
 
+@pytest.mark.parametrize(
+    ("section", "factor"), [({"width": 0.01, "height": 0.02}, 5 / 6), ({"diameter": 0.02}, 0.9), (None, 0.4)]
+)
+def test_resolved_values_of_a_beam_give_the_shear_modulus_of_its_material(section, factor):
+    """Factor and modulus were given as 1 and their product, which looks like a wrong modulus."""
+    section = section or {"area": 1e-4, "inertia": 1e-9, "shear_factor": factor}
+    beam = {"kind": "beam", "theory": "timoshenko", "length": 1.0, "section": section}
+    beam["material"] = {"young": 2.1e11, "density": 7900.0, "poisson": 0.3}
+    case = Case.from_dict({"schema_version": 1, "bodies": {"beam": beam}, "solve": {"duration": 1e-3}})
+    shown = case.resolved()["bodies"]["beam"]
+    assert shown["material"]["shear_modulus"] == pytest.approx(2.1e11 / 2.6, rel=1e-15)
+    assert shown["section"]["shear_factor"] == pytest.approx(factor, rel=1e-15)
+    again = Case.from_dict({"schema_version": 1, "bodies": {"beam": shown}, "solve": {"duration": 1e-3}})
+    assert again.scene().bodies == case.scene().bodies  # to the bit
+
+
 @pytest.mark.parametrize("name", ["test.toml", "test.json"])
 def test_toml_and_json_say_the_same(tmp_path, name):
     data = {
