@@ -206,7 +206,7 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
 
 
 def takes_whole(case: Case, path: str) -> bool:
-    """Return whether a case takes whole numbers alone at a path: it then says so of a half."""
+    """Return whether a case takes only whole numbers at a path, and so refuses a half."""
     try:
         case.with_(path, 0.5)
     except ImpactlabError as error:
