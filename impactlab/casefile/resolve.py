@@ -17,6 +17,7 @@ from impactlab.casefile.instruments import given
 from impactlab.casefile.mechanisms import direction
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
+from impactlab.contact.relative import relative_options
 from impactlab.scene.bodies import (
     Beam,
     BeamSegment,
@@ -30,7 +31,7 @@ from impactlab.scene.bodies import (
     Segment,
 )
 from impactlab.scene.facts import steady_facts
-from impactlab.scene.method import Method, models_of
+from impactlab.scene.method import Method, models_of, sides
 from impactlab.scene.problem import Scene
 
 
@@ -75,7 +76,7 @@ def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         **({"metrics": list(scene.metrics)} if scene.metrics else {}),
         "methods": list(case.methods),
         "variants": list(case.variants),
-        "derived": _derived(scene),
+        "derived": _derived(scene) | _relative_options(scene, method),
     }
 
 
@@ -177,6 +178,16 @@ def _piece(piece: Segment) -> dict[str, Any]:
     if math.isfinite(piece.height):
         section["height"] = piece.height
     return {"length": piece.length, "section": section, "material": material}
+
+
+def _relative_options(scene: Scene, method: Method) -> dict[str, Any]:
+    """Return the options of laws that are relative to rods, in SI under ``laws``; no key where there are none."""
+    if method.tolerance is not None:  # the elements are not chosen yet
+        return {}
+    of_contacts = ((each, method.laws[each.name]) for each in scene.contacts if each.name in method.laws)
+    found = {each.name: relative_options(law, *sides(scene, method, each)) for each, law in of_contacts}
+    given = {name: options for name, options in found.items() if options}
+    return {"laws": given} if given else {}
 
 
 def _derived(scene: Scene) -> dict[str, Any]:

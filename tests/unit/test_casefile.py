@@ -309,6 +309,17 @@ def test_resolved_values_of_a_beam_give_the_shear_modulus_of_its_material(sectio
     assert again.scene().bodies == case.scene().bodies  # to the bit
 
 
+@pytest.mark.parametrize("law", ["penalty", "augmented_lagrangian", "khulief_shabana"])
+def test_resolved_values_have_relative_options_in_si(law):
+    given = {"kind": law, "stiffness": {"relative": 0.5}} | ({"damping": {"relative": 2.0}} if law == "penalty" else {})
+    case = load_case("axial_impact").with_settings({"contacts.0.law": given})
+    found = case.resolved()["derived"]["laws"]["hammer|rod.left"]
+    assert found["stiffness"] == pytest.approx(0.5 * 2.1e11 * 9e-4 / (0.3 / 100), rel=1e-14)  # EA/h
+    assert found.get("damping") == (pytest.approx(2.0 * 36657.741, rel=1e-7) if law == "penalty" else None)  # Z
+    plain = case.with_settings({"contacts.0.law": {"kind": law, "stiffness": 1e9}})
+    assert "stiffness" not in plain.resolved()["derived"].get("laws", {}).get("hammer|rod.left", {})
+
+
 @pytest.mark.parametrize("name", ["test.toml", "test.json"])
 def test_toml_and_json_say_the_same(tmp_path, name):
     data = {
