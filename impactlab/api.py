@@ -345,9 +345,9 @@ def with_fault(summary: dict[str, Any], case: Case) -> dict[str, Any]:
     if not missed:
         return summary
     fault = CaseError(missed[0], remedy=ADVICE[summary["status"]], path="solve.tolerance")
-    told = {"status": summary["status"], "error": {**_fault(case.place(fault)), "kind": "ToleranceNotMet"}}
+    failed = {"status": summary["status"], "error": {**_fault(case.place(fault)), "kind": "ToleranceNotMet"}}
     first = {key: summary[key] for key in ("schema_version", "case")}
-    return first | told | summary
+    return first | failed | summary
 
 
 def _fault(error: BaseException) -> dict[str, Any]:

@@ -16,6 +16,8 @@ from impactlab.casefile.document import Document
 from impactlab.casefile.text.words import listed
 from impactlab.errors import CaseError, ImpactlabError
 
+SUITES = "standard", "hard"  # each with a grid of its own
+
 
 class Cell(NamedTuple):
     """One row of the table, before it is run."""
@@ -48,9 +50,11 @@ def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
     Raises
     ------
     CaseError
-        If there is none, or two of one name.
+        If there is none, or two of one name; if there is no such suite.
     """
     folder = Path("cases") if suite == "standard" else Path("cases") / suite
+    if cases and suite not in SUITES and not folder.is_dir():
+        raise CaseError(f"there is no suite '{suite}'", remedy=f"Allowed: {', '.join(SUITES)}.", path="--suite")
     files = list(cases) or sorted(folder.glob("*.yaml"))
     if not files:
         raise CaseError(

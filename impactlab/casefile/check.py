@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from impactlab.casefile.instruments import instruments_are_whole
 from impactlab.casefile.joined import check_bonds, is_joined
 from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
 from impactlab.casefile.points import find_body, place_on
-from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, RoundTrips, WallBlock
+from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, ProbeBlock, RoundTrips, WallBlock
 from impactlab.casefile.text.words import listed, shown
 from impactlab.errors import CaseError, combined
 from impactlab.plugins import Registry
@@ -202,45 +202,53 @@ def _one_spacing_of_snapshots(case: CaseBlock) -> None:
 
 
 def _probes_lie_on_bodies(case: CaseBlock) -> None:
-    links = links_of(case)
+    links, faults = links_of(case), list[CaseError]()
     for number, probe in enumerate(case.probes):
-        path = f"probes.{number}"
-        body = find_body(case, probe.body, f"{path}.body")
-        if probe.body in links:
+        try:
+            _lies_on_a_body(case, probe, f"probes.{number}", links)
+        except CaseError as error:
+            faults.append(error)
+    if faults:
+        raise combined(faults)
+
+
+def _lies_on_a_body(case: CaseBlock, probe: ProbeBlock, path: str, links: Container[str]) -> None:
+    body = find_body(case, probe.body, f"{path}.body")
+    if probe.body in links:
+        raise CaseError(
+            f"{probe.body!r} is a link, and a place of it moves in two directions",
+            remedy="Remove it: angle and rate of links, and places of contacts, are recorded in every run.",
+            path=f"{path}.body",
+        )
+    if isinstance(body, ElasticBlock):
+        place_on(probe.at, probe.body, body.total_length, f"{path}.at")
+        known = body.quantities
+        if probe.quantity not in known:
             raise CaseError(
-                f"{probe.body!r} is a link, and a place of it moves in two directions",
-                remedy="Remove it: angle and rate of links, and places of contacts, are recorded in every run.",
-                path=f"{path}.body",
-            )
-        if isinstance(body, ElasticBlock):
-            place_on(probe.at, probe.body, body.total_length, f"{path}.at")
-            known = body.quantities
-            if probe.quantity not in known:
-                raise CaseError(
-                    f"the {body.kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {', '.join(known)}",
-                    remedy="Probe another quantity.",
-                    path=f"{path}.quantity",
-                )
-            if why := body.lacking(probe.quantity):
-                raise CaseError(
-                    f"the {body.kind} {probe.body!r} has no {probe.quantity} to record",
-                    remedy=f"{why[0].upper()}{why[1:]}.",
-                    path=f"{path}.quantity",
-                )
-        elif isinstance(body, WallBlock) or probe.quantity not in ("displacement", "velocity"):
-            kind = "wall" if isinstance(body, WallBlock) else "mass"
-            allowed = "nothing: it never moves" if kind == "wall" else "displacement, velocity"
-            raise CaseError(
-                f"the {kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {allowed}",
-                remedy="Probe a rod or a beam, or another quantity. Contact forces are recorded without a probe.",
+                f"the {body.kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {', '.join(known)}",
+                remedy="Probe another quantity.",
                 path=f"{path}.quantity",
             )
-        elif probe.at != 0.0:
+        if why := body.lacking(probe.quantity):
             raise CaseError(
-                f"{probe.at:g} m on the mass {probe.body!r}, which has no length",
-                remedy="Leave `at` out.",
-                path=f"{path}.at",
+                f"the {body.kind} {probe.body!r} has no {probe.quantity} to record",
+                remedy=f"{why[0].upper()}{why[1:]}.",
+                path=f"{path}.quantity",
             )
+    elif isinstance(body, WallBlock) or probe.quantity not in ("displacement", "velocity"):
+        kind = "wall" if isinstance(body, WallBlock) else "mass"
+        allowed = "nothing: it never moves" if kind == "wall" else "displacement, velocity"
+        raise CaseError(
+            f"the {kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {allowed}",
+            remedy="Probe a rod or a beam, or another quantity. Contact forces are recorded without a probe.",
+            path=f"{path}.quantity",
+        )
+    elif probe.at != 0.0:
+        raise CaseError(
+            f"{probe.at:g} m on the mass {probe.body!r}, which has no length",
+            remedy="Leave `at` out.",
+            path=f"{path}.at",
+        )
 
 
 def _probes_have_channels_of_their_own(case: CaseBlock) -> None:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from impactlab.casefile.blocks.beams import BeamBlock, shear_of
 from impactlab.casefile.blocks.gathering import gathered_again
 from impactlab.casefile.blocks.origins import Origins
 from impactlab.casefile.blocks.shafts import ShaftBlock, described
@@ -16,6 +17,7 @@ from impactlab.casefile.instruments import given
 from impactlab.casefile.mechanisms import direction
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
+from impactlab.contact.relative import relative_options
 from impactlab.scene.bodies import (
     Beam,
     BeamSegment,
@@ -29,7 +31,7 @@ from impactlab.scene.bodies import (
     Segment,
 )
 from impactlab.scene.facts import steady_facts
-from impactlab.scene.method import Method, models_of
+from impactlab.scene.method import Method, models_of, sides
 from impactlab.scene.problem import Scene
 
 
@@ -60,7 +62,7 @@ def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         "title": case.title,
         "source": case.source,
         "bodies": {name: _body(scene.bodies[name], block) for name, block in case.bodies.items() if name not in links}
-        | {name: _link(link) for name, link in links.items()},
+        | {name: _link(link, case.bodies[name]) for name, link in links.items()},
         **({"mechanisms": {each.name: _mechanism(each, case) for each in mechanisms}} if mechanisms else {}),
         "contacts": _contacts(case, scene, method),
         "solve": solve,
@@ -74,7 +76,7 @@ def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         **({"metrics": list(scene.metrics)} if scene.metrics else {}),
         "methods": list(case.methods),
         "variants": list(case.variants),
-        "derived": _derived(scene),
+        "derived": _derived(scene) | _relative_options(scene, method),
     }
 
 
@@ -118,7 +120,7 @@ def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
         return {"kind": "wall"}
     if isinstance(block, ShaftBlock):
         return described(block)
-    segments = [_piece(piece) for piece in body.segments]
+    segments = _pieces(body, block)
     in_segments = len(segments) > 1 or getattr(block, "segments", None) is not None
     shape: dict[str, Any] = {"segments": segments} if in_segments else segments[0]
     values = {"kind": body.kind, **shape, "ends": {"left": end_values(body.left), "right": end_values(body.right)}}
@@ -130,10 +132,10 @@ def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
     return values | profile_values("displacement", body.displacement)
 
 
-def _link(link: Link) -> dict[str, Any]:
+def _link(link: Link, block: BodyBlock) -> dict[str, Any]:
     if link.beam is None:
         return {"kind": "link", "length": link.length, "mass": link.mass, "inertia": link.inertia}
-    segments = [_piece(piece) for piece in link.beam.segments]
+    segments = _pieces(link.beam, block)
     return {"kind": "beam", **(segments[0] if len(segments) == 1 else {"segments": segments})}
 
 
@@ -160,17 +162,32 @@ def _rotation(body: Body) -> dict[str, Any]:
     return {"rotation": given if body.rotation.plane == "axial" else given | {"plane": body.rotation.plane}}
 
 
+def _pieces(body: ElasticBody, block: BodyBlock) -> list[dict[str, Any]]:
+    found = [_piece(piece) for piece in body.segments]
+    if isinstance(block, BeamBlock) and isinstance(body, Beam) and body.theory == "timoshenko":
+        for values, piece in zip(found, block.pieces, strict=True):
+            values["section"]["shear_factor"], values["material"]["shear_modulus"] = shear_of(piece)
+    return found
+
+
 def _piece(piece: Segment) -> dict[str, Any]:
     material = {"young": piece.young, "density": piece.density, "viscosity": piece.viscosity}
     if not isinstance(piece, BeamSegment):
         return {"length": piece.length, "area": piece.area, "material": material}
     section = {"area": piece.area, "inertia": piece.inertia}
-    if math.isfinite(piece.shear_stiffness):
-        # As k and G act by their product alone, they are given as k = 1 and G = their product.
-        section["shear_factor"], material["shear_modulus"] = 1.0, piece.shear_stiffness / piece.area
     if math.isfinite(piece.height):
         section["height"] = piece.height
     return {"length": piece.length, "section": section, "material": material}
+
+
+def _relative_options(scene: Scene, method: Method) -> dict[str, Any]:
+    """Return the options of laws that are relative to rods, in SI under ``laws``; no key where there are none."""
+    if method.tolerance is not None:  # the elements are not chosen yet
+        return {}
+    of_contacts = ((each, method.laws[each.name]) for each in scene.contacts if each.name in method.laws)
+    found = {each.name: relative_options(law, *sides(scene, method, each)) for each, law in of_contacts}
+    given = {name: options for name, options in found.items() if options}
+    return {"laws": given} if given else {}
 
 
 def _derived(scene: Scene) -> dict[str, Any]:

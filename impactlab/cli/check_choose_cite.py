@@ -102,4 +102,6 @@ def _brief(document: dict[str, Any]) -> dict[str, Any]:
     }
     resolved = {key: value for key, value in document["resolved"].items() if key != "methods"}
     derived = resolved["derived"] | {"contacts": console.few_of(resolved["derived"]["contacts"])}
+    if "laws" in derived:
+        derived["laws"] = {name: each for name, each in derived["laws"].items() if name in derived["contacts"]}
     return {**resolved, "derived": derived, "methods": methods}

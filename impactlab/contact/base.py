@@ -52,7 +52,7 @@ class AbstractContactLaw(ABC):
     shares_losses: ClassVar[bool] = False  # True: the losses of contacts that collide together count as their sum
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where none is known
     exact_remedy: ClassVar[str] = ""  # the option that makes it linear between changes of branch, without a full stop
-    gain_remedy: ClassVar[str] = ""  # remedy of a run that gained too much; "" where a smaller step or softness helps
+    gain_remedy: ClassVar[str] = ""  # remedy of a run that gained too much; "" where a smaller step helps
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         """Return constants, first memory and readings.

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Collection
+from typing import Any
 
 from impactlab.errors import PairingError
-from impactlab.types import Relative
+from impactlab.types import Relative, SideFacts
 
 
 def in_si(given: float | Relative, name: str, references: Collection[float]) -> float:
@@ -17,3 +19,16 @@ def in_si(given: float | Relative, name: str, references: Collection[float]) -> 
             f"{name} is relative to a rod, and this contact has none", remedy="Give it in SI.", path=name
         )
     return given.relative * min(references)
+
+
+def relative_options(law: Any, left: SideFacts, right: SideFacts) -> dict[str, float]:
+    """Return the relative options of a law in SI; none where no rod gives them a reference."""
+    found: dict[str, float] = {}
+    rods = [facts for facts in (left, right) if facts.kind == "rod"]
+    for each in dataclasses.fields(law):
+        value = getattr(law, each.name)
+        if rods and isinstance(value, Relative):
+            of_springs = each.metadata["unit"] == "N/m"
+            references = [rod.element_stiffness if of_springs else rod.impedance for rod in rods]
+            found[each.name] = in_si(value, each.name, references)
+    return found

@@ -164,7 +164,7 @@ class Direct:
     def _energy(self, name: str) -> float:
         at, of_at = np.array([self.end]), np.array([self.of_end])
         if self.solved.log.state["gravity"] or self.solved.tangents.of_state[self.parameter, GRAVITY]:
-            return math.nan  # no formula here: the moved history tells
+            return math.nan  # no formula: the moved history gives it
         total = 0.0
         for link in self.layout.links.get(name, ()):
             z, transit, of_z, of_transit = self._link(link)
@@ -204,4 +204,4 @@ class Direct:
             node = self.layout.nodes[rest][0]
             signal = self.signals.velocity(node) if quantity == "velocity" else self.signals.displacement(node)
             return signal.derivative(times, still)
-        return np.full(len(times), math.nan)  # the moved history tells
+        return np.full(len(times), math.nan)  # the moved history gives it

@@ -1,4 +1,4 @@
-"""Times at which the first wave can reach each contact of a scene."""
+"""Times before which no contact of a scene can close: its faces in free flight, and the first wave."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from impactlab.models.base import AbstractRodModel
 from impactlab.scene.bodies import Body
+from impactlab.scene.method import Method
 from impactlab.scene.problem import Contact, Point, Scene
 
 Models = Mapping[str, AbstractRodModel]  # by name of the body
 
 
-def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
-    """Return the earliest time [s] at which a wave can reach each contact.
+def first_arrivals(scene: Scene, method: Method) -> dict[str, float]:
+    """Return the earliest time [s] at which each contact can close.
 
-    Faces that rest on each other wait for a wave from a contact that moves, from a force on an end or from an initial
+    Faces meet in free flight, or wait for a wave from another contact, from a force on an end or from an initial
     displacement. Waves travel no faster than sqrt(E/rho); through a rigid body, a beam without shear or a rod that is
-    damped they take no time. A contact in the way passes them on without delay.
+    damped they take no time. A contact in the way passes them on without delay. Links may act on bodies at rest from
+    t = 0 on: beside them a contact with a gap is taken to close at any time.
     """
-    arrival = {contact.name: 0.0 if _moves(scene, contact) else math.inf for contact in scene.contacts}
+    models, linked = method.models, has_links(method)
+    arrival = {contact.name: _flight_time(scene, contact, linked) for contact in scene.contacts}
     if not any(arrival.values()):
         return arrival
     points = [(contact.name, point) for contact in scene.contacts for point in contact.faces]
@@ -35,6 +38,11 @@ def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
             if arrival[source] + time < arrival[name]:
                 arrival[name], sooner = arrival[source] + time, True
     return {name: 0.0 if math.isinf(time) else time for name, time in arrival.items()}
+
+
+def has_links(method: Method) -> bool:
+    """Return whether a law acts in both directions."""
+    return any(law.two_sided for law in method.laws.values())
 
 
 def _ways(scene: Scene, models: Models, points: Sequence[tuple[str, Point]]) -> Iterator[tuple[str, str, float]]:
@@ -52,14 +60,19 @@ def _ways(scene: Scene, models: Models, points: Sequence[tuple[str, Point]]) -> 
             yield name, source, _travel_time(body, model, point.x, start.x)
 
 
-def _moves(scene: Scene, contact: Contact) -> bool:
-    """Return whether the faces of a contact may move against each other from the start."""
-    bodies = [scene.bodies[point.body] for point in contact.faces]
-    still = bodies[0].velocity == bodies[1].velocity
-    # A clamped body that moves at the start strikes its own clamp.
-    held = any(body.is_held and body.velocity != 0.0 for body in bodies)
-    turning = any(body.softening for body in bodies)
-    return not still or held or scene.gravity != 0.0 or turning or contact.gap != 0.0
+def _flight_time(scene: Scene, contact: Contact, linked: bool) -> float:
+    """Return when two faces meet if no wave comes [s]; inf where they rest or separate, 0 where this is not known."""
+    left, right = (scene.bodies[point.body] for point in contact.faces)
+    for body in (left, right):
+        # A body that moves at the start and is held, as at a clamp, or damped as a whole does not fly on.
+        if body.softening or body.changes or (body.velocity != 0.0 and not body.is_free):
+            return 0.0
+    closing = left.velocity - right.velocity
+    if scene.gravity != 0.0 or contact.gap < 0.0 or (contact.gap == 0.0 and closing != 0.0):
+        return 0.0
+    if contact.gap > 0.0 and linked:
+        return 0.0
+    return contact.gap / closing if closing > 0.0 else math.inf
 
 
 def _from_sources(scene: Scene, models: Models, point: Point) -> float:

@@ -1,7 +1,7 @@
 """The noise floor of contacts: touches by rounding, or before any wave, are not events.
 
-Faces that rest on each other with a gap of zero touch by rounding, and implicit and modal descriptions move them
-before a wave has arrived. Such touches are left out of events and spans, and a span that began too early begins with
+Faces that rest on each other with a gap of zero touch by rounding, and meshes and modes move them before a wave has
+arrived. Such touches are left out of events and spans, and a span that began too early begins with
 the wave. Impulses are counted to the span of their contact that follows, or else to the one before, so that sums stay
 those of the run. Waves that arrive together, except for rounding, may part the faces for as long as they differ: a
 span that closes again so soon goes on.
@@ -14,9 +14,10 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
-from impactlab.history.arrivals import Models, first_arrivals
+from impactlab.history.arrivals import first_arrivals, has_links
 from impactlab.history.base import ContactSpan, Event
 from impactlab.history.frame import Group, groups
+from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
 MIN_SHARE = 1e-11  # of the largest force and impulse among the bodies that interact: a touch below it is rounding
@@ -37,7 +38,7 @@ class Floor(NamedTuple):
     force: float  # N
     impulse: float  # N s
     early_impulse: float  # N s, before a wave arrives
-    arrival: float  # s, before which no wave can reach the contact
+    arrival: float  # s, before which the contact cannot close
 
 
 class InteractingGroups(NamedTuple):
@@ -47,11 +48,12 @@ class InteractingGroups(NamedTuple):
     arrivals: dict[str, float]  # s, before which nothing can have reached a contact
 
 
-def reach_of(scene: Scene, models: Models) -> InteractingGroups:
+def reach_of(scene: Scene, method: Method) -> InteractingGroups:
     """Return groups and first arrivals of contacts; kept with the scene, as runs of one scene share them."""
-    key = "reach", tuple(name for name, model in models.items() if model.theory)  # no other fact of a model matters
+    # No other fact of a method matters.
+    key = "reach", tuple(name for name, model in method.models.items() if model.theory), has_links(method)
     if key not in scene.derived:
-        scene.derived[key] = InteractingGroups(_groups_of(scene, groups(scene)), first_arrivals(scene, models))
+        scene.derived[key] = InteractingGroups(_groups_of(scene, groups(scene)), first_arrivals(scene, method))
     found: InteractingGroups = scene.derived[key]
     return found
 
@@ -66,7 +68,7 @@ def share_of(steps: float) -> float:
 
 
 def above_noise(
-    scene: Scene, models: Models, events: Sequence[Event], spans: Sequence[ContactSpan], steps: float = 0.0
+    scene: Scene, method: Method, events: Sequence[Event], spans: Sequence[ContactSpan], steps: float = 0.0
 ) -> Found:
     """Return events and spans of a run without noise, in order of time.
 
@@ -74,8 +76,8 @@ def above_noise(
     ----------
     scene : Scene
         The scene of the run.
-    models : mapping
-        Model of each rod and beam by name; without one its waves have fronts where its theory has.
+    method : Method
+        Its models, as theories of their own have no fronts, and its laws.
     events, spans : sequence
         All that were found, in order of time; a span begins and ends with the events of its contact.
     steps : float, optional
@@ -83,7 +85,7 @@ def above_noise(
     """
     if not spans and not events:
         return (), ()
-    reach = reach_of(scene, models)
+    reach = reach_of(scene, method)
     if len(spans) == 1 and spans[0].kicks is None and all(event.kind != "impulse" for event in events):
         (span,) = spans  # the largest of all
         if span.impulse != 0.0 and reach.arrivals[span.contact] == 0.0:

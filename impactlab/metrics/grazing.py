@@ -99,11 +99,12 @@ def _missed_contact(
     history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float
 ) -> str | None:
     """Return the text for the first flight after a period of contact in which the faces nearly meet, or None."""
+    most = _most_samples(periods)
     for number, (_, end) in enumerate(periods):
         until = periods[number + 1][0] if number + 1 < len(periods) else history.duration
         if end >= until:
             continue
-        count = int(min(MAX_SAMPLES, 16 + SAMPLES * (until - end) / round_trip))
+        count = int(min(most, 16 + SAMPLES * (until - end) / round_trip))
         t = np.linspace(end, until, count)
         gap = history.evaluate(t, f"gap:{contact_name}")
         largest = np.maximum.accumulate(gap)
@@ -123,6 +124,11 @@ def _missed_contact(
     return None
 
 
+def _most_samples(periods: Sequence[tuple[float, float]]) -> int:
+    """Return the largest number of samples of one flight."""
+    return min(MAX_SAMPLES, MAX_RUN_SAMPLES // max(1, len(periods)))
+
+
 def grazing_impulse(history: AbstractHistory, contact_name: str, round_trip: float, dt: float) -> str | None:
     """Return the text of the warning ``near_grazing`` for a law of impulses, or None.
 
@@ -140,7 +146,7 @@ def _slow_meeting(
     """Return the text for the first period of contact whose faces come to rest against each other, or None."""
     before, scene = 0.0, history.scene
     least = MIN_GAP * history.duration * (scene.fastest + field_acceleration(scene) * history.duration)
-    most = min(MAX_SAMPLES, MAX_RUN_SAMPLES // max(1, len(periods)))
+    most = _most_samples(periods)
     for start, end in periods:
         begin, before = before, end
         if start - begin <= max(10.0 * dt, MIN_CONTACT * round_trip):

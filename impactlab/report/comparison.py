@@ -154,7 +154,8 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
     """Return the comparison as aligned plain text: one line per method, failed ones with their reason.
 
     A warning that all methods share is a matter of the case: it stands once, below. ``width`` is that of the terminal
-    in characters; columns that do not fit are left out and named. None: all columns.
+    in characters; columns that do not fit are left out and named, except for warnings, which then stand below, too.
+    None: all columns.
     """
     rows = table_rows(comparison)
     codes = [row["warnings"].split(", ") for row in rows if "failure" not in row]
@@ -176,6 +177,9 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
     below = [] if reference else [f"errors {text}" for text in _no_errors(comparison)]
     below += agreement_texts(comparison.get("collisions", ()))
     below += [f"all methods: {code}" for code in shared]
+    if "warnings" not in names:
+        left_out.remove("warnings")
+        below += [f"{row['method']}: {row['warnings']}" for row in rows if row["warnings"]]
     below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []
     return "\n".join([title, "", *lines, *below])
 

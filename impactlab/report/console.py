@@ -39,6 +39,7 @@ UNITS_AT_END = {
     "position": "m", "velocity": "m/s", "momentum": "N s", "energy": "J", "angles": "rad", "rates": "rad/s",
 }  # fmt: skip
 UNITS_DERIVED = {
+    "stiffness": "N/m", "damping": "N s/m",
     "mass": "kg", "round_trip": "s", "wave_speed": "m/s", "impedance": "N s/m", "bending_stiffness": "N m2",
     "shear_speed": "m/s", "stretch": "m", "tip_radius": "m", "root_stress": "Pa", "rate": "rad/s", "radius": "m",
 }  # fmt: skip

@@ -118,7 +118,7 @@ def _write_sources(folder: Path, provenance: Provenance) -> list[tuple[str, str]
     written = []
     for name, content, text in (
         ("case.yaml", "the case as it was run", provenance.case_yaml),
-        ("citations.bib", "what to cite", provenance.citations),
+        ("citations.bib", "sources to cite", provenance.citations),
     ):
         if text:
             (folder / name).write_text(text.rstrip() + "\n", encoding="utf-8")

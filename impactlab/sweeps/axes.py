@@ -30,6 +30,7 @@ MAX_CHECKED = 200  # numbers of an axis that are checked one by one, some millis
 MAX_KEPT_BODIES = 2000  # of all cases of an axis that are kept for its points, some 10 kB each
 SPREAD_NUMBERS = 12  # numbers of a longer axis that are, evenly from the least to the largest
 HALF_RANGE = re.compile(r"[-+]?[0-9.][^:,\[\]{}]*:[-+]?[0-9.][^:,\[\]{}]*")
+BAD_COUNT = re.compile(r"(?P<ends>[-+]?[0-9.][^:,\[\]{}]*:[-+]?[0-9.][^:,\[\]{}]*):(?P<count>[^:,\[\]{}]*)")
 RANGE = re.compile(r"(?P<first>[^:]+):(?P<last>[^:]+):(?P<count>[0-9]{1,9})(?P<log>log)?")
 
 
@@ -217,7 +218,7 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
 
 
 def takes_whole(case: Case, path: str) -> bool:
-    """Return whether a case takes whole numbers alone at a path: it then says so of a half."""
+    """Return whether a case takes only whole numbers at a path, and so refuses a half."""
     try:
         case.with_(path, 0.5)
     except ImpactlabError as error:
@@ -304,6 +305,9 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
     if not equals or not path or not values:
         raise CaseError(f"--over {shown(text)} is not PATH=VALUES", remedy="Write PATH=A,B,C or PATH=FIRST:LAST:COUNT.")
     found = RANGE.fullmatch(values)
+    if found is None and (counted := BAD_COUNT.fullmatch(values)):
+        text = f"--over {shown(text)} gives a range of {shown(counted['count'])} values; allowed: 2 to {MAX_RANGE}"
+        raise CaseError(text, remedy=f"Write {path}=FIRST:LAST:COUNT, as in {counted['ends']}:11.", path=path)
     if found is None and HALF_RANGE.fullmatch(values):
         text = f"--over {shown(text)} gives a range without its number of values"
         raise CaseError(text, remedy=f"Write {path}=FIRST:LAST:COUNT, as in {path}={values}:11.", path=path)

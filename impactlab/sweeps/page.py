@@ -87,7 +87,7 @@ def write_page(
             ("table.csv", "a row for each point"),
             ("sweep.nc", "labelled data, for xarray"),
             ("case.yaml", "the case that is swept"),
-            ("citations.bib", "what to cite"),
+            ("citations.bib", "sources to cite"),
             *([("figures/", "SVG, PNG")] if plates else []),
         ],
         data=data,

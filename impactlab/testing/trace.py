@@ -7,13 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.errors import CaseError, StepError
+from impactlab.errors import CaseError, StepError, raised_at
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.raised import keep_raised
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
 from impactlab.simulate.checks import SMALLER_STEP
 from impactlab.simulate.plan import Plan, prepare
+from impactlab.simulate.planning.preparation import FAULT_OF_LAW
 from impactlab.simulate.stepped_run import advance_of
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import SAMPLED
@@ -133,10 +134,10 @@ def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stri
             assembly.grow()
         if status in (loop.LAW_FAILED, loop.NOT_FINITE):
             raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
-            text = (
-                "a contact law did not return a force"
-                if status == loop.LAW_FAILED
-                else "the energy is not a finite number"
-            )
+            text, remedy = "the energy is not a finite number", SMALLER_STEP
+            if raised is not None:
+                text, remedy = f"the law raised {raised_at(raised)}", FAULT_OF_LAW
+            elif status == loop.LAW_FAILED:
+                text = "the contact law did not return a force"
             clock = assembly.clock
-            raise StepError(text, time=clock.time, step=clock.step, history=history, remedy=SMALLER_STEP) from raised
+            raise StepError(text, time=clock.time, step=clock.step, history=history, remedy=remedy) from raised

@@ -14,7 +14,7 @@ import numpy as np
 
 from impactlab.casefile.parts import describe_part, plain_value, read_part
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.errors import CaseError, PairingError, PluginError, StepError, closest
+from impactlab.errors import CaseError, ImpactlabError, PairingError, PluginError, StepError, closest
 from impactlab.plugins import GROUPS, LAWS, Group, Registry, describe, kind_of
 from impactlab.testing.contracts import SUITES, suite_of
 from impactlab.testing.measures import MEASURES, Measured, partners, struck, walked
@@ -175,7 +175,7 @@ def tried(part: Any, group: Group, first: Iterable[tuple[str, Callable[[], None]
 
 
 def reason_of(error: Exception) -> str:
-    """Return the reason in one line: the error's text, else the code's line."""
+    """Return the reason in one line: the error's text, else the code's line; of a fault in code also its place."""
     kind = "" if isinstance(error, AssertionError) else f"{type(error).__name__}: "
     lines = [" ".join(line.split()) for line in str(error).splitlines() if line.strip()]
     text = " ".join([*(line if line.endswith((".", ":")) else f"{line}." for line in lines[:-1]), *lines[-1:]])
@@ -184,7 +184,10 @@ def reason_of(error: Exception) -> str:
         trace = trace.tb_next
     if not text and trace is not None:
         text = linecache.getline(trace.tb_frame.f_code.co_filename, trace.tb_lineno).strip()
-    return (kind + text)[:300] or type(error).__name__
+    reason = (kind + text)[:300] or type(error).__name__
+    if trace is None or isinstance(error, (AssertionError, ImpactlabError)):
+        return reason
+    return f"{reason} ({trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno})"
 
 
 def _named(part: Any, name: str) -> None:

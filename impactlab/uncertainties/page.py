@@ -53,7 +53,7 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
             ("table.csv", "a row for each point"),
             ("sweep.nc", "labelled data, for xarray"),
             ("case.yaml", "the case"),
-            ("citations.bib", "what to cite"),
+            ("citations.bib", "sources to cite"),
             *([("figures/", "SVG, PNG")] if plates else []),
         ],
     )

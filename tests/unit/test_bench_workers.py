@@ -108,6 +108,7 @@ def invoke(*arguments: str, cwd: Path, **settings: Any) -> subprocess.CompletedP
     ("arguments", "said"),
     [
         (("--suite", "hard"), "there are no cases in 'cases/hard'"),
+        ((str(PAPER), "--suite", "hrad"), "there is no suite 'hrad'"),
         ((str(PAPER), "--methods", "exakt"), "Did you mean 'exact'?"),
         ((str(PAPER), "--grid", "none.yaml"), "the grid file does not exist"),
         ((str(PAPER), "--out", "somebody"), "holds files that no bench wrote, such as 'work'"),

@@ -376,6 +376,33 @@ def test_resolved_values_keep_the_round_trip_and_the_links(name):
     assert copy.scene().contacts == case.scene().contacts
 
 
+@pytest.mark.parametrize(
+    ("section", "factor"), [({"width": 0.01, "height": 0.02}, 5 / 6), ({"diameter": 0.02}, 0.9), (None, 0.4)]
+)
+def test_resolved_values_of_a_beam_give_the_shear_modulus_of_its_material(section, factor):
+    """Factor and modulus were given as 1 and their product, which looks like a wrong modulus."""
+    section = section or {"area": 1e-4, "inertia": 1e-9, "shear_factor": factor}
+    beam = {"kind": "beam", "theory": "timoshenko", "length": 1.0, "section": section}
+    beam["material"] = {"young": 2.1e11, "density": 7900.0, "poisson": 0.3}
+    case = Case.from_dict({"schema_version": 1, "bodies": {"beam": beam}, "solve": {"duration": 1e-3}})
+    shown = case.resolved()["bodies"]["beam"]
+    assert shown["material"]["shear_modulus"] == pytest.approx(2.1e11 / 2.6, rel=1e-15)
+    assert shown["section"]["shear_factor"] == pytest.approx(factor, rel=1e-15)
+    again = Case.from_dict({"schema_version": 1, "bodies": {"beam": shown}, "solve": {"duration": 1e-3}})
+    assert again.scene().bodies == case.scene().bodies  # to the bit
+
+
+@pytest.mark.parametrize("law", ["penalty", "augmented_lagrangian", "khulief_shabana"])
+def test_resolved_values_have_relative_options_in_si(law):
+    given = {"kind": law, "stiffness": {"relative": 0.5}} | ({"damping": {"relative": 2.0}} if law == "penalty" else {})
+    case = load_case("axial_impact").with_settings({"contacts.0.law": given})
+    found = case.resolved()["derived"]["laws"]["hammer|rod.left"]
+    assert found["stiffness"] == pytest.approx(0.5 * 2.1e11 * 9e-4 / (0.3 / 100), rel=1e-14)  # EA/h
+    assert found.get("damping") == (pytest.approx(2.0 * 36657.741, rel=1e-7) if law == "penalty" else None)  # Z
+    plain = case.with_settings({"contacts.0.law": {"kind": law, "stiffness": 1e9}})
+    assert "stiffness" not in plain.resolved()["derived"].get("laws", {}).get("hammer|rod.left", {})
+
+
 @pytest.mark.parametrize("name", ["test.toml", "test.json"])
 def test_toml_and_json_say_the_same(tmp_path, name):
     data = {

@@ -188,3 +188,13 @@ def test_bodies_in_a_list_are_told_to_have_names() -> None:
     with pytest.raises(il.CaseError) as refused:
         il.Case.from_dict({"bodies": [{"kind": "mass", "mass": 1.0}], "solve": {"duration": 1.0}})
     assert "Write NAME: {kind: ...}" in refused.value.remedy
+
+
+def test_wrong_probes_are_reported_together(tmp_path):
+    """The first hid the others."""
+    probes = (
+        "{body: rod, at: 7, quantity: strain}, {body: ball, at: 0, quantity: strain}, {body: rud, quantity: strain}"
+    )
+    with pytest.raises(CaseError, match="x = 7 m lies outside") as caught:
+        load(tmp_path, "ball, bar.left", more=f"probes: [{probes}]\n")
+    assert [each.path for each in caught.value.others] == ["probes.1.quantity", "probes.2.body"]

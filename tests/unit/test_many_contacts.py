@@ -11,12 +11,13 @@ from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import PairingError
-from impactlab.history import AbstractHistory
+from impactlab.history import AbstractHistory, ContactSpan
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
+from impactlab.metrics.grazing import MAX_RUN_SAMPLES, near_grazing
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
@@ -24,6 +25,8 @@ from impactlab.scene import End, Mass, Probe, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
 from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row, simulation, struck
+from impactlab.types import Array
+from tests.unit.synthetic import SyntheticHistory
 
 MILLI = StepRule(dt=1e-3)
 
@@ -142,3 +145,20 @@ def test_faces_that_part_at_both_ends_agree_on_their_projections() -> None:
     assert history.contacts[0].end is not None
     assert history.energy.largest_gain < 1e-12
     assert history.energy.largest_loss < 1e-12
+
+
+def test_long_flights_between_many_contacts_take_a_bounded_number_of_samples() -> None:
+    """The search for missed contacts took 512 samples of each round trip: sixty times as long as the exact solution."""
+    flights, lasts, taken = 4000, 20.0, 0
+
+    def gap(t: Array) -> Array:
+        nonlocal taken
+        taken += t.size
+        return np.asarray(np.abs(np.sin(np.pi * t / lasts)))
+
+    spans = tuple(ContactSpan("a|b", lasts * n, lasts * n + 0.1, 1.0, 1.0) for n in range(flights))
+    history = SyntheticHistory(
+        lasts * flights, {"gap:a|b": gap}, contacts=spans, simulation=row_of_masses(2, Penalty(1e4), Newmark())
+    )
+    assert near_grazing(history, "a|b", 1.0) is None
+    assert taken <= 2 * (MAX_RUN_SAMPLES + 32 * flights)  # for both signs; 8e7 without the bound

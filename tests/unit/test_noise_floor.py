@@ -12,6 +12,7 @@ import pytest
 import impactlab as il
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
+from impactlab.contact.slack import Slack
 from impactlab.history import ContactSpan, Event
 from impactlab.history.arrivals import first_arrivals
 from impactlab.history.noise_floor import MIN_SHARE, above_noise, share_of
@@ -23,7 +24,7 @@ from impactlab.metrics.collisions import collisions
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Body, End, Mass, Rod, Segment, Wall
+from impactlab.scene import Body, End, Mass, Rayleigh, Rod, Segment, Table, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import FREE, in_a_row, simulation, touching
@@ -67,23 +68,58 @@ def test_a_gap_of_zero_behind_the_first_contact_is_not_touched_before_a_wave_arr
         assert blow.restitution is None or 0.0 <= blow.restitution < 2.5
 
 
+def apart(scene: Simulation, first: float, second: float, **other: Any) -> Simulation:
+    """Return the scene with gaps [m] before its contacts."""
+    gaps = zip(scene.scene.contacts, (first, second), strict=True)
+    return scene.but(contacts=tuple(dataclasses.replace(contact, gap=gap) for contact, gap in gaps), **other)
+
+
+@pytest.mark.parametrize("name", DESCRIPTIONS)
+def test_faces_behind_a_gap_are_not_touched_before_the_wave_of_the_impact_arrives(name: str) -> None:
+    """Meshes that disperse waves, and modes, closed them up to a flight time too early."""
+    scene = apart(chain(*DESCRIPTIONS[name]), 1e-3, 0.0, duration=1e-4 + 3.5 * TRANSIT)  # a flies for 1e-4 s
+    history = run(*scene)
+    first, behind = ([e.time for e in history.events if e.contact == c] for c in ("a.right|b.left", "b.right|c.left"))
+    assert first[0] == pytest.approx(1e-4, rel=1e-3)
+    assert 0.998 * (1e-4 + TRANSIT) <= behind[0] <= 1e-4 + 1.3 * TRANSIT
+    given = sum(span.impulse for span in history.contacts if span.contact == "b.right|c.left")
+    assert given == pytest.approx(float(history.evaluate(scene.scene.duration, "momentum:c")), rel=1e-6)
+
+
+def test_contacts_with_a_gap_close_in_free_flight_or_by_a_wave() -> None:
+    scene = apart(chain(*DESCRIPTIONS["exact"]), 1e-3, 2e-3)
+    flight = {"a.right|b.left": pytest.approx(1e-4), "b.right|c.left": pytest.approx(1e-4 + TRANSIT)}
+    assert first_arrivals(*scene) == flight
+    # c flies towards b, and is there before any wave.
+    bodies = dict(scene.scene.bodies, c=dataclasses.replace(scene.scene.bodies["c"], velocity=-20.0))
+    soon = {"a.right|b.left": pytest.approx(1e-4), "b.right|c.left": pytest.approx(1e-4)}
+    assert first_arrivals(*scene.but(bodies=bodies)) == soon
+    # Held or damped as a whole, a body that moves does not fly on; a link may move bodies at rest.
+    for change in (
+        {"right": End("spring", 1e6)},
+        {"damping": Rayleigh(mass=1.0)},
+        {"displacement": Table((0.0, 0.2), (0.0, 1e-6))},
+    ):
+        moved = dict(scene.scene.bodies, a=dataclasses.replace(scene.scene.bodies["a"], **change))
+        assert first_arrivals(*scene.but(bodies=moved))["a.right|b.left"] == 0.0
+    linked = apart(chain(Continuous(), None, Slack(1e6)), 1e-3, 0.0)
+    assert first_arrivals(*linked)["a.right|b.left"] == 0.0
+
+
 def test_waves_reach_contacts_at_rest_over_the_way_between_them() -> None:
     scene = chain(*DESCRIPTIONS["exact"])
-    assert first_arrivals(scene.scene, scene.method.models) == {
+    assert first_arrivals(*scene) == {
         "a.right|b.left": 0.0,
         "b.right|c.left": pytest.approx(TRANSIT),
     }
     damped = dataclasses.replace(STEEL, viscosity=1e3)
     body = dataclasses.replace(scene.scene.bodies["b"], segments=(damped,))
-    assert (
-        first_arrivals(scene.but(bodies={**scene.scene.bodies, "b": body}).scene, scene.method.models)["b.right|c.left"]
-        == 0.0
-    )
+    assert first_arrivals(*scene.but(bodies={**scene.scene.bodies, "b": body}))["b.right|c.left"] == 0.0
     pushed = dataclasses.replace(scene.scene.bodies["c"], right=End("free", force=1.0))
     still = {**scene.scene.bodies, "a": dataclasses.replace(scene.scene.bodies["a"], velocity=0.0), "c": pushed}
-    loaded = first_arrivals(scene.but(bodies=still).scene, scene.method.models)
+    loaded = first_arrivals(*scene.but(bodies=still))
     assert loaded == {"b.right|c.left": pytest.approx(TRANSIT), "a.right|b.left": pytest.approx(2.0 * TRANSIT)}
-    assert set(first_arrivals(scene.but(gravity=9.81).scene, scene.method.models).values()) == {0.0}
+    assert set(first_arrivals(*scene.but(gravity=9.81)).values()) == {0.0}
 
 
 def balls(*pairs: tuple[str, str]) -> Simulation:
@@ -103,14 +139,13 @@ def touches(contact: str, *spans: tuple[float, float | None, float]) -> tuple[li
 
 def test_touches_by_rounding_are_left_out_and_their_impulses_are_kept() -> None:
     found = touches("a|b", (0.0, 0.1, 1.0), (0.2, 0.3, 1e-13), (0.4, 0.5, 2e-10), (0.6, None, 3e-12))
-    events, spans = above_noise(balls(("a", "b")).scene, {}, *found)
+    events, spans = above_noise(*balls(("a", "b")), *found)
     assert [(span.start, span.end) for span in spans] == [(0.0, 0.1), (0.4, 0.5)]
     assert [event.time for event in events] == [0.0, 0.1, 0.4, 0.5]
     assert spans[1].impulse == 2e-10 + 1e-13 + 3e-12
     # A touch that nothing else of its contact can stand for is left out all the same.
     events, spans = above_noise(
-        balls(("a", "b"), ("b", "c")).scene,
-        {},
+        *balls(("a", "b"), ("b", "c")),
         *(x + y for x, y in zip(touches("a|b", (0.0, 0.1, 1.0)), touches("b|c", (0.2, 0.3, 1.85e-298)), strict=True)),
     )
     assert [span.contact for span in spans] == ["a|b"]
@@ -120,17 +155,17 @@ def test_touches_by_rounding_are_left_out_and_their_impulses_are_kept() -> None:
 def test_a_small_contact_elsewhere_is_not_noise_of_a_large_one() -> None:
     hammer, pellet = touches("a|b", (0.0, 0.1, 1e3)), touches("c|d", (0.0, 0.1, 1e-12))
     both = [x + y for x, y in zip(hammer, pellet, strict=True)]
-    assert len(above_noise(balls(("a", "b"), ("c", "d")).scene, {}, *both)[1]) == 2
+    assert len(above_noise(*balls(("a", "b"), ("c", "d")), *both)[1]) == 2
     # A wall in common joins no bodies, a body in common does.
     walled = [x + y for x, y in zip(hammer, touches("c|wall", (0.0, 0.1, 1e-12)), strict=True)]
-    assert len(above_noise(balls(("a", "b"), ("b", "wall"), ("c", "wall")).scene, {}, *walled)[1]) == 2
+    assert len(above_noise(*balls(("a", "b"), ("b", "wall"), ("c", "wall")), *walled)[1]) == 2
     joined = [x + y for x, y in zip(hammer, touches("b|c", (0.2, 0.3, 1e-12)), strict=True)]
-    assert len(above_noise(balls(("a", "b"), ("b", "c")).scene, {}, *joined)[1]) == 1
+    assert len(above_noise(*balls(("a", "b"), ("b", "c")), *joined)[1]) == 1
 
 
 def test_an_opening_by_rounding_does_not_split_a_contact() -> None:
     found = touches("a|b", (0.0, 0.1, 1.0), (0.1 + 1e-16, 0.2, 3.0), (0.2 + 1e-13, 0.3, 2.0), (0.4, None, 1.0))
-    events, spans = above_noise(balls(("a", "b")).scene, {}, *found)
+    events, spans = above_noise(*balls(("a", "b")), *found)
     assert [(span.start, span.end, span.impulse, span.peak_force) for span in spans] == [
         (0.0, 0.3, 6.0, 30.0),
         (0.4, None, 1.0, 10.0),
@@ -141,7 +176,7 @@ def test_an_opening_by_rounding_does_not_split_a_contact() -> None:
 def test_a_touch_without_length_keeps_the_opening_of_the_contact_before_it() -> None:
     """Located events: faces that touch again at the instant at which they open. Both openings were left out."""
     found = touches("a|b", (0.0, 0.1, 1.0), (0.1, 0.1, 1e-3), (0.4, 0.5, 1.0))
-    events, spans = above_noise(balls(("a", "b")).scene, {}, *found)
+    events, spans = above_noise(*balls(("a", "b")), *found)
     assert [(span.start, span.end) for span in spans] == [(0.0, 0.1), (0.4, 0.5)]
     assert [(event.time, event.kind) for event in events] == [
         (0.0, "close"),
@@ -179,7 +214,7 @@ def test_waves_that_arrive_together_do_not_part_the_faces_of_a_specimen() -> Non
 def test_kicks_by_rounding_are_not_counted() -> None:
     events = [Event(0.1 * n, "a|b", "impulse", p) for n, p in enumerate((1e-20, 1.0, 2.0, 1e-15))]
     span = ContactSpan("a|b", 0.0, 0.3, 3.0, None, 1e-20, 4)
-    left, spans = above_noise(balls(("a", "b")).scene, {}, events, [span])
+    left, spans = above_noise(*balls(("a", "b")), events, [span])
     assert [event.impulse for event in left] == [1.0, 2.0]
     assert (spans[0].kicks, spans[0].first_impulse, spans[0].start, spans[0].impulse) == (2, 1.0, 0.1, 3.0)
 
@@ -201,7 +236,7 @@ def test_passes_over_the_events_do_not_grow_with_the_contacts() -> None:
         names = ["|".join(pair) for pair in pairs]
         events = CountedPasses(Event(t, name, "impulse", p) for t, p in ((0.1, 1.0), (0.2, 1e-20)) for name in names)
         spans = [ContactSpan(name, 0.1, 0.2, 1.0, None, 1.0, 2) for name in names]
-        left, kept = above_noise(balls(*pairs).scene, {}, events, spans)
+        left, kept = above_noise(*balls(*pairs), events, spans)
         assert len(left) == len(kept) == count
         assert all(span.kicks == 1 for span in kept)
         passes.append(events.passes)

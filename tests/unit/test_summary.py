@@ -254,6 +254,17 @@ def test_the_text_table_leaves_columns_out_on_a_narrow_terminal() -> None:
     assert lines[-1].startswith("left out on a terminal this narrow: loss, first opening, dt, ")
 
 
+def test_warnings_stand_below_where_the_terminal_is_too_narrow_for_their_column() -> None:
+    both = two_rows()
+    calm = {**both["rows"][0]["summary"], "warnings": []}
+    both["rows"].append({"name": "calm", "summary": calm})
+    lines = table(both, width=60).splitlines()
+    assert "warnings" not in lines[2]
+    assert "base: near_grazing" in lines
+    assert "warnings" not in lines[-1]
+    assert not any(line.startswith("calm:") for line in lines)
+
+
 def test_a_warning_of_all_methods_is_told_once() -> None:
     both = two_rows()
     both["rows"].append({**both["rows"][0], "name": "again"})

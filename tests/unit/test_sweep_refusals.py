@@ -67,6 +67,8 @@ def no_run(monkeypatch):
             "changes no point: points take their values after",
         ),
         (["--over", f"{GAP}=0:1:3log"], GAP, "pass through zero"),
+        (["--over", f"{MASS}=1:2:1e3"], MASS, "gives a range of '1e3' values; allowed: 2 to 1000000"),
+        (["--over", f"{MASS}=1 kg:2 kg:"], MASS, "gives a range of '' values; allowed: 2 to 1000000"),
         (["--over", f"{MASS}=1:2:2000000"], MASS, "a range of 2000000 values; allowed: 2 to 1000000"),
         (["--over", f"{MASS}=1:2:10000", "--over", f"{GAP}=0:1:10000"], "", "10000 x 10000 = 1e+08 points"),
         ([*OVER, "--over", f"{MASS}=3"], MASS, "an axis that is given twice"),

@@ -141,20 +141,27 @@ def check_shear(section: SectionBlock, material: BeamMaterial, path: str) -> Non
         )
 
 
+def shear_of(piece: BeamSegmentBlock) -> tuple[float, float]:
+    """Return the shear factor, of a rectangle or a circle if not given, and the shear modulus [Pa] of a piece."""
+    section, material = piece.section, piece.material
+    known = math.nan if section.area is not None else CIRCLE if section.diameter is not None else RECTANGLE
+    modulus = material.shear_modulus or material.young / (2.0 * (1.0 + (material.poisson or 0.0)))
+    return section.shear_factor or known, modulus
+
+
 def _segment(piece: BeamSegmentBlock, theory: str) -> BeamSegment:
     section, material = piece.section, piece.material
-    height, factor = section.height, section.shear_factor
+    height = section.height
     if section.width is not None and height is not None:
-        area, inertia, known = section.width * height, section.width * height**3 / 12.0, RECTANGLE
+        area, inertia = section.width * height, section.width * height**3 / 12.0
     elif section.diameter is not None:
         height = section.diameter
-        area, inertia, known = 0.25 * math.pi * height**2, math.pi * height**4 / 64.0, CIRCLE
+        area, inertia = 0.25 * math.pi * height**2, math.pi * height**4 / 64.0
     else:
-        area, inertia, known = section.area or math.nan, section.inertia or math.nan, math.nan
+        area, inertia = section.area or math.nan, section.inertia or math.nan
     sizes = (piece.length, area, material.young, material.density, material.viscosity)
     bending = BeamSegment(*sizes, inertia=inertia, height=height or math.nan)
     if theory == "euler_bernoulli":
         return bending
-    shear = material.shear_modulus or material.young / (2.0 * (1.0 + (material.poisson or 0.0)))
-    stiffness, rotary = (factor or known) * shear * area, material.density * inertia
-    return replace(bending, shear_stiffness=stiffness, rotary_inertia=rotary)
+    factor, modulus = shear_of(piece)
+    return replace(bending, shear_stiffness=factor * modulus * area, rotary_inertia=material.density * inertia)

@@ -136,7 +136,7 @@ def grazes(m: MarchArrays, c: int, spans: Array, count: int, trip: float, period
         until = periods[k + 1, START] if k + 1 < found else duration
         if end >= until:
             continue
-        samples = samples_of(until - end, trip, float(MAX_SAMPLES))
+        samples = samples_of(until - end, trip, most)
         sample_gap(m, c, end, until, samples, gap)
         if nearest(gap, samples, 0.0) > 0.0:
             if widest < 0.0:

@@ -136,7 +136,7 @@ class ContinuousHistory(AbstractHistory):
 
     @cached_property
     def _above_noise(self) -> tuple[tuple[Event, ...], tuple[ContactSpan, ...]]:
-        return above_noise(self.scene, self.method.models, self.dated, self._find_spans())
+        return above_noise(self.scene, self.method, self.dated, self._find_spans())
 
     @cached_property
     def events(self) -> tuple[Event, ...]:  # type: ignore[override] # may be assigned, as that of every history

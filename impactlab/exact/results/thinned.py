@@ -160,7 +160,7 @@ class Thinner:
         history = ThinnedHistory(self.run, duration, time, values)
         rest = list(self.open.values())
         spans = tuple(sorted((*self.spans, *rest), key=lambda span: (span.start, span.contact)))
-        history.events, history.contacts = above_noise(self.scene, self.run.method.models, tuple(self.events), spans)
+        history.events, history.contacts = above_noise(self.scene, self.run.method, tuple(self.events), spans)
         book = _joined(self.books)
         joined = {name for name, law in self.run.method.laws.items() if law.two_sided}
         history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))

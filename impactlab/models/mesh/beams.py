@@ -106,7 +106,7 @@ class BeamMesh(AbstractMesh):
         self.mass: Array = cut[0][:1] if self.lumped else cut[0]
         self.damping: Array = cut[1] if np.count_nonzero(cut[1][1:]) else cut[1][:1]
         self.stiffness: Array = cut[2]
-        self._softness = cut[3]
+        self._softened = cut[3]
         self.rigid, self.pins = self._rigid_motions()
         self._check_preload()
 
@@ -123,10 +123,10 @@ class BeamMesh(AbstractMesh):
             self.highest_of_elements(), self._uniform, self._gravity, self.at_ends("dashpot")[self._kept]
         )
         if rotation is not None:  # the centrifugal part of a row's sum would be lost beside the bending part
-            softness = rotation.squared * self._softness
-            ground = grounded(self.stiffness + softness) - multiply(softness, np.ones(softness.shape[1]))
+            softened = rotation.squared * self._softened
+            ground = grounded(self.stiffness + softened) - multiply(softened, np.ones(softened.shape[1]))
             stated = stated._replace(ground_springs=ground)
-            turned = self.beam.softening * self.mass[0] - softness[0]
+            turned = self.beam.softening * self.mass[0] - softened[0]
         if self.lumped:  # only schemes for a lumped mass walk over elements
             stated = stated._replace(beam_elements=element_runs(self.beam, self._elastic, turned))
         return stated
@@ -230,7 +230,7 @@ class BeamMesh(AbstractMesh):
             if end.kind == "spring":
                 squares += end.value * nodal[2 * node] ** 2 + end.rotational * nodal[2 * node + 1] ** 2
         if self.beam.rotation is not None:
-            squares -= self.beam.rotation.squared * quadratic_forms(self._softness, shapes)
+            squares -= self.beam.rotation.squared * quadratic_forms(self._softened, shapes)
         return squares
 
     def _centrifugal_tensions(self) -> Array | None:
@@ -256,7 +256,7 @@ class BeamMesh(AbstractMesh):
     def _assembled(self) -> tuple[Array, Array, Array, Array]:
         """Return mass, damping, stiffness and mass that softens, of all nodes, ends included, (4, 2 n_nodes) each."""
         n, beam = 2 * len(self.nodes), self.beam
-        mass, damping, stiffness, softness = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
+        mass, damping, stiffness, softened = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
         self._elastic = np.zeros((len(self.lengths), 4, 4))  # stiffness of each element
         for at in self._layout.alike:
             h, segment = float(self.lengths[at[0]]), beam.segments[self.of_segment[at[0]]]
@@ -274,7 +274,7 @@ class BeamMesh(AbstractMesh):
                 blocks.append((damping, retardation * each.stiffness + drag * own + turning * turned))
             if self._tensions is not None:
                 blocks.append((stiffness, np.moveaxis(pulled, 0, -1)))
-                blocks.append((softness, self._softening(segment, h)))
+                blocks.append((softened, self._softening(segment, h)))
             first, last = 2 * int(at[0]), 2 * int(at[-1]) + 1  # elements that are alike stand side by side
             for matrix, element in blocks:
                 for i in range(4):
@@ -283,11 +283,11 @@ class BeamMesh(AbstractMesh):
         for matrix, kind in ((mass, "mass"), (damping, "dashpot"), (stiffness, "spring")):
             matrix[0] += self.at_ends(kind)
         if beam.rotation is not None:
-            softness[0] += self.at_ends("mass") * bool(beam.softening)
-            stiffness -= beam.rotation.squared * softness
+            softened[0] += self.at_ends("mass") * bool(beam.softening)
+            stiffness -= beam.rotation.squared * softened
         if beam.damping.mass or beam.damping.stiffness:
             damping += beam.damping.mass * mass + beam.damping.stiffness * stiffness
-        return mass, damping, stiffness, softness
+        return mass, damping, stiffness, softened
 
     def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
         """Return the motions a + b x without strain or support, mass-normalised, and coordinates that stop them."""

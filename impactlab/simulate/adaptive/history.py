@@ -52,7 +52,7 @@ class AdaptiveHistory(AbstractRecordedHistory):
         for number, probe in enumerate(self._record.probes):
             self.recorded[probe.channel] = Channel(times, table[:, 1 + 2 * len(contacts) + number], False)
         events.sort(key=lambda event: event.time)
-        self.events, self.contacts = above_noise(system.scene, system.method.models, events, spans)
+        self.events, self.contacts = above_noise(system.scene, system.method, events, spans)
         samples = self._record.samples
         sampled, work = np.array([each.time for each in samples]), np.array([each.work for each in samples])
         losses = np.maximum.accumulate([each.lost for each in samples])  # an interpolant may dip by its tolerance

@@ -62,7 +62,7 @@ class March:
 
     def run(self, progress: Progress | None = None) -> AdaptiveHistory:
         """Return the history; raise `StepError` where solver, law or step limit fails."""
-        duration, told = self.system.scene.duration, clock.perf_counter()
+        duration, reported = self.system.scene.duration, clock.perf_counter()
         try:
             self._begin()
             solver: Any = None
@@ -75,8 +75,8 @@ class March:
                 going_on = self._step(solver)
                 self.factorisations += solver.nlu - before
                 solver = going_on
-                if progress is not None and clock.perf_counter() - told > PROGRESS_SECONDS:
-                    told = clock.perf_counter()
+                if progress is not None and clock.perf_counter() - reported > PROGRESS_SECONDS:
+                    reported = clock.perf_counter()
                     progress(self.time / duration)
         except LawFailed as failed:
             self._fail(str(failed), cause=failed.__cause__)

@@ -89,11 +89,10 @@ def _shifted(
 
 
 def _shares(faces: Mapping[str, Array], displaced: float) -> Iterator[tuple[float, str]]:
-    """Yield the ratio of a displacement to that of each face of a body.
+    """Yield the ratio of a displacement to that of each face of a body, and the channel of the face.
 
-    The displacement [m] is divided by the square mean of the face's; beside it stands the channel of the face.
-
-    A face that is all but at rest, as one that is pressed against a wall, is left out.
+    The displacement [m] is divided by the square mean of the face's. A face that is all but at rest, as one that is
+    pressed against a wall, is left out.
     """
     sizes = {name: _mean(moved) for name, moved in faces.items()}
     for name, size in sizes.items():

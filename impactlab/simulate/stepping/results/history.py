@@ -380,4 +380,4 @@ class RecordedHistory(AbstractRecordedHistory):
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
         events.sort(key=lambda event: event.time)
         steps = self.duration / assembly.dt
-        return above_noise(self.scene, assembly.method.models, events, spans, steps)
+        return above_noise(self.scene, assembly.method, events, spans, steps)
