@@ -19,8 +19,8 @@ from impactlab.scene.problem import Contact
 from studies import cases as study
 from studies.pages import DOCS, same_to_printed_digits
 from tests.cases.promises import PROMISES
+from tests.cases.same_bits import bits, bits_of, rewritten, shuffled
 from tests.cases.support import CASES, NAMES, case_of, compared, labels, mechanical, rows
-from tests.cases.test_same_bits import bits, bits_of, rewritten, shuffled
 
 LABELS = labels()
 DRAWN = ("axial_impact", "drill_string", "step_loaded_rod", "damped_rod")
@@ -154,11 +154,16 @@ def test_the_sheet_of_the_page_is_drawn() -> None:
 def test_a_run_gives_the_same_bits_whatever_ran_before_and_in_whatever_order_keys_stand(
     label: str, tmp_path: Path
 ) -> None:
-    """Each of two runs of all cases comes before the other once; the second time from JSON with its keys shuffled."""
+    """Each of two runs of all cases comes before the other once; the second time from JSON with its keys shuffled.
+
+    Of a variant one method, drawn by its name: its other ones are those of the case as written.
+    """
     name, _, variant = label.partition("/")
     draw = random.Random(label)
     read = rewritten(tmp_path, lambda data: shuffled(data, draw))
-    for method, history in reversed(compared(label).histories.items()):
-        first, again = bits_of(history), bits(read((CASES / f"{name}.yaml", variant or "base", method)))
+    histories = compared(label).histories
+    for method in [draw.choice(sorted(histories))] if variant else reversed(histories):
+        first = bits_of(histories[method])
+        again = bits(read((CASES / f"{name}.yaml", variant or "base", method)))
         assert set(again) == set(first)
         assert [channel for channel in first if again[channel] != first[channel]] == [], method

@@ -115,7 +115,7 @@ def test_no_home_and_no_place_for_a_cache(case: Path) -> None:
 @pytest.mark.slow
 def test_a_locale_changes_numbers_or_ends_the_run(case: Path) -> None:
     plain = json.loads(impactlab("run", str(case), "--json").stdout)
-    for locale in ("POSIX", "tr_TR.UTF-8", "de_DE.UTF-8"):  # C is another name of POSIX
+    for locale in ("POSIX", "tr_TR.UTF-8"):  # C is another name of POSIX; in Turkish 0,5 is a half and i has no dot
         done = impactlab("run", str(case), "--json", LC_ALL=locale, PYTHONIOENCODING="ascii:strict", PYTHONUTF8="0")
         finished(done)
         assert done.stdout.isascii()
@@ -155,7 +155,7 @@ def test_an_interrupt_leaves_half_an_output(case: Path) -> None:
     long = case.read_text().replace("5.0e-3", "10.0").replace("1.0e-5", "1.0e-8")
     case.write_text(long)
     with subprocess.Popen([*COMMAND, "run", str(case), "--out", str(out)], stderr=subprocess.PIPE) as running:
-        while running.poll() is None and processor_s(running.pid) < 6.0:  # after imports, among the steps
+        while running.poll() is None and processor_s(running.pid) < 4.0:  # after imports, among the steps
             time.sleep(0.1)
         running.send_signal(signal.SIGINT)
         assert running.wait(60) == 130

@@ -35,6 +35,9 @@ def modules(root: Path) -> dict[str, Path]:
     return {name.removesuffix(".__init__"): path for name, path in files.items()}
 
 
+parsed = cache(ast.parse)  # a text is looked at for several things
+
+
 @cache
 def imports_of(text: str) -> tuple[Import, ...]:
     """Return all names that a source imports: anywhere, under TYPE_CHECKING too, and by `lazy`."""
@@ -50,7 +53,7 @@ def imports_of(text: str) -> tuple[Import, ...]:
                     yield Import(name, inside)
             yield from walk(child, inside or isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda))
 
-    return tuple(walk(ast.parse(text), False))
+    return tuple(walk(parsed(text), False))
 
 
 def needed(name: str, known: dict[str, Path], by: str) -> set[str]:
@@ -198,6 +201,8 @@ def test_each_way_to_test_a_kind_is_found(text: str) -> None:
 
 def test_no_module_outside_the_rooms_tests_the_kind_of_a_body() -> None:
     assert len(FILES) > 100
-    found = {path.relative_to(ROOT).as_posix(): list(asked_kinds(ast.parse(path.read_text()))) for path in FILES}
+    found = {
+        path.relative_to(ROOT).as_posix(): list(asked_kinds(parsed(path.read_text(encoding="utf-8")))) for path in FILES
+    }
     # The facts of a side name the equation that a law sees: those of a shaft say rod.
     assert {name: tests for name, tests in found.items() if tests and not name.startswith("contact/")} == {}

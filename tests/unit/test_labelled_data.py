@@ -102,12 +102,11 @@ RUNS = [
 ]
 
 
-def test_a_file_that_cannot_be_written_is_an_error_of_ours(tmp_path: Path) -> None:
-    history = ran(*RUNS[0])
+def test_a_file_that_cannot_be_written_is_an_error_of_ours(tmp_path: Path, struck: AbstractHistory) -> None:
     with pytest.raises(ImpactlabError, match=r"there is no folder '.*no' to write in"):
-        history.to_netcdf(tmp_path / "no" / "run.nc")
+        struck.to_netcdf(tmp_path / "no" / "run.nc")
     with pytest.raises(ImpactlabError, match="cannot be written"):
-        history.to_netcdf(tmp_path)
+        struck.to_netcdf(tmp_path)
 
 
 @pytest.mark.parametrize(("name", "method"), RUNS, ids=lambda each: each)
@@ -166,18 +165,17 @@ def test_files_that_hold_no_run_are_named(tmp_path: Path, struck: AbstractHistor
     (tmp_path / "text.nc").write_text("no data")
     with pytest.raises(ImpactlabError, match="is not a NetCDF file"):
         open_netcdf(tmp_path / "text.nc")
-    data = struck.to_xarray()
-    del data.attrs["impactlab_format"]
-    data.to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    given = struck.to_xarray().attrs  # the case and its format stand beside the numbers
+    others = {name: value for name, value in given.items() if name != "impactlab_format"}
+    xarray.Dataset(attrs=others).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with pytest.raises(ImpactlabError, match="holds no run in format 1"):
         open_netcdf(tmp_path / "other.nc")
     scene = il.run(Simulation(struck.scene, struck.method))
     scene.to_netcdf(tmp_path / "scene.nc")
     with pytest.raises(ImpactlabError, match="a scene without a case"):
         open_netcdf(tmp_path / "scene.nc")
-    data = struck.to_xarray()
-    data.attrs |= {"summary": "{}", "texts": "{}", "case": data.attrs["case"].replace("2.133", "-2.133")}
-    data.to_netcdf(tmp_path / "wrong.nc", engine="h5netcdf")
+    wrong = given | {"summary": "{}", "texts": "{}", "case": given["case"].replace("2.133", "-2.133")}
+    xarray.Dataset(attrs=wrong).to_netcdf(tmp_path / "wrong.nc", engine="h5netcdf")
     with pytest.raises(CaseError, match=r"bodies\.hammer\.mass"):
         open_netcdf(tmp_path / "wrong.nc")
 
@@ -260,10 +258,7 @@ def files_of(folder: Path) -> dict[str, bytes]:
     "case",
     [
         ["axial_impact", "--method", "impulse_momentum"],
-        *(
-            pytest.param([name], marks=pytest.mark.slow)
-            for name in ("axial_impact", "hopkinson_chain", "sphere_on_beam")
-        ),
+        *(pytest.param([name], marks=pytest.mark.slow) for name in ("hopkinson_chain", "sphere_on_beam")),
     ],
 )
 def test_a_file_opened_again_gives_the_same_page(tmp_path: Path, case: list[str]) -> None:

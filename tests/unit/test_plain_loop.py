@@ -119,12 +119,12 @@ def test_every_law_takes_the_same_steps_with_every_scheme(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("model", [FiniteElement(6), FiniteElement(6, "redistributed"), Continuous()], ids=str)
 def test_every_kind_of_rod_takes_the_same_steps(model: AbstractRodModel) -> None:
+    """By each law with its first example: the others are other branches of it, on any rod the same."""
     served = 0
     for name in OURS.names(LAWS):
-        for law in laws(name):
-            number, found = disagreements(law, model)
-            assert found == []
-            served += number
+        number, found = disagreements(next(laws(name)), model)
+        assert found == []
+        served += number
     assert served > 10
 
 

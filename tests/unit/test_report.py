@@ -123,6 +123,15 @@ class Links(HTMLParser):
         return " ".join(" ".join(self.words).split())
 
 
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a comparison as a command writes it."""
+    folder = tmp_path_factory.mktemp("written")
+    document, histories = three()
+    write_comparison(folder, document, histories, scene().scene, EXACT, provenance=ORIGIN)
+    return folder
+
+
 def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
     document, histories = three()
     asked = figure_files("svg,png", None)
@@ -152,17 +161,14 @@ def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
         assert "<svg" in (tmp_path / "figures" / f"{name}.svg").read_text()
 
 
-def test_figures_that_the_page_shows_live_are_drawn_where_they_are_asked_for(tmp_path: Path) -> None:
-    document, histories = three()
-    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
-    written = {path.name for path in (tmp_path / "figures").iterdir()}
-    assert written == {f"{n}.svg" for n in ("waves", "errors", "contacts", "force", "stress_rod")}
+def test_figures_that_the_page_shows_live_are_drawn_where_they_are_asked_for(written: Path) -> None:
+    assert {path.name for path in (written / "figures").iterdir()} == {
+        f"{n}.svg" for n in ("waves", "errors", "contacts", "force", "stress_rod")
+    }
 
 
-def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
-    document, histories = three()
-    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
-    text = (tmp_path / "index.html").read_text()
+def test_a_page_stands_alone_and_says_what_it_must(written: Path) -> None:
+    text = (written / "index.html").read_text()
     page = Links(text)
     assert "A &amp; B &lt;here&gt;" in text
     assert "Somebody 1999" in text
@@ -171,7 +177,7 @@ def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
     assert "failed: lost | at sea" in text
     assert page.tags.count("figure") == 5
     assert not {"iframe", "object"} & set(page.tags)
-    outside = [a for a in page.addresses if not a.startswith(("#", "data:")) and not (tmp_path / a).exists()]
+    outside = [a for a in page.addresses if not a.startswith(("#", "data:")) and not (written / a).exists()]
     assert outside == []
     assert not re.search(r"@import|url\((?!['\"]?#)", text)
     assert len(page.ids) == len(set(page.ids)) or _same_definitions(text)
@@ -232,13 +238,11 @@ def test_other_formats_and_widths_are_refused(formats: str, width: str | None, w
 
 
 @pytest.mark.slow
-def test_the_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
+def test_the_same_comparison_gives_the_same_bytes(written: Path, tmp_path: Path) -> None:
     document, histories = three()
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-        write_comparison(tmp_path / name, document, histories, scene().scene, EXACT, provenance=ORIGIN)
-    for path in (tmp_path / "one").rglob("*.*"):
-        assert path.read_bytes() == (tmp_path / "two" / path.relative_to(tmp_path / "one")).read_bytes(), path.name
+    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
+    for path in written.rglob("*.*"):
+        assert path.read_bytes() == (tmp_path / path.relative_to(written)).read_bytes(), path.name
 
 
 def test_the_force_figure_has_a_panel_per_method_and_the_exact_force_in_each() -> None:
