@@ -66,7 +66,7 @@ else:  # with the libraries that they load, each when it is first used
 warnings.simplefilter("ignore", RunNote, append=True)  # the last filter: those that a user sets come before it
 
 
-class Row(NamedTuple):
+class ComparedMethod(NamedTuple):
     """One method of a comparison; a method that was refused or failed keeps its row."""
 
     name: str
@@ -81,7 +81,7 @@ class Comparison:
     """Several methods on one case, side by side."""
 
     case: str
-    rows: tuple[Row, ...]
+    rows: tuple[ComparedMethod, ...]
 
     @property
     def histories(self) -> dict[str, AbstractHistory]:
@@ -370,7 +370,9 @@ def _share(progress: Callable[[str, float], None] | None, name: str, number: int
     return lambda fraction: progress(name, (number + fraction) / count)
 
 
-def _row(case: Case, name: str, known: dict[Any, Reference | None], progress: Progress | None, frames: int) -> Row:
+def _row(
+    case: Case, name: str, known: dict[Any, Reference | None], progress: Progress | None, frames: int
+) -> ComparedMethod:
     try:
         variant = case.method(name)
         with warnings_kept():
@@ -381,6 +383,6 @@ def _row(case: Case, name: str, known: dict[Any, Reference | None], progress: Pr
             known[key] = reference_of(*physics)
         reference = known[key]
         summary = summaries.summarise(case.label, variant.scene(), history, reference)
-        return Row(name, with_fault(summary, variant), history, reference, None)
+        return ComparedMethod(name, with_fault(summary, variant), history, reference, None)
     except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row shows it
-        return Row(name, failure(case.label, error), None, None, error)
+        return ComparedMethod(name, failure(case.label, error), None, None, error)

@@ -18,7 +18,7 @@ from impactlab.derivatives.table import DIFFERENCES, TANGENT
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.setup.build import build
-from impactlab.exact.setup.network import Layout, Log
+from impactlab.exact.setup.network import Log, NetworkLayout
 from impactlab.exact.tangents.edges import Edge, edges, passes_end
 from impactlab.exact.tangents.moved import largest_step, moved
 from impactlab.exact.tangents.numbers import rates
@@ -71,7 +71,7 @@ class Network(NamedTuple):
     """Scene, layout and network of a case at one value of a parameter."""
 
     run: Simulation
-    layout: Layout
+    layout: NetworkLayout
     log: Log
 
 

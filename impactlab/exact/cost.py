@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from impactlab.exact.arrays import MORE_EVENTS, MORE_POOL, MORE_RECORDS, PAUSED
 from impactlab.exact.setup.build import build
-from impactlab.exact.setup.network import Layout, Log, grown
+from impactlab.exact.setup.network import Log, NetworkLayout, grown
 from impactlab.lazy import lazy
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
@@ -36,7 +36,7 @@ MAX_POWER = 6.0  # power of time with which the cost may grow: fronts in rods of
 class StartedMarch:
     """A march over its first intervals, which `impactlab.exact.solve.solve` goes on with, once."""
 
-    layout: Layout
+    layout: NetworkLayout
     log: Log
     status: int  # in which the march returned
     predicted_s: float  # s, of the whole solution, without its set-up

@@ -15,7 +15,7 @@ from impactlab.exact.cost import StartedMarch
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.thinned import ThinnedHistory, Thinner
 from impactlab.exact.setup.build import build
-from impactlab.exact.setup.network import Layout, Log, copied, grown
+from impactlab.exact.setup.network import Log, NetworkLayout, copied, grown
 from impactlab.history.energy import MIN_ENERGY
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import COMPILED
@@ -62,7 +62,7 @@ class Network:
 built = KeepsResults(Network, lambda made: made.is_kept)
 
 
-def network(scene: Scene, method: Method) -> tuple[Layout, Log]:
+def network(scene: Scene, method: Method) -> tuple[NetworkLayout, Log]:
     """Return the network of a scene, with arrays of its own; raises `CaseError` or `PairingError`."""
     made = built(scene, method)
     return dataclasses.replace(made.layout, carried={}), made.log()
@@ -131,7 +131,7 @@ def solve(
 
 
 def marched(
-    run: Simulation, layout: Layout, log: Log, whole: bool, progress: Progress | None, begun: StartedMarch | None
+    run: Simulation, layout: NetworkLayout, log: Log, whole: bool, progress: Progress | None, begun: StartedMarch | None
 ) -> ContinuousHistory | ThinnedHistory:
     """Return the history of a march to the end; the other arguments are those of `solve`."""
     scene = run.scene
@@ -184,7 +184,7 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
         )
 
 
-def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, str]:
+def reason(scene: Scene, layout: NetworkLayout, log: Log, status: int) -> tuple[str, str]:
     """Return the reason why a march stopped, and the remedy."""
     if status == TOO_MANY:
         last = log.events[log.state["events"] - 1]
@@ -234,7 +234,7 @@ def shorter(log: Log) -> str:
     )
 
 
-def stop(run: Simulation, layout: Layout, log: Log, why: tuple[str, str], thinner: Thinner | None) -> None:
+def stop(run: Simulation, layout: NetworkLayout, log: Log, why: tuple[str, str], thinner: Thinner | None) -> None:
     """Raise the `StepError` of a march that stopped early, with the history so far."""
     reached = log.reached
     history: ContinuousHistory | ThinnedHistory | None = None

@@ -124,7 +124,7 @@ class MechanismModel(AbstractDiscreteModel):
 
         It is of second order in dt; where a law gives impulses, terms are taken with the rates before them: of first.
         """
-        return energy_bound(self.packed, dt, impulses, turned)
+        return midpoint_gain(self.packed, dt, impulses, turned)
 
     def own_equations(self) -> MechanismEquations:
         parameters = numbers_of(self.part, self.packed, np.zeros((0, 0)), 0.0)
@@ -203,7 +203,7 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
     )
 
 
-def energy_bound(motion: Motion, dt: float, impulses: bool, turned: LargestTurn = AT_REST) -> float:
+def midpoint_gain(motion: Motion, dt: float, impulses: bool, turned: LargestTurn = AT_REST) -> float:
     """Return the bound on the energy that a step of the midpoint rule may add: see `MechanismModel.gains_energy`."""
     highest, rate = motion.frequency, max(motion.rate, turned.rate)
     bound = GAIN * min(highest * dt, MAX_TURNED) ** 2 + TURN_GAIN * (rate * dt) ** 2

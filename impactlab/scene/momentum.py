@@ -20,7 +20,7 @@ class BodyMomentum(NamedTuple):
     energy: float  # J, the largest
 
 
-class Balance(NamedTuple):
+class MomentumBalance(NamedTuple):
     """Impulses on a body, and the change of its momentum."""
 
     given: float  # N s
@@ -35,7 +35,7 @@ class Balance(NamedTuple):
 
 def balance(
     scene: Scene, name: str, impulses: Sequence[float], time: float, seen: BodyMomentum, loaded: float | None = None
-) -> Balance:
+) -> MomentumBalance:
     """Return the balance of a free body over [0, time].
 
     Its scale is the largest |p|, plus the impulses of its contacts and loads, plus sqrt(2 m E), which bounds
@@ -67,4 +67,4 @@ def balance(
         loaded = sum(float(load.sampled(scene.duration).impulse(times)) for _, load in body.loads)
     loads += loaded
     scale += abs(loads) + seen.largest + math.sqrt(2.0 * mass * seen.energy)
-    return Balance(given + loads, seen.end - seen.start, scale)
+    return MomentumBalance(given + loads, seen.end - seen.start, scale)

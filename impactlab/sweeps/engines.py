@@ -12,7 +12,7 @@ import numpy as np
 from impactlab.jobs.process_pool import outcomes
 from impactlab.sweeps.batch import Batch, BatchResults
 from impactlab.sweeps.chunks import ENGINES, STATUSES, Chunk
-from impactlab.sweeps.points import Row, Sweep, chunk_of, missing, row
+from impactlab.sweeps.points import PointResult, Sweep, chunk_of, missing, row
 
 CHUNK_SECONDS = 0.5  # s, about, of the points that are computed and kept together
 MAX_CHUNK = 10_000  # points
@@ -77,9 +77,9 @@ def computed(made: Sweep, firsts: Sequence[int], size: int, workers: int) -> Ite
         yield chunk_of(first, [alone[number] for number in range(first, last)], made.wanted)
 
 
-def _alone(made: Sweep, numbers: Sequence[int], workers: int) -> dict[int, Row]:
+def _alone(made: Sweep, numbers: Sequence[int], workers: int) -> dict[int, PointResult]:
     """Return the results of points by their numbers, each run on its own in a worker."""
-    rows: dict[int, Row] = {}
+    rows: dict[int, PointResult] = {}
     jobs = [(number, number + 1) for number in numbers]
     for outcome in outcomes(
         _in_worker, jobs, workers=workers, limit=POINT_LIMIT_S, initializer=_begin, initargs=(made,)
@@ -103,7 +103,7 @@ def _batched(made: Sweep, batch: Batch, firsts: Sequence[int], size: int, worker
         yield _completed(found, rows)
 
 
-def _completed(found: BatchResults, rows: Mapping[int, Row]) -> Chunk:
+def _completed(found: BatchResults, rows: Mapping[int, PointResult]) -> Chunk:
     """Return the chunk of points of a batch, with the rows of those that it left."""
     status = np.full(len(found.served), STATUSES.index("completed"), np.int8)
     reason = [""] * len(status)
@@ -127,5 +127,5 @@ def _spent_in_worker(_: int) -> float:
     return spent_on_first(_made[0])
 
 
-def _in_worker(job: tuple[int, int]) -> list[Row]:
+def _in_worker(job: tuple[int, int]) -> list[PointResult]:
     return [row(_made[0], number) for number in range(*job)]

@@ -98,7 +98,7 @@ def origin_of(case: Case) -> dict[str, Any]:
     }
 
 
-class Row(NamedTuple):
+class PointResult(NamedTuple):
     """Results of a point."""
 
     status: int
@@ -106,27 +106,27 @@ class Row(NamedTuple):
     values: list[list[float]]
 
 
-def row(made: Sweep, number: int) -> Row:
+def row(made: Sweep, number: int) -> PointResult:
     """Return the results of a point; a run that is refused or fails has missing values."""
     try:
         case = made.points.case(made.case, number)
         with api.warnings_kept():
             history = api.run(case)
         found = values(case.scene(), history, made.wanted, case.registry)
-        return Row(STATUSES.index(status_of(history)), "", found)
+        return PointResult(STATUSES.index(status_of(history)), "", found)
     except ImpactlabError as error:
         return missing(made, "failed" if isinstance(error, StepError) else "refused", str(error))
     except Exception as error:  # noqa: BLE001 - a part may raise anything; its point reports it
         return missing(made, "failed", f"{type(error).__name__}: {error}")
 
 
-def missing(made: Sweep, status: str, reason: str) -> Row:
+def missing(made: Sweep, status: str, reason: str) -> PointResult:
     """Return a point without values."""
     text = " ".join(reason.split())[:MAX_REASON]
-    return Row(STATUSES.index(status), text, [[math.nan] * each.size for each in made.wanted])
+    return PointResult(STATUSES.index(status), text, [[math.nan] * each.size for each in made.wanted])
 
 
-def chunk_of(first: int, rows: Sequence[Row], wanted: Sequence[WantedQuantity]) -> Chunk:
+def chunk_of(first: int, rows: Sequence[PointResult], wanted: Sequence[WantedQuantity]) -> Chunk:
     """Return the chunk of consecutive points."""
     tables = tuple(np.array([each.values[k] for each in rows], dtype=float) for k in range(len(wanted)))
     status = np.array([each.status for each in rows], np.int8)

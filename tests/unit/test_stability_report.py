@@ -8,7 +8,7 @@ import pytest
 
 from impactlab import CaseError
 from impactlab.bench.report.stability import Codes, alike, drift, matrix, write_stability
-from impactlab.bench.report.verdicts import Verdict, verdict, violations
+from impactlab.bench.report.verdicts import BenchVerdict, verdict, violations
 from impactlab.bench.report.write import write_bench
 from impactlab.bench.schema import Row
 
@@ -18,27 +18,27 @@ GOOD = Row(case="case", method="method", status="completed", energy_gain=0.0, en
 @pytest.mark.parametrize(
     ("row", "expected"),
     [
-        (GOOD, Verdict.UNKNOWN),
-        (GOOD._replace(displacement=0.1, impulse=0.19), Verdict.RIGHT),
-        (GOOD._replace(displacement=0.1, impulse=0.21), Verdict.VIOLATION),
-        (GOOD._replace(displacement=0.1, impulse=0.21, reference_uncertainty=0.02), Verdict.RIGHT),
-        (GOOD._replace(displacement=3.0, warnings="integrator_unused;coarse_contact"), Verdict.WARNED),
-        (GOOD._replace(displacement=3.0, warnings="integrator_unused"), Verdict.VIOLATION),
-        (GOOD._replace(energy_gain=0.06), Verdict.VIOLATION),
-        (GOOD._replace(energy_gain=0.06, warnings="energy_gain"), Verdict.UNKNOWN),
-        (GOOD._replace(energy_gain=None), Verdict.VIOLATION),
-        (GOOD._replace(momentum_error=0.03), Verdict.VIOLATION),
-        (Row(case="c", method="m", status="refused", reason="too soft", remedy="Give more."), Verdict.REFUSED),
-        (Row(case="c", method="m", status="refused", reason="too soft"), Verdict.VIOLATION),
-        (Row(case="c", method="m", status="failed", reason="diverged", reached_time=1e-3), Verdict.FAILED),
-        (Row(case="c", method="m", status="failed", reason="diverged"), Verdict.VIOLATION),
-        (Row(case="c", method="m", status="hung", reason="no answer after 60 s"), Verdict.VIOLATION),
-        (Row(case="c", method="m", status="crashed", reason="ValueError"), Verdict.VIOLATION),
+        (GOOD, BenchVerdict.UNKNOWN),
+        (GOOD._replace(displacement=0.1, impulse=0.19), BenchVerdict.RIGHT),
+        (GOOD._replace(displacement=0.1, impulse=0.21), BenchVerdict.VIOLATION),
+        (GOOD._replace(displacement=0.1, impulse=0.21, reference_uncertainty=0.02), BenchVerdict.RIGHT),
+        (GOOD._replace(displacement=3.0, warnings="integrator_unused;coarse_contact"), BenchVerdict.WARNED),
+        (GOOD._replace(displacement=3.0, warnings="integrator_unused"), BenchVerdict.VIOLATION),
+        (GOOD._replace(energy_gain=0.06), BenchVerdict.VIOLATION),
+        (GOOD._replace(energy_gain=0.06, warnings="energy_gain"), BenchVerdict.UNKNOWN),
+        (GOOD._replace(energy_gain=None), BenchVerdict.VIOLATION),
+        (GOOD._replace(momentum_error=0.03), BenchVerdict.VIOLATION),
+        (Row(case="c", method="m", status="refused", reason="too soft", remedy="Give more."), BenchVerdict.REFUSED),
+        (Row(case="c", method="m", status="refused", reason="too soft"), BenchVerdict.VIOLATION),
+        (Row(case="c", method="m", status="failed", reason="diverged", reached_time=1e-3), BenchVerdict.FAILED),
+        (Row(case="c", method="m", status="failed", reason="diverged"), BenchVerdict.VIOLATION),
+        (Row(case="c", method="m", status="hung", reason="no answer after 60 s"), BenchVerdict.VIOLATION),
+        (Row(case="c", method="m", status="crashed", reason="ValueError"), BenchVerdict.VIOLATION),
     ],
 )
-def test_a_verdict_follows_from_the_row_alone(row: Row, expected: Verdict) -> None:
+def test_a_verdict_follows_from_the_row_alone(row: Row, expected: BenchVerdict) -> None:
     assert verdict(row) is expected
-    assert any(violations(row)) == (expected is Verdict.VIOLATION)
+    assert any(violations(row)) == (expected is BenchVerdict.VIOLATION)
 
 
 def test_reasons_that_differ_by_numbers_and_names_share_a_code() -> None:

@@ -12,7 +12,7 @@ import pytest
 import impactlab as il
 from impactlab import api
 from impactlab.bench.references import References
-from impactlab.bench.report.verdicts import Verdict, verdict
+from impactlab.bench.report.verdicts import BenchVerdict, verdict
 from impactlab.bench.rows import row_of
 from impactlab.bench.schema import Row
 from impactlab.cli import app
@@ -129,7 +129,7 @@ def test_rows_of_a_comparison_and_of_a_bench_keep_status_and_numbers(tmp_path: P
         case="case", method="base", status="tolerance_not_met", displacement=0.5, energy_gain=0.0, energy_loss=0.0
     )
     assert row.completed
-    assert verdict(row._replace(warnings="tolerance_not_met")) is Verdict.WARNED
+    assert verdict(row._replace(warnings="tolerance_not_met")) is BenchVerdict.WARNED
 
 
 def test_a_run_that_more_than_doubles_its_energy_fails_with_what_was_reached(tmp_path: Path, capsys: Any) -> None:

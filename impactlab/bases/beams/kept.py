@@ -6,8 +6,8 @@ from collections import OrderedDict
 from typing import NamedTuple
 
 from impactlab.bases.beams.roots import Held
-from impactlab.bases.beams.shapes import Layout, found, normalised
-from impactlab.bases.beams.waves import BeamNumbers, Waves, waves
+from impactlab.bases.beams.shapes import FieldOrigin, found, normalised
+from impactlab.bases.beams.waves import BeamNumbers, WavePair, waves
 from impactlab.types import Array
 
 MAX_KEPT = 16  # beams whose modes stay in memory
@@ -17,7 +17,7 @@ class Elastic(NamedTuple):
     """Elastic modes of a beam without units, by rising frequency."""
 
     squared: Array  # B, (modes,)
-    carried: Waves  # fields of shape (modes,)
+    carried: WavePair  # fields of shape (modes,)
     shares: Array  # (4, modes) of even and odd fields, such that the integral of w2 + r2 theta2 is 1
 
 
@@ -34,9 +34,9 @@ def elastic_modes(numbers: BeamNumbers, kinds: tuple[Held, Held], modes: int) ->
     if kept is None or kept.squared.size < modes:
         squared, shares = found(numbers, kinds, modes)
         carried = waves(numbers, squared)
-        kept = _kept[key] = Elastic(squared, carried, normalised(numbers, carried, shares, Layout.of(kinds)))
+        kept = _kept[key] = Elastic(squared, carried, normalised(numbers, carried, shares, FieldOrigin.of(kinds)))
     _kept.move_to_end(key)
     while len(_kept) > MAX_KEPT:
         _kept.popitem(last=False)
     squares, turning = ((first[:modes], second[:modes]) for first, second in kept.carried)
-    return Elastic(kept.squared[:modes], Waves(squares, turning), kept.shares[:, :modes])
+    return Elastic(kept.squared[:modes], WavePair(squares, turning), kept.shares[:, :modes])

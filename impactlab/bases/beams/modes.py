@@ -11,7 +11,7 @@ import numpy as np
 from impactlab.bases.base import Completable, even_grid, quadrature
 from impactlab.bases.beams.kept import elastic_modes
 from impactlab.bases.beams.roots import Held
-from impactlab.bases.beams.shapes import Layout, are_sines
+from impactlab.bases.beams.shapes import FieldOrigin, are_sines
 from impactlab.bases.beams.statics import WORDS, BeamStatics
 from impactlab.bases.beams.waves import BeamNumbers, even_odd, field, quantity_of, shapes_at
 from impactlab.errors import CaseError
@@ -45,7 +45,7 @@ class BeamModes(Completable):
         _check(beam)
         segment = self._segment = beam.segments[0]
         self._kinds = (cast(Held, beam.left.kind), cast(Held, beam.right.kind))
-        layout = self._layout = Layout.of(self._kinds)
+        layout = self._layout = FieldOrigin.of(self._kinds)
         unit, line_mass = layout.unit * beam.length, segment.density * segment.area
         numbers = BeamNumbers(
             segment.rotary_inertia / (line_mass * unit**2),

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.bases.beams.roots import Held, brackets, cantilever, pinned, roots, rows
-from impactlab.bases.beams.waves import BeamNumbers, Ends, Waves, even_odd, fields, waves
+from impactlab.bases.beams.waves import BeamNumbers, Ends, WavePair, even_odd, fields, waves
 from impactlab.types import Array
 
 SERIES_LIMIT = 1e-5  # a |p| below it: the integral of the square of sinh(sqrt(p) x)/sqrt(p) is that of x2
 
 
-class Layout(NamedTuple):
+class FieldOrigin(NamedTuple):
     """Where the fields of a beam have their origin, in lengths of the beam."""
 
     central: bool  # in the middle, with even and odd fields; else at a pinned end, with odd ones
@@ -22,7 +22,7 @@ class Layout(NamedTuple):
     sign: float  # -1 where their x runs to the left
 
     @classmethod
-    def of(cls, kinds: tuple[Held, Held]) -> Layout:
+    def of(cls, kinds: tuple[Held, Held]) -> FieldOrigin:
         """Return the layout of a beam: clamped and free, the clamped end stands at -1 of the fields."""
         if "pinned" not in kinds:
             return cls(True, 0.5, 0.5, -1.0 if kinds == ("free", "clamped") else 1.0)
@@ -99,7 +99,7 @@ def shares_of(beam: BeamNumbers, squared: Array, outer: Held, even: bool) -> Arr
     return shares
 
 
-def envelopes(carried: Waves, squared: Array) -> tuple[Ends, Array]:
+def envelopes(carried: WavePair, squared: Array) -> tuple[Ends, Array]:
     """Return the sizes of even fields at 1, for any phase, and those of odd fields over them (2, n)."""
     numbers = [np.sqrt(np.maximum(np.abs(square), SERIES_LIMIT)) for square in carried.squares]
     turning = [np.abs(turning) for turning in carried.turning]
@@ -123,7 +123,7 @@ def are_sines(shares: Array) -> bool:
     return not np.count_nonzero(shares[:3])
 
 
-def normalised(beam: BeamNumbers, carried: Waves, shares: Array, layout: Layout) -> Array:
+def normalised(beam: BeamNumbers, carried: WavePair, shares: Array, layout: FieldOrigin) -> Array:
     """Return shares (4, n) such that the integral of w2 + r2 theta2 over the beam is 1."""
     (p, q), (t, u) = carried.squares, carried.turning
     if are_sines(shares):

@@ -29,7 +29,7 @@ class BeamNumbers(NamedTuple):
     shear: float  # s2
 
 
-class Waves(NamedTuple):
+class WavePair(NamedTuple):
     """Both waves at frequencies B, each field of shape B's: first the one that may decay, then the other."""
 
     squares: tuple[Array, Array]  # p
@@ -45,7 +45,7 @@ class Ends(NamedTuple):
     shear: tuple[Array, Array]
 
 
-def waves(beam: BeamNumbers, squared: Array) -> Waves:
+def waves(beam: BeamNumbers, squared: Array) -> WavePair:
     """Return the waves at B = ``squared`` > 0, shape (...)."""
     of_inertias = squared * (beam.rotary + beam.shear)
     difference = squared * (beam.rotary - beam.shear)
@@ -55,8 +55,8 @@ def waves(beam: BeamNumbers, squared: Array) -> Waves:
     # The two turnings multiply to -B: the one that would be a difference comes from the one that is a sum.
     larger = 0.5 * (np.abs(difference) + root)
     if beam.rotary > beam.shear:
-        return Waves((other, travelling), (squared / larger, -larger))
-    return Waves((other, travelling), (larger, -squared / larger))
+        return WavePair((other, travelling), (squared / larger, -larger))
+    return WavePair((other, travelling), (larger, -squared / larger))
 
 
 def frequencies(beam: BeamNumbers, wave_number: Array) -> tuple[Array, Array]:
@@ -91,13 +91,13 @@ Shapes = tuple[tuple[Array, Array], tuple[Array, Array]]
 """What `even_odd` returns of both waves."""
 
 
-def shapes_at(found: Waves, x: Array | float) -> Shapes:
+def shapes_at(found: WavePair, x: Array | float) -> Shapes:
     """Return the even and the odd shape of both waves at x."""
     first, second = found.squares
     return even_odd(first, x), even_odd(second, x)
 
 
-def fields(found: Waves, squared: Array, x: Array | float, even: bool) -> Ends:
+def fields(found: WavePair, squared: Array, x: Array | float, even: bool) -> Ends:
     """Return the four quantities of both waves at x, of even deflection or of odd.
 
     In units of h: rotation per 1/h, moment per EI/h2, shear force per EI/h3.
@@ -106,7 +106,7 @@ def fields(found: Waves, squared: Array, x: Array | float, even: bool) -> Ends:
     return Ends(*(field(found, squared, shapes, even, which) for which in range(4)))
 
 
-def field(found: Waves, squared: Array, shapes: Shapes, even: bool, which: int) -> tuple[Array, Array]:
+def field(found: WavePair, squared: Array, shapes: Shapes, even: bool, which: int) -> tuple[Array, Array]:
     """Return one quantity of `fields`: deflection (0), rotation, bending moment or shear force (3).
 
     ``shapes`` are those of `shapes_at`.

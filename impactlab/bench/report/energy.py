@@ -15,7 +15,7 @@ from impactlab.bench.report.method_styles import (
     name_ends,
     room_beside,
 )
-from impactlab.bench.report.views import Clock, Family, SceneRows
+from impactlab.bench.report.views import Clock, MethodRows, SceneRows
 from impactlab.printing import counted
 from impactlab.report.figures.style import MUTED, Margins, drawn, grid, log_axis
 
@@ -78,7 +78,7 @@ def _worst(scene: SceneRows, of: Clock) -> list[str]:
     return [method for value, method in sorted(ends, key=lambda pair: -pair[0])[:MAX_NAMED] if value > MIN_NAMED]
 
 
-def _line(family: Family, of: Clock) -> list[tuple[float, float]]:
+def _line(family: MethodRows, of: Clock) -> list[tuple[float, float]]:
     """Return (steps per round trip, value) of the completed levels that took steps."""
     return [
         (row.steps / (row.round_trips or 1.0), value)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.bench.report.fronts import front_of
-from impactlab.bench.report.views import CLOCKS, GOALS, NORMS, Family, Norm, SceneRows, methods_of
+from impactlab.bench.report.views import CLOCKS, GOALS, NORMS, MethodRows, Norm, SceneRows, methods_of
 from impactlab.report.figures.style import INK, LABEL, LETTER, PALETTE, beside, spread
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def leaders(scene: SceneRows, norm: Norm) -> list[str]:
 
 
 def draw_family(
-    axes: Axes, family: Family, styles: MethodStyles, named: bool, line: Sequence[tuple[float, float]], **more: Any
+    axes: Axes, family: MethodRows, styles: MethodStyles, named: bool, line: Sequence[tuple[float, float]], **more: Any
 ) -> None:
     """Draw a family as a line through its levels (x, y), dashed on the special grid; grey where it is not named."""
     colour, shape = styles[family.method] if named else (GREY, ".")

@@ -18,7 +18,7 @@ from impactlab.bench.report.method_styles import (
     name_ends,
     room_beside,
 )
-from impactlab.bench.report.views import AUTOMATIC, Clock, Family, Norm, SceneRows, error
+from impactlab.bench.report.views import AUTOMATIC, Clock, MethodRows, Norm, SceneRows, error
 from impactlab.printing import counted
 from impactlab.report.figures.style import INK, MUTED, PAPER, WIDTH, drawn
 
@@ -113,7 +113,7 @@ def _three_panels(room: float) -> tuple[Figure, tuple[Axes, Axes, Axes]]:
     return figure, (upper, left, right)
 
 
-def _draw_exact(axes: Axes, family: Family, found: Sequence[Point], limits: Limits) -> End:
+def _draw_exact(axes: Axes, family: MethodRows, found: Sequence[Point], limits: Limits) -> End:
     """Draw a method without steps, below the axis where its error is; return where its name is written."""
     for point in found:
         below = point.error < limits.floor
@@ -123,7 +123,7 @@ def _draw_exact(axes: Axes, family: Family, found: Sequence[Point], limits: Limi
 
 
 def _named_ends(
-    families: Sequence[Family], scene: SceneRows, norm: Norm, styles: MethodStyles, limits: Limits
+    families: Sequence[MethodRows], scene: SceneRows, norm: Norm, styles: MethodStyles, limits: Limits
 ) -> list[End]:
     """Return the names of families at their levels with the least error."""
     lines = [(family, limits.shown(points(family.rows, norm, scene, TIME.of))) for family in families]

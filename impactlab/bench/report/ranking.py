@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from impactlab.bench.report.views import CLOCKS, MAX_UNCERTAINTY, Clock, Family, Norm, SceneRows, error, methods_of
+from impactlab.bench.report.views import CLOCKS, MAX_UNCERTAINTY, Clock, MethodRows, Norm, SceneRows, error, methods_of
 from impactlab.bench.schema import Row
 
 CONVERGED = "converged"  # the name of a reference that is itself computed
@@ -87,7 +87,7 @@ def best(
 
 
 def _result(
-    scene: SceneRows, family: Family | None, norm: Norm, tolerance: float, clock: Clock, leads: Sequence[Row | None]
+    scene: SceneRows, family: MethodRows | None, norm: Norm, tolerance: float, clock: Clock, leads: Sequence[Row | None]
 ) -> Result:
     """Return the result of a family in a scene: met if any level meets the tolerance, else its best outcome."""
     if family is None:

@@ -12,7 +12,7 @@ from impactlab.bench.report.method_styles import power
 from impactlab.bench.report.ranking import fastest
 from impactlab.bench.report.sheets import DASH, Sheet, headings, milliseconds, percent, short
 from impactlab.bench.report.summary_sheets import named
-from impactlab.bench.report.views import BOTH, CLOCKS, NORMS, TOLERANCES, Family, SceneRows
+from impactlab.bench.report.views import BOTH, CLOCKS, NORMS, TOLERANCES, MethodRows, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
 from impactlab.report.comparison import cell
 
@@ -81,7 +81,7 @@ def families_sheet(scene: SceneRows) -> Sheet:
     return Sheet(slug(scene.name), f"Methods on {scene.name}", note, heads, tuple(lines), _quickest(lines))
 
 
-def _least(family: Family, name: str) -> float | None:
+def _least(family: MethodRows, name: str) -> float | None:
     """Return the least error of all levels; that of event times only of runs that missed none."""
     rows = [row for row in family.completed if name != "event_times" or not row.events_missed]
     return min((v for row in rows if (v := getattr(row, name)) is not None), default=None)

@@ -10,7 +10,7 @@ from pathlib import Path
 from impactlab.bench.report import sheets
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.sheets import Sheet, headings
-from impactlab.bench.report.verdicts import ERROR_WARN, Verdict, faults, result_warnings, verdict, worst_error
+from impactlab.bench.report.verdicts import ERROR_WARN, BenchVerdict, faults, result_warnings, verdict, worst_error
 from impactlab.bench.report.write import STABILITY, replaced
 from impactlab.bench.schema import Row
 from impactlab.report.page import rendered
@@ -52,9 +52,10 @@ def report(rows: Sequence[Row]) -> list[Block]:
     codes = Codes(rows)
     counts = Counter(verdict(row) for row in rows)
     summary = (
-        f"{len(rows)} rows: {counts[Verdict.RIGHT]} right to {100 * ERROR_WARN:.0f} % (✓), {counts[Verdict.WARNED]} "
-        f"wrong by more with a warning (w), {counts[Verdict.UNKNOWN]} without a reference (?), "
-        f"{counts[Verdict.REFUSED]} refused (r), {counts[Verdict.FAILED]} failed (F), {counts[Verdict.VIOLATION]} "
+        f"{len(rows)} rows: {counts[BenchVerdict.RIGHT]} right to {100 * ERROR_WARN:.0f} % (✓), "
+        f"{counts[BenchVerdict.WARNED]} wrong by more with a warning (w), {counts[BenchVerdict.UNKNOWN]} without a "
+        f"reference (?), {counts[BenchVerdict.REFUSED]} refused (r), {counts[BenchVerdict.FAILED]} failed (F), "
+        f"{counts[BenchVerdict.VIOLATION]} "
         "violations (!). A percentage is the larger error of displacement and impulse; codes such as r1 and F1 stand "
         "for the reasons listed at the end; the word behind w is the warning."
     )
@@ -123,10 +124,10 @@ def cell(row: Row, codes: Codes) -> str:
     """Return a cell of a matrix: the mark, and the error, the warning or the code of the reason."""
     mark = verdict(row)
     if row.status in ("refused", "failed"):
-        return codes.of(row) + (" !" if mark is Verdict.VIOLATION else "")
+        return codes.of(row) + (" !" if mark is BenchVerdict.VIOLATION else "")
     error = worst_error(row)
     share = "" if error is None else f" {percent(error)}"
-    word = f" {result_warnings(row)[0]}" if mark is Verdict.WARNED else ""
+    word = f" {result_warnings(row)[0]}" if mark is BenchVerdict.WARNED else ""
     return f"{mark.value}{share}{word}"
 
 

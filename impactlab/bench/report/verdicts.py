@@ -29,7 +29,7 @@ OF_RESULTS = (
 """Codes of warnings about the result of a run."""
 
 
-class Verdict(Enum):
+class BenchVerdict(Enum):
     """The outcome of a method on a scene, with the mark that stands for it."""
 
     RIGHT = "✓"
@@ -78,16 +78,16 @@ def violations(row: Row) -> Iterator[str]:
             yield f"wrong by {100.0 * error:.2g} % without a warning"
 
 
-def verdict(row: Row) -> Verdict:
+def verdict(row: Row) -> BenchVerdict:
     """Return the verdict on a row."""
     if any(violations(row)):
-        return Verdict.VIOLATION
+        return BenchVerdict.VIOLATION
     if not row.completed:
-        return Verdict.REFUSED if row.status == "refused" else Verdict.FAILED
+        return BenchVerdict.REFUSED if row.status == "refused" else BenchVerdict.FAILED
     error = worst_error(row)
     if error is None:
-        return Verdict.UNKNOWN
-    return Verdict.WARNED if error > ERROR_WARN else Verdict.RIGHT
+        return BenchVerdict.UNKNOWN
+    return BenchVerdict.WARNED if error > ERROR_WARN else BenchVerdict.RIGHT
 
 
 def faults(rows: Sequence[Row]) -> list[tuple[Row, str]]:

@@ -39,7 +39,7 @@ TOLERANCES = (1e-2, 1e-3, 1e-4)
 CLOCKS: dict[str, Clock] = {"solve": lambda row: row.solve_s, "total": lambda row: row.total_s}
 
 
-class Family(NamedTuple):
+class MethodRows(NamedTuple):
     """One method on one scene through its levels, in the order of the ladder."""
 
     method: str
@@ -66,8 +66,8 @@ class SceneRows:
     """All rows of one scene, with derived values that are computed once."""
 
     name: str
-    families: tuple[Family, ...]  # of the grid
-    own: tuple[Family, ...]  # of the case file
+    families: tuple[MethodRows, ...]  # of the grid
+    own: tuple[MethodRows, ...]  # of the case file
     automatic: tuple[Row, ...]  # of the automatic choice
 
     @cached_property
@@ -115,7 +115,7 @@ def gathered(rows: Sequence[Row]) -> tuple[SceneRows, ...]:
 
 
 def _scene(name: str, methods: Mapping[str, Sequence[Row]]) -> SceneRows:
-    families = [Family(m, tuple(sorted(own, key=_level))) for m, own in methods.items() if m != AUTOMATIC]
+    families = [MethodRows(m, tuple(sorted(own, key=_level))) for m, own in methods.items() if m != AUTOMATIC]
     return SceneRows(
         name,
         tuple(family for family in families if not family.method.startswith(OWN)),

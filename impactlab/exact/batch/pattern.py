@@ -17,7 +17,7 @@ import numpy as np
 
 from impactlab.exact.setup.build import cuts, places_of_contacts
 from impactlab.exact.setup.contact_kinds import balanced, massless
-from impactlab.exact.setup.network import Layout, Log
+from impactlab.exact.setup.network import Log, NetworkLayout
 from impactlab.numerics.layout import record
 from impactlab.numerics.records import columns
 from impactlab.scene.bodies import End, Segment, WaveBody
@@ -121,7 +121,7 @@ class Pattern(NamedTuple):
         return all(np.array_equal(np.asarray(a), np.asarray(b)) for a, b in zip(self, other, strict=True))
 
 
-def numbers_of(scene: Scene, layout: Layout, log: Log, round_trips: float | None) -> Array:
+def numbers_of(scene: Scene, layout: NetworkLayout, log: Log, round_trips: float | None) -> Array:
     """Return the vector of a scene; ``round_trips`` is its duration where it is given so."""
     values: list[float] = []
     for body in scene.bodies.values():
@@ -149,7 +149,7 @@ def _starts(scene: Scene) -> tuple[dict[str, int], int]:
     return starts, at
 
 
-def pattern_of(scene: Scene, layout: Layout, log: Log, counted: str, in_round_trips: bool) -> Pattern:
+def pattern_of(scene: Scene, layout: NetworkLayout, log: Log, counted: str, in_round_trips: bool) -> Pattern:
     """Return the pattern of a scene with its network; ``counted`` is the rod whose round trip counts."""
     starts, first_contact = _starts(scene)
     order, touched = list(scene.in_order), places_of_contacts(scene)
@@ -224,7 +224,7 @@ def _node_of(end: End, body: int, value: int, first: int) -> tuple[int, ...]:
 
 
 def _contacts(
-    scene: Scene, layout: Layout, log: Log, first: int, order: list[str], pairs: list[tuple[str, str]]
+    scene: Scene, layout: NetworkLayout, log: Log, first: int, order: list[str], pairs: list[tuple[str, str]]
 ) -> Sequence[ContactPattern]:
     """Return the patterns of the contacts, in the order of the network."""
     taken, contacts = columns(ContactPattern, len(scene.contacts))

@@ -9,7 +9,7 @@ import numpy as np
 from impactlab.exact.results.branch_energies import BranchContact
 from impactlab.exact.results.signals import Signals, clenshaw, gauss
 from impactlab.exact.setup.end_loads import work_of_loads
-from impactlab.exact.setup.network import Layout, Link, Log
+from impactlab.exact.setup.network import Link, Log, NetworkLayout
 from impactlab.history.base import EnergyBook
 from impactlab.scene.problem import Scene
 from impactlab.types import Array, Ints
@@ -26,7 +26,7 @@ def masses(signals: Signals, nodes: tuple[int, ...]) -> Iterator[tuple[int, floa
             yield node, float(every[node])
 
 
-def rod_momentum(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
+def rod_momentum(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> Array:
     """Return the momentum of a rod with its end masses [N s], shape of t (n,).
 
     That of a link is Z times the waves inside it, integrated over their emission.
@@ -54,7 +54,7 @@ def link_energy(signals: Signals, link: Link, t: Array) -> Array:
     return link.segment.impedance * total
 
 
-def rod_energy(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
+def rod_energy(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> Array:
     """Return the energy of a rod with its end masses and end springs [J], shape of t (n,)."""
     total = np.zeros_like(t)
     for link in layout.links[name]:
@@ -134,7 +134,7 @@ def contacts_with_energy(signals: Signals) -> list[SpringContact | BranchContact
     return [SpringContact(signals, c) for c in springs] + [BranchContact(signals, c) for c in yielding]
 
 
-def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> EnergyBook:
+def energies_at(scene: Scene, layout: NetworkLayout, signals: Signals, t: Array) -> EnergyBook:
     """Return the energies at times t [s], (n,); work and losses are those since t[0]."""
     log, g = signals.log, signals.gravity
     bodies: dict[str, Array] = {}
@@ -166,7 +166,7 @@ def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> Ene
     return EnergyBook(t, bodies, stored, {"contact": lost, "ends": ends, "unresolved": np.zeros_like(t)}, work)
 
 
-def gravity_work(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
+def gravity_work(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> Array:
     """Return the work of gravity on a rod [J]: g times the integral of its momentum."""
     g, total = signals.gravity, np.zeros_like(t)
     for link in layout.links[name]:

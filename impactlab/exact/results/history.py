@@ -16,7 +16,7 @@ from impactlab.exact.results.energies import energies_at, rod_energy, rod_moment
 from impactlab.exact.results.link_results import link_results, named, total
 from impactlab.exact.results.signals import Signal, Signals, turning_times
 from impactlab.exact.setup.branch_tables import FIRST
-from impactlab.exact.setup.network import Layout, Link, Log, Place
+from impactlab.exact.setup.network import Link, Log, NetworkLayout, Place
 from impactlab.history.base import (
     FIELD_POINTS,
     AbstractHistory,
@@ -57,7 +57,7 @@ class ContinuousHistory(AbstractHistory):
     Waves and events are stored; everything else is computed from them on first use.
     """
 
-    def __init__(self, run: Simulation, layout: Layout, log: Log, duration: float) -> None:
+    def __init__(self, run: Simulation, layout: NetworkLayout, log: Log, duration: float) -> None:
         self.dt = None
         self.duration = duration
         self.scene, self.method = run

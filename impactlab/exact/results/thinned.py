@@ -15,7 +15,7 @@ from impactlab.errors import CaseError
 from impactlab.exact.results.energies import energies_at
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.link_results import followed, link_results, named
-from impactlab.exact.setup.network import Layout, Log, without
+from impactlab.exact.setup.network import Log, NetworkLayout, without
 from impactlab.history.base import (
     AbstractHistory,
     BranchChange,
@@ -123,7 +123,7 @@ class ThinnedHistory(AbstractHistory):
 class Thinner:
     """Samples the windows of a march one after the other."""
 
-    def __init__(self, run: Simulation, layout: Layout, log: Log) -> None:
+    def __init__(self, run: Simulation, layout: NetworkLayout, log: Log) -> None:
         scene = run.scene
         self.run, self.scene, self.layout = run, scene, layout
         self.grid = np.linspace(0.0, scene.duration, scene.records + 1)

@@ -15,7 +15,7 @@ from impactlab.exact.setup.branch_tables import with_branches
 from impactlab.exact.setup.contact_kinds import Bond, bonds_of
 from impactlab.exact.setup.end_loads import loaded
 from impactlab.exact.setup.initial_waves import MIN_ROOM, with_first_pieces
-from impactlab.exact.setup.network import Layout, Link, Log, copied, empty_log, with_room
+from impactlab.exact.setup.network import Link, Log, NetworkLayout, copied, empty_log, with_room
 from impactlab.numerics.addresses import COMPILED
 from impactlab.scene.bodies import End, Segment, WaveBody
 from impactlab.scene.method import Method
@@ -185,7 +185,7 @@ def ordered(joints: Joints) -> Order:
     return Order(nodes, ends, contacts, np.argsort(nodes).tolist(), np.argsort(ends).tolist(), ranges, first, counts)
 
 
-def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
+def build(scene: Scene, method: Method) -> tuple[NetworkLayout, Log]:
     """Return the network of a scene and its log at t = 0; raises `CaseError` or `PairingError`."""
     bonds = bonds_of(scene, method)
     drawing = draw(scene)
@@ -269,14 +269,14 @@ def write_contacts(log: Log, scene: Scene, drawing: Drawing, order: Order, bonds
     log.contacts["impedance"] = force_scales(drawing, pairs, bonds, z)
 
 
-def layout_of(drawing: Drawing, order: Order) -> Layout:
+def layout_of(drawing: Drawing, order: Order) -> NetworkLayout:
     """Return where the pieces and nodes of each body, and the contacts, are in the log."""
     links: dict[str, list[Link]] = {}
     for number, (name, x, length, segment) in enumerate(drawing.pieces):
         ends = order.new_ends[2 * number : 2 * number + 2]
         start = drawing.nodes[drawing.end_nodes[2 * number]].u
         links.setdefault(name, []).append(Link(x, length, segment, start, *ends))
-    return Layout(
+    return NetworkLayout(
         {name: tuple(row) for name, row in links.items()},
         {name: tuple(order.new_nodes[node] for node in row) for name, row in drawing.members.items()},
         order.contacts,

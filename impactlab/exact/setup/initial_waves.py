@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from impactlab.errors import CaseError
-from impactlab.exact.setup.network import Layout, Link, Log, with_room
+from impactlab.exact.setup.network import Link, Log, NetworkLayout, with_room
 from impactlab.scene.bodies import Profile, Table, WaveBody
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -109,7 +109,7 @@ def knots(shape: Profile, a: float, b: float) -> list[float]:
     return [float(place) for place in bends if a + 1e-12 * (b - a) < place < b - 1e-12 * (b - a)]
 
 
-def end_pieces(scene: Scene, layout: Layout) -> dict[int, list[Piece]]:
+def end_pieces(scene: Scene, layout: NetworkLayout) -> dict[int, list[Piece]]:
     """Return the waves emitted before t = 0 [s] by each end of a rod with a profile, without gravity."""
     result: dict[int, list[Piece]] = {}
     for name, links in layout.links.items():
@@ -154,7 +154,7 @@ def emitted(rod: WaveBody, link: Link, piece: Piece, direction: float) -> Piece:
     return -(end - a) / c, -(end - b) / c, wave
 
 
-def with_first_pieces(scene: Scene, layout: Layout, log: Log) -> Log:
+def with_first_pieces(scene: Scene, layout: NetworkLayout, log: Log) -> Log:
     """Return the log with the pieces that stand for the waves already inside the rods at t = 0."""
     pieces, state, ends = end_pieces(scene, layout), log.state, log.ends
     gravity, tolerance, transit = float(state["gravity"]), float(state["tolerance"]), ends["transit"].tolist()

@@ -68,7 +68,7 @@ class Place(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Layout:
+class NetworkLayout:
     """Where the bodies of a scene sit in its network."""
 
     links: dict[str, tuple[Link, ...]]  # rods, from left to right

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.exact.results.history import ContinuousHistory
-from impactlab.exact.setup.network import Layout, Log, with_room
+from impactlab.exact.setup.network import Log, NetworkLayout, with_room
 from impactlab.exact.tangents.run import Solved
 from impactlab.scene.method import Simulation
 
@@ -34,7 +34,9 @@ def largest_step(solved: Solved, parameter: int) -> float:
     return found
 
 
-def moved(solved: Solved, parameter: int, step: float, run: Simulation, layout: Layout, log: Log) -> ContinuousHistory:
+def moved(
+    solved: Solved, parameter: int, step: float, run: Simulation, layout: NetworkLayout, log: Log
+) -> ContinuousHistory:
     """Return the history of a run whose parameter is changed by a step, its waves and events moved along tangents.
 
     ``run``, ``layout`` and ``log`` are the scene, its layout and network with that step; of the log at t = 0 the

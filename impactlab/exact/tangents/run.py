@@ -10,7 +10,7 @@ import numpy as np
 from impactlab.errors import StepError
 from impactlab.exact.arrays import DONE, MORE_EVENTS, MORE_POOL, MORE_RECORDS
 from impactlab.exact.march import prepared
-from impactlab.exact.setup.network import Layout, Log, with_room
+from impactlab.exact.setup.network import Log, NetworkLayout, with_room
 from impactlab.exact.tangents.arrays import Rates, TangentArrays, tangent_arrays
 from impactlab.exact.tangents.march import MORE_TANGENTS, advance
 from impactlab.exact.tangents.springs import with_springs
@@ -22,12 +22,12 @@ MAX_INTERVALS = 20_000  # of a run with tangents: some seconds
 class Solved(NamedTuple):
     """A march with tangents."""
 
-    layout: Layout
+    layout: NetworkLayout
     log: Log
     tangents: TangentArrays
 
 
-def solve(build: Callable[[], tuple[Layout, Log]], rates: Rates) -> Solved:
+def solve(build: Callable[[], tuple[NetworkLayout, Log]], rates: Rates) -> Solved:
     """March a network with the tangents of its waves and events by parameters.
 
     Raises

@@ -23,7 +23,7 @@ MAX_ELEMENTS = 20_000  # of a layer
 SENT_BACK, SENT_BACK_LUMPED = 5e-5, 2e-4  # of the largest displacement: errors by layers, of meshes of any fineness
 
 
-class Layout(NamedTuple):
+class MeshLayout(NamedTuple):
     """Elements from left to right, layers included."""
 
     start: float  # m, of the first node: below 0 where a layer precedes the beam
@@ -35,7 +35,7 @@ class Layout(NamedTuple):
     alike: tuple[Ints, ...]  # numbers of elements that have the same matrices
 
 
-def laid_out(beam: Beam, elements: int, lumped: bool, duration: float = 0.0) -> Layout:
+def laid_out(beam: Beam, elements: int, lumped: bool, duration: float = 0.0) -> MeshLayout:
     """Return the elements of a beam, with an absorbing layer beyond each infinite end.
 
     The layer is twice as long as the beam at least, and 16 times the way (EI/(rho A))^(1/4) sqrt(t) that bending
@@ -63,7 +63,7 @@ def laid_out(beam: Beam, elements: int, lumped: bool, duration: float = 0.0) -> 
     layers = [end.kind == "infinite" for end in (beam.left, beam.right)]
     if not any(layers):
         alike = tuple((number == each).nonzero()[0] for each in range(len(beam.segments)))
-        return Layout(0.0, inner, number, np.zeros(inner.size), np.zeros(inner.size), viscous, alike)
+        return MeshLayout(0.0, inner, number, np.zeros(inner.size), np.zeros(inner.size), viscous, alike)
     _check_tension(beam)
     before = _layer(beam, 0, float(inner[0]), elements, lumped, duration) if layers[0] else np.zeros((4, 0))
     after = _layer(beam, -1, float(inner[-1]), elements, lumped, duration) if layers[1] else np.zeros((4, 0))
@@ -72,7 +72,7 @@ def laid_out(beam: Beam, elements: int, lumped: bool, duration: float = 0.0) -> 
     lengths, drag, turning, retardation = np.hstack((before[:, ::-1], (inner, none, none, viscous), after))
     beams = (n + np.flatnonzero(number == each) for each in range(last + 1))
     alone = (np.array([i]) for i in range(lengths.size) if not n <= i < n + inner.size)
-    return Layout(
+    return MeshLayout(
         start=-float(before[0].sum()),
         lengths=lengths,
         segment=np.concatenate((np.zeros(n, int), number, np.full(after.shape[1], last))),

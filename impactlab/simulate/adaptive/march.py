@@ -29,7 +29,7 @@ MORE_STEPS = "Give more most_steps, a looser relative_tolerance, or for stiff sc
 
 
 @dataclass
-class Span:
+class ContactUnderWay:
     """A contact under way."""
 
     start: float  # s
@@ -57,7 +57,7 @@ class March:
         self.history = AdaptiveHistory(self.record)
         self._events: list[Event] = []
         self._spans: list[ContactSpan] = []
-        self._under_way: dict[int, Span] = {}
+        self._under_way: dict[int, ContactUnderWay] = {}
         self._angles = [system.row(Point(name, x, ""), "displacement") for name, x in slid(scene)]
 
     def run(self, progress: Progress | None = None) -> AdaptiveHistory:
@@ -156,7 +156,7 @@ class March:
 
     def _close(self, time: float, number: int) -> None:
         self._events.append(Event(time, self.system.scene.contacts[number].name, "close"))
-        self._under_way[number] = Span(time, self._impulse(number))
+        self._under_way[number] = ContactUnderWay(time, self._impulse(number))
 
     def _impulse(self, number: int) -> float:
         return float(self.state[self.system.impulses.start + number])

@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.mechanisms.base import AbstractMechanism, Motion
 from impactlab.mechanisms.equations import MechanismEquations
-from impactlab.mechanisms.model import energy_bound, numbers_of, stepper_of
+from impactlab.mechanisms.model import midpoint_gain, numbers_of, stepper_of
 from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, TERMS, call, entered, in_python, kernel_address
 from impactlab.numerics.compiling import ENTRY
 from impactlab.testing.contracts.common import at_most, described
@@ -183,7 +183,7 @@ class EquationsContract:
     def bound(self) -> float:
         """Return the declared bound on the energy that the free motion may gain, by the longer of two steps."""
         motion = self.motion()
-        return energy_bound(motion, self.whole(motion) / self.steps, impulses=False)
+        return midpoint_gain(motion, self.whole(motion) / self.steps, impulses=False)
 
     def errors(self) -> tuple[float, float]:
         """Return the largest change of energy less work in free motion, over the largest of both, by two steps."""
