@@ -170,7 +170,7 @@ def links_meet_others(contact: CaseContact) -> None:
             )
 
 
-def contact_of(case: CaseBlock, number: int, row: AllContacts, joined: bool = False) -> CaseContact:
+def contact_of(case: CaseBlock, number: int, row: AllContacts, joined: bool) -> CaseContact:
     """Return a contact with its faces and bodies; raise `CaseError` on a wrong name."""
     faces = faces_of(case, number)
     left, right = (case.bodies.get(name) or case.mechanisms[name] for name in faces.names)

@@ -163,12 +163,12 @@ def of_stepping(part: AbstractIntegrator) -> Iterator[Measured]:
     def stable() -> Measured:
         limit, highest = part.limit(suite.system()), float(suite.modes()[0][-1])
         if math.isinf(limit):
-            held = suite.largest_after(100.0 / highest, 500) < 1e3
+            held = suite.growth(100.0 / highest) < 1e3
             return Measured("", None, ok=held, remark=f"no limit declared; {'' if held else 'not '}stable at 100/w_max")
         low, high = 0.5, 2.0
         for _ in range(12):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if suite.largest_after(middle * limit, 500) < 1e3 else (low, middle)
+            low, high = (middle, high) if suite.growth(middle * limit) < 1e3 else (low, middle)
         # Just beyond the limit a mode needs more than 500 steps to grow a thousandfold.
         return Measured("", low * limit * highest, declared=limit * highest, ok=0.98 < low < 1.02)
 

@@ -160,7 +160,7 @@ def grid(
     return figure, [list(row) for row in axes]
 
 
-def panel_grid(count: int, columns: int, panel: float, margins: Margins = MARGINS) -> tuple[Figure, list[Axes]]:
+def panel_grid(count: int, columns: int, panel: float, margins: Margins) -> tuple[Figure, list[Axes]]:
     """Return a figure as `grid` does, and the axes of so many panels; what is left of the last row stays empty."""
     figure, rows = grid(-(-count // columns), columns, panel, margins)
     flat = [axes for row in rows for axes in row]
