@@ -37,7 +37,7 @@ MAX_BURST = 64  # events within 1e3 merge tolerances; more count as infinitely m
 
 @EXACT_PART
 def horizon(m: MarchArrays, j: int) -> float:
-    """Return the time up to which every wave that arrives at junction j is one piece."""
+    """Return the time [s] up to which every wave that arrives at junction j is one piece."""
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     until = state.duration

@@ -162,7 +162,7 @@ class MechanismEquations(AbstractEquations):
         return np.sqrt(masses[self._name] / np.diag(self._mass_at_start()[0]))
 
     def speed(self, masses: Mapping[str, float], duration: float) -> float:
-        """Return the speed that drives and loads give to the mechanism as it stands, its shapes following at rest."""
+        """Return the speed [m/s] that drives and loads give to the mechanism as it stands, its shapes at rest."""
         mass, force = self._mass_at_start()
         held = self._drives[:, 0].astype(int)
         free = np.setdiff1d(np.arange(self._n), held)

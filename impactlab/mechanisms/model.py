@@ -204,7 +204,7 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
 
 
 def midpoint_gain(motion: Motion, dt: float, impulses: bool, turned: LargestTurn = AT_REST) -> float:
-    """Return the bound on the energy that a step of the midpoint rule may add: see `MechanismModel.gains_energy`."""
+    """Return the energy that a step of the midpoint rule may add, over the reference energy: see `gains_energy`."""
     highest, rate = motion.frequency, max(motion.rate, turned.rate)
     bound = GAIN * min(highest * dt, MAX_TURNED) ** 2 + TURN_GAIN * (rate * dt) ** 2
     bound += STRIKE_GAIN * turned.acceleration * dt**2

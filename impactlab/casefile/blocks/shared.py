@@ -20,7 +20,7 @@ MIN_SPEED = 1e-290  # m/s: the displacements of a smaller one have no digits lef
 
 
 def _least_speed(velocity: float) -> float:
-    """Return a velocity, or refuse one whose displacements are too small for a float."""
+    """Return a velocity [m/s], or refuse one whose displacements are too small for a float."""
     if 0.0 < abs(velocity) < MIN_SPEED:
         raise refuse(
             f"{velocity:g} m/s is out of range: its displacements are too small for a float. "

@@ -23,7 +23,7 @@ MAX_LINES = 2000  # of a force within a run: each sends a break that every echo 
 
 @EXACT_PART
 def next_sample(m: MarchArrays, j: int) -> float:
-    """Return the time of the next sample of the loads on junction j, the end of the run if there is none."""
+    """Return the time [s] of the next sample of the loads on junction j, the end of the run if there is none."""
     state, junction = m.state[0], m.junctions[j]
     until = state.duration
     for i in range(junction.first_node, junction.last_node):

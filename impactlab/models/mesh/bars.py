@@ -142,7 +142,7 @@ class Mesh(AbstractMesh):
         return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the displacement that a massless node adds at x, per unit force on it."""
+        """Return the displacement that a massless node adds at x, per unit force on it [m/N]."""
         if self._massless is None or quantity == "velocity":
             return 0.0
         at = self._massless.at

@@ -108,7 +108,7 @@ def matrices(segment: BeamSegment, h: float) -> ElementMatrices:
 
 
 def lumped(segment: BeamSegment, h: float) -> Array:
-    """Return the diagonal mass of an element, shape (4,).
+    """Return the diagonal mass of an element, shape (4,): kg of its deflections, kg m2 of its rotations.
 
     A node has half of the mass, and m h2/78 + rho I h/2.
 

@@ -164,7 +164,7 @@ def _field(history: AbstractHistory, body: ElasticBody, times: Array, quantity: 
 
 
 def _faces(history: AbstractHistory, body: ElasticBody, times: Array) -> Array | None:
-    """Return the displacement of a body from its faces that were recorded, straight between them."""
+    """Return the displacement [m] of a body from its faces that were recorded, straight between them."""
     known: dict[float, Array] = {}
     for channel in history.channels():
         quantity, _, rest = channel.partition(":")

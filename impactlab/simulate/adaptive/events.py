@@ -72,7 +72,7 @@ def maximum(function: Callable[[float], float], times: Array, values: Array) -> 
 
 
 def hidden_change(indicator: Callable[[float], float], times: Array, values: Array) -> float | None:
-    """Return a time at which a contact changed between samples, or None."""
+    """Return a time [s] at which a contact changed between samples, or None."""
     bulge = float(np.max(np.abs(np.diff(values, 2))))
     # A phase begins with zero: a crest there is its own beginning.
     if float(np.max(values)) + bulge <= NOISE or (np.argmax(values) == 0 and abs(values[0]) <= NOISE):
