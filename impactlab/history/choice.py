@@ -11,7 +11,7 @@ from impactlab.cached import cached_property
 from impactlab.lazy import above
 from impactlab.scene.method import Method
 
-Verdict = Literal["chosen", "kept", "rejected", "trial", "not run", "refused"]
+CandidateVerdict = Literal["chosen", "kept", "rejected", "trial", "not run", "refused"]
 
 
 class Candidate(NamedTuple):
@@ -23,7 +23,7 @@ class Candidate(NamedTuple):
     estimated_error: float | None = None  # from three levels; None where it was not run
     measured_error: float | None = None  # against the reference; only by ``impactlab choose``
     solve_s: float | None = None
-    verdict: Verdict = "not run"
+    verdict: CandidateVerdict = "not run"
     reason: str = ""
 
 

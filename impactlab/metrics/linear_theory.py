@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Warned
 from impactlab.scene.bodies import Beam, WaveBody
-from impactlab.scene.facts import beams_of, rods_of
+from impactlab.scene.facts import beams_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import is_solid
 
@@ -30,7 +30,7 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
     limits = _limits(scene)
     if limits is not None and not history.links and all(_is_small(span, limits) for span in history.contacts):
         return  # so it is of most runs
-    rods = [body for body in rods_of(scene) if "strain" in body.quantities and is_solid(body)]  # no shafts
+    rods = [body for body in scene.wave_bodies if "strain" in body.quantities and is_solid(body)]  # no shafts
     beams = [beam for beam in beams_of(scene) if is_solid(beam)]
     if not rods and not beams:
         return
@@ -58,7 +58,7 @@ def _found_limits(scene: Scene) -> dict[str, float] | None:
     limits = dict.fromkeys((contact.name for contact in scene.contacts), math.inf)
     if beams_of(scene):
         return None
-    for rod in rods_of(scene):
+    for rod in scene.wave_bodies:
         loaded = any(end.is_loaded for _, end in rod.ends)
         if loaded or abs(rod.velocity) > MAX_STRAIN * min(segment.wave_speed for segment in rod.segments):
             return None

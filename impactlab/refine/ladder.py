@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from impactlab.history.choice import Candidate, Verdict
+from impactlab.history.choice import Candidate, CandidateVerdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
 from impactlab.refine.descriptions.description import TWO_LEVEL_SAFETY, Description
 from impactlab.refine.errors.level_errors import DONE
@@ -25,7 +25,7 @@ def candidates(studies: list[Study], chosen: Study, best: Level) -> list[Outcome
     found = []
     for study in sorted(studies, key=lambda other: other is not chosen):
         for level in study.levels:
-            verdict: Verdict = "chosen" if level is best else "trial" if study is chosen else "rejected"
+            verdict: CandidateVerdict = "chosen" if level is best else "trial" if study is chosen else "rejected"
             reason = level.reason
             if level is best:
                 reason = reason or CHEAPEST
@@ -45,12 +45,12 @@ def longer(seconds: float, chosen: float) -> str:
     return f"predicted to solve for {1e3 * seconds:.2g} ms, the chosen one for {1e3 * chosen:.2g} ms"
 
 
-def candidate(study: Study, level: Level | None, verdict: Verdict, reason: str) -> Candidate:
+def candidate(study: Study, level: Level | None, verdict: CandidateVerdict, reason: str) -> Candidate:
     """Return the record of a level, or of the next one, not run."""
     return outcome(study, level, verdict, reason)()
 
 
-def outcome(study: Study, level: Level | None, verdict: Verdict, reason: str) -> Outcome:
+def outcome(study: Study, level: Level | None, verdict: CandidateVerdict, reason: str) -> Outcome:
     """Return the record of a candidate, to be described later."""
     if level is None:
         return partial(_described, study.description, study.next, None, None, verdict, reason)
@@ -59,7 +59,12 @@ def outcome(study: Study, level: Level | None, verdict: Verdict, reason: str) ->
 
 
 def _described(
-    description: Description, fineness: int, error: float | None, solve_s: float | None, verdict: Verdict, reason: str
+    description: Description,
+    fineness: int,
+    error: float | None,
+    solve_s: float | None,
+    verdict: CandidateVerdict,
+    reason: str,
 ) -> Candidate:
     """Return the record of a candidate before a run."""
     return Candidate(

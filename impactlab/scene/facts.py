@@ -19,11 +19,6 @@ MAX_PARTS = 12  # of the shortest segment, into which a common unit of delays ma
 SAME_PLACE = 1e-9  # of a segment: a contact this near to its end is on it
 
 
-def rods_of(scene: Scene) -> list[WaveBody]:
-    """Return the bodies of a scene that move by the wave equation of rods."""
-    return list(scene.wave_bodies)
-
-
 def beams_of(scene: Scene) -> list[Beam]:
     """Return the beams of a scene."""
     return beams_among(scene.elastic.values()) if scene.elastic else []
@@ -84,12 +79,12 @@ def cut_at(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Any
 
 def shortest_transit(scene: Scene) -> float:
     """Return the time of a wave through the shortest rod [s]; inf without rods."""
-    return min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
+    return min((0.5 * rod.round_trip for rod in scene.wave_bodies), default=math.inf)
 
 
 def is_a_delay_line(scene: Scene) -> bool:
     """Return whether the stepped delay line supports the rods of a scene."""
-    rods = rods_of(scene)
+    rods = scene.wave_bodies
     plain = not scene.gravity and not any(rod.is_damped or len(rod.segments) > 1 or rod.rotation for rod in rods)
     return bool(rods) and plain and struck_on_ends(scene)
 
@@ -99,7 +94,7 @@ def delay_unit(scene: Scene) -> float | None:
 
     With steps that divide it a delay line of several segments has all its places on the grid.
     """
-    rods = rods_of(scene)
+    rods = scene.wave_bodies
     if not rods or any(rod.is_damped or rod.rotation for rod in rods):
         return None
     transits = [segment.length / segment.wave_speed for rod in rods for segment in rod.segments]

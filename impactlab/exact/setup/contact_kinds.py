@@ -13,7 +13,6 @@ from impactlab.exact.setup.end_loads import check_loads
 from impactlab.models.continuous.delay_line import dispersed
 from impactlab.plugins import kind_of
 from impactlab.scene.bodies import Rayleigh
-from impactlab.scene.facts import rods_of
 from impactlab.scene.method import Method, sides
 from impactlab.scene.problem import Point, Scene
 from impactlab.scene.recent import KeepsResults
@@ -71,7 +70,7 @@ def massless(scene: Scene, point: Point) -> bool:
 
 def check(scene: Scene, method: Method) -> list[Bond]:
     """Return the bonds of all contacts; raises `CaseError` or `PairingError`, with path and remedy."""
-    if not rods_of(scene):
+    if not scene.wave_bodies:
         raise CaseError("the scene has no rod; the exact solver needs one", path="bodies", remedy="Add a rod.")
     for any_body in scene.bodies.values():
         if any_body.rotation is not None:
@@ -82,7 +81,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
                 remedy="Use finite_element or modal.",
             )
     check_loads(scene)
-    for body in rods_of(scene):
+    for body in scene.wave_bodies:
         if scene.gravity and not body.falls:
             raise CaseError(
                 f"gravity does not act on the {body.kind} '{body.name}', but the exact solver applies it to all bodies",

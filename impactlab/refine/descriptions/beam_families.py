@@ -34,7 +34,7 @@ from impactlab.refine.descriptions.beams import (
 from impactlab.refine.descriptions.description import Description
 from impactlab.refine.descriptions.rods import modelled_as, recorded
 from impactlab.scene.bodies import Beam
-from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
+from impactlab.scene.facts import beams_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 
 COARSEST_ELEMENTS = 10  # of a mesh, at the coarsest steps
@@ -146,7 +146,7 @@ def _explicit(request: Simulation) -> Description:
 
 def _highest(meshed: Simulation, elements: int) -> float:
     """Return about the highest frequency of a mesh with so many elements a body [rad/s], by elements cut free."""
-    found = [2.0 * elements * max(s.wave_speed / rod.length for s in rod.segments) for rod in rods_of(meshed.scene)]
+    found = [2.0 * elements * max(s.wave_speed / rod.length for s in rod.segments) for rod in meshed.scene.wave_bodies]
     for beam in beams_of(meshed.scene):
         for segment in beam.segments:
             h = beam.length / elements

@@ -27,7 +27,7 @@ from impactlab.refine.errors import left_out
 from impactlab.refine.errors.distances import counted
 from impactlab.refine.errors.smooth_touch import are_soft, stated_alone
 from impactlab.scene.bodies import Beam
-from impactlab.scene.facts import beams_of, is_lossy, rods_of
+from impactlab.scene.facts import beams_of, is_lossy
 from impactlab.scene.method import Simulation, StepRule, laws_of
 from impactlab.scene.problem import Scene
 
@@ -91,7 +91,7 @@ class BeamModesFamily:
         self.request, self.raised, self.beams = request, raised, beams_of(request.scene)
         self.touches_again = seen is not None and len(seen.contacts) > 1
         self.shortest = shortest_time(request)
-        self.transit = min((0.5 * rod.round_trip for rod in rods_of(request.scene)), default=math.inf)
+        self.transit = min((0.5 * rod.round_trip for rod in request.scene.wave_bodies), default=math.inf)
         # The steps of a rod fit into its transit, so that only multiples of a number of steps differ: runs of unequal
         # fineness would otherwise have the same steps, and show no error.
         self.multiple = max(1, round(self.shortest / self.transit))

@@ -22,7 +22,7 @@ from impactlab.refine.descriptions.contact_times import shortest_rise
 from impactlab.refine.descriptions.description import Description
 from impactlab.refine.descriptions.rods import MIN_FINENESS, modelled_as
 from impactlab.scene.bodies import Beam
-from impactlab.scene.facts import beams_of, is_lossy, rods_of, split_at_contacts
+from impactlab.scene.facts import beams_of, is_lossy, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Point, Probe, Scene
 from impactlab.scene.sizes import PER_CELL, fits
@@ -138,7 +138,7 @@ def shortest_time(request: Simulation) -> float:
 
 def are_delay_lines(scene: Scene) -> bool:
     """Return whether all rods may be stepped delay lines beside beams."""
-    rods = {rod.name: rod for rod in rods_of(scene)}
+    rods = {rod.name: rod for rod in scene.wave_bodies}
     places: list[Point | Probe] = [*scene.probes]
     places += [point for contact in scene.contacts for point in contact.faces]
     on_ends = all(place.x in (0.0, rods[place.body].length) for place in places if place.body in rods)
@@ -163,7 +163,7 @@ def modal_model(beam: Beam, modes: int, elements: int | None = None, fastest: fl
 def _modal(request: Simulation) -> Description:
     scene, beams = request.scene, beams_of(request.scene)
     shortest = shortest_time(request)
-    transit = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
+    transit = min((0.5 * rod.round_trip for rod in scene.wave_bodies), default=math.inf)
     order = 1.0 if any(beam.theory == "timoshenko" for beam in beams) else 2.0
 
     def dt(n: int) -> float:

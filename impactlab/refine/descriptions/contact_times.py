@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
-from impactlab.scene.facts import field_acceleration, impedance_of, rods_of
+from impactlab.scene.facts import field_acceleration, impedance_of
 from impactlab.scene.method import Method, stiffness_of
 from impactlab.scene.problem import Contact, Point, Scene
 from impactlab.scene.recent import KeepsResults
@@ -57,7 +57,7 @@ def rise_time(scene: Scene, method: Method, contact: Contact, speed: float | Non
     return min([scene.duration, *times]) if times else 0.25 * scene.round_trip
 
 
-def tangent_of(scene: Scene, method: Method, contact: Contact, speed: float | None = None) -> float:
+def tangent_of(scene: Scene, method: Method, contact: Contact, speed: float | None) -> float:
     """Return the stiffness of a contact [N/m], of a power law at the indentation of `rise_time`; ``speed`` as there.
 
     It is inf of a hard contact, and nan where it is unknown.
@@ -89,12 +89,12 @@ def meeting_speed(scene: Scene) -> float:
     """
     velocities = [body.velocity for body in scene.bodies.values() if body.moves]
     given = max(velocities, default=0.0) - min(*velocities, 0.0, 0.0)
-    pushed = [abs(rod.end_force) / rod.segments[0].impedance for rod in rods_of(scene)]
+    pushed = [abs(rod.end_force) / rod.segments[0].impedance for rod in scene.wave_bodies]
     pushed += [
-        load.largest(scene.duration) / rod.segments[0].impedance for rod in rods_of(scene) for _, load in rod.loads
+        load.largest(scene.duration) / rod.segments[0].impedance for rod in scene.wave_bodies for _, load in rod.loads
     ]
     strained = []
-    for rod in rods_of(scene):
+    for rod in scene.wave_bodies:
         if rod.displacement is not None:
             u = rod.displacement(np.linspace(0.0, rod.length, 21))
             strained.append(2.0 * float(np.ptp(u)) / rod.round_trip)

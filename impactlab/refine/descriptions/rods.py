@@ -39,7 +39,6 @@ from impactlab.scene.facts import (
     is_a_delay_line,
     is_coupled,
     on_end,
-    rods_of,
     shortest_transit,
     split_at_contacts,
 )
@@ -100,7 +99,7 @@ def exact(request: Simulation) -> Description:
 def stepped(request: Simulation) -> Iterator[Description]:
     """Give the descriptions with steps for rods and rigid bodies."""
     request = Simulation(split_at_contacts(request.scene), request.method)
-    if not rods_of(request.scene):
+    if not request.scene.wave_bodies:
         if serves(request):
             yield row_of_beads(request)
         yield _rigid(request, for_choice=not serves(request))
@@ -110,7 +109,7 @@ def stepped(request: Simulation) -> Iterator[Description]:
         yield _delay_line(request)
     elif (unit := delay_unit(request.scene)) is not None and not any(law.hard for law in laws_of(*request)):
         yield _delay_chain(request, unit)
-    if not any(is_coupled(rod) for rod in rods_of(request.scene)):
+    if not any(is_coupled(rod) for rod in request.scene.wave_bodies):
         yield from _explicit(request)
     yield from _implicit(request)
 
@@ -221,7 +220,7 @@ def _delay_line(request: Simulation) -> Description:
         "steps in the shortest transit",
         _by_delays(bare, shortest),
         cost.DELAY_LINE,
-        lambda n: (n * scene.duration / shortest, len(rods_of(scene))),
+        lambda n: (n * scene.duration / shortest, len(scene.wave_bodies)),
         reference_order=2.0,
         # The choice keeps all probes, and springs alone are solved exactly.
         for_choice=bare.scene == scene and not all(law.is_spring for law in laws),
@@ -236,7 +235,7 @@ def _delay_line(request: Simulation) -> Description:
 def _delay_chain(request: Simulation, unit: float) -> Description:
     """Give rods of segments, struck inside, as delays of whole steps: a unit [s] holds a whole number of them."""
     scene = request.scene
-    size = sum(len(rod.segments) for rod in rods_of(scene)) + len(scene.contacts)
+    size = sum(len(rod.segments) for rod in scene.wave_bodies) + len(scene.contacts)
 
     return Description(
         "stepped delay line of segments",
@@ -257,7 +256,7 @@ def _explicit(request: Simulation) -> Iterator[Description]:
     check each other.
     """
     scene, jumps, shortest = request.scene, force_jumps(*request), shortest_transit(request.scene)
-    times = [segment.length / segment.wave_speed for rod in rods_of(scene) for segment in rod.segments]
+    times = [segment.length / segment.wave_speed for rod in scene.wave_bodies for segment in rod.segments]
     special = jumps and max(times) - min(times) <= 1e-9 * max(times)
     hard = any(law.hard for law in laws_of(*request))
 
@@ -294,10 +293,10 @@ def _mesh_work(scene: Scene, elements: int, courant: float) -> tuple[float, floa
     """Return the steps of a mesh with so many elements a rod, by its shortest element, and the number of elements."""
     shortest = min(
         segment.length / segment.wave_speed / count
-        for rod in rods_of(scene)
+        for rod in scene.wave_bodies
         for segment, count in zip(rod.segments, elements_per_segment(rod.segments, elements), strict=True)
     )
-    return scene.duration / (courant * shortest), len(rods_of(scene)) * elements
+    return scene.duration / (courant * shortest), len(scene.wave_bodies) * elements
 
 
 def _implicit(request: Simulation) -> Iterator[Description]:
@@ -309,7 +308,7 @@ def _implicit(request: Simulation) -> Iterator[Description]:
     scene, jumps, shortest = request.scene, force_jumps(*request), shortest_transit(request.scene)
     # Damping rounds the fronts over a time that grows with it; elements that resolve it converge at order 2.
     rounding = 10.0 * min(
-        rod.damping.stiffness + min(s.viscosity / s.young for s in rod.segments) for rod in rods_of(scene)
+        rod.damping.stiffness + min(s.viscosity / s.young for s in rod.segments) for rod in scene.wave_bodies
     )
     sharp = rounding <= shortest / SMOOTH_FRONT_ELEMENTS
     hard = [contact for contact in scene.contacts if request.method.laws[contact.name].hard]

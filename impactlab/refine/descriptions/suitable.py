@@ -9,7 +9,7 @@ from impactlab.errors import CaseError, PairingError
 from impactlab.exact.setup.contact_kinds import balanced, first_gap, massless
 from impactlab.refine.descriptions import beam_families, beams, resting_touches, rods
 from impactlab.refine.descriptions.description import Description
-from impactlab.scene.facts import bare_beam, beams_of, changes, rods_of
+from impactlab.scene.facts import bare_beam, beams_of, changes
 from impactlab.scene.method import Simulation, laws_of
 from impactlab.scene.problem import Scene
 
@@ -69,7 +69,7 @@ def in_turn(
             "ever more often as the description is refined"
         )
     exact, why = exact_for(request) if served is None else served
-    if exact is None and not rods_of(request.scene) and not has_unique_solution(request):
+    if exact is None and not request.scene.wave_bodies and not has_unique_solution(request):
         why = "a hard contact of two masses, or a law of impulses, has no force whose error could be estimated"
     found: Iterator[Description] = iter(())
     if not any(law.two_sided for law in laws_of(*request)):  # estimates read periods of contact, which links have not

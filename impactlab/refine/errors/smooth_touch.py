@@ -9,7 +9,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.descriptions.description import MIN_ORDER_SHARE, Description
-from impactlab.scene.facts import beams_of, is_lossy, rods_of
+from impactlab.scene.facts import beams_of, is_lossy
 from impactlab.scene.method import Simulation, laws_of
 
 ORDER_SHARE = 0.75  # of the declared order, assumed by an estimate from two such runs
@@ -26,7 +26,7 @@ def are_soft(request: Simulation) -> bool:
 
 def is_smooth(request: Simulation) -> bool:
     """Return whether all contacts have a law without a jump, and neither rods nor loads send waves."""
-    return are_soft(request) and not rods_of(request.scene) and not request.scene.loaded_ends
+    return are_soft(request) and not request.scene.wave_bodies and not request.scene.loaded_ends
 
 
 def stated_alone(request: Simulation) -> float:

@@ -82,7 +82,7 @@ def bead_arrays(m: StepArrays) -> BeadArrays:
     )
 
 
-class Row(NamedTuple):
+class BeadBlock(NamedTuple):
     """A row, or a block of one, as views of the layers of `StepArrays.beads` and `StepArrays.bead_contacts`.
 
     Displacements reach one entry further than the slots; forces begin one slot before them.
@@ -99,9 +99,9 @@ class Row(NamedTuple):
 
 
 @INLINE
-def block_of(m: BeadArrays, first: int, size: int) -> Row:
+def block_of(m: BeadArrays, first: int, size: int) -> BeadBlock:
     """Return some slots of a row from one on, and the entries to the left of them."""
-    return Row(
+    return BeadBlock(
         window(m.beads[U], first, size + 1),
         window(m.beads[V], first, size),
         window(m.beads[KICK], first, size),
@@ -192,7 +192,7 @@ def step_hertz(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: i
 
 
 @PART
-def write_block_forces(row: Row, watched: float, exponent: float) -> tuple[int, int]:
+def write_block_forces(row: BeadBlock, watched: float, exponent: float) -> tuple[int, int]:
     """Write the forces of a block; return whether one closed or opened, and whether one is above ``watched``."""
     changed, large = 0, 0
     for i in range(row.gap.size):
@@ -206,7 +206,7 @@ def write_block_forces(row: Row, watched: float, exponent: float) -> tuple[int, 
 
 
 @PART
-def move(row: Row, gained: float, dt: float) -> None:
+def move(row: BeadBlock, gained: float, dt: float) -> None:
     """Kick and move the beads of a block, and sum up its forces."""
     for i in range(row.v.size):
         row.v[i] += row.kick[i] * (row.force[i] - row.force[i + 1]) + gained

@@ -122,20 +122,20 @@ class Assembly:
 
     def _contacts(self) -> dict[str, Any]:
         """Return the arrays of the contacts and of the points of bodies that they read and push."""
-        found = contact_records(self.layout, self.integrator, self.laws)
-        self.ports, self.contacts, self.replies, (ports, contacts, replies) = found
-        self.faces, faces, pushes = face_records(self.layout)
-        readings = reading_records(self.layout)
+        solved, faces = contact_records(self.layout, self.integrator, self.laws), face_records(self.layout)
+        self.ports, self.contacts, self.replies, self.faces = solved.ports, solved.contacts, solved.replies, faces.faces
+        ports, contacts, replies = solved.for_loop
         return {
             "ports": ports, "contacts": contacts, "replies": replies,
-            "faces": faces, "pushes": pushes, "readings": readings,
+            "faces": faces.for_loop, "pushes": faces.pushes, "readings": reading_records(self.layout),
         }  # fmt: skip
 
     def _bodies(self, coordinates: BothPhases, state: Array) -> dict[str, Any]:
         """Return the arrays of the bodies, of their loads and of their dashpots."""
         layout, values = self.layout, coordinates.values
         phases, maps = phase_records(layout)
-        self.loads, loads, load_times, load_forces = load_records(layout, self.integrator)
+        loads = load_records(layout, self.integrator)
+        self.loads = loads.loads
         dampers, dashpots = damper_records(layout, self.integrator, state)
         return {
             "bodies": body_records(layout, values.starts),
@@ -145,7 +145,7 @@ class Assembly:
             "row_start": coordinates.row_start, "row_index": coordinates.row_index,
             "row_value": coordinates.row_value, "other_state": coordinates.other_state,
             "phases": phases, "maps": maps, "dampers": dampers, "dashpots": dashpots,
-            "loads": loads, "load_times": load_times, "load_forces": load_forces,
+            "loads": loads.for_loop, "load_times": loads.times, "load_forces": loads.forces,
         }  # fmt: skip
 
     def _described(self, coordinates: BothPhases, contacts: dict[str, Any], bodies: dict[str, Any]) -> Ints:

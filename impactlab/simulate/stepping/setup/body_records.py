@@ -28,8 +28,8 @@ from impactlab.types import Array
 class Loads(NamedTuple):
     """Loads of all bodies by name of their fields, the same for the loop, and the samples of their forces."""
 
-    by_name: Sequence[LoadRecord]
-    records: Sequence[LoadRecord]
+    loads: Sequence[LoadRecord]
+    for_loop: Sequence[LoadRecord]
     times: Array
     forces: Array
 

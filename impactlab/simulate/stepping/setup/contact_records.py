@@ -29,8 +29,8 @@ class Contacts(NamedTuple):
 class Faces(NamedTuple):
     """Faces by name of their fields; faces and pushed rows for the loop."""
 
-    by_name: Sequence[FaceRecord]
-    records: Sequence[FaceRecord]
+    faces: Sequence[FaceRecord]
+    for_loop: Sequence[FaceRecord]
     pushes: Sequence[PushRecord]
 
 
