@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,6 +11,7 @@ from hypothesis import strategies as st
 
 from impactlab.integrators import central_difference
 from impactlab.integrators.chain_steps import energy_of_chain, runs_of, step_chain
+from impactlab.numerics.compiling import ENTRY
 
 Step, Energy = Callable[..., None], Callable[..., float]
 PIECES = st.lists(
@@ -19,13 +19,13 @@ PIECES = st.lists(
 )  # elements, stiffness, mass
 
 
-@numba.njit
+@ENTRY
 def step_compiled(runs, gain, chain, dt, u, v):  # type: ignore[no-untyped-def]
     """Call the compiled step, which compiled code alone calls: from Python it is a plain function."""
     step_chain(runs, gain, chain, dt, u, v)
 
 
-@numba.njit
+@ENTRY
 def energy_compiled(runs, mass, chain, dt, u, v):  # type: ignore[no-untyped-def]
     """Return the energy that compiled code finds."""
     return energy_of_chain(runs, mass, chain, dt, u, v)
