@@ -37,10 +37,10 @@ MAX_SPEEDING = 0.5  # change of a speed of approach in the step of its touch: ab
 NEAR_PEAK = 0.9  # of the largest force: steps whose errors count for the peak
 COSINE, SINE, TURN, LIFT, PUSH, LIFT_OF_RAMP, PUSH_OF_RAMP = range(7)  # rows of the constants of the coordinates
 STIFFNESS, EXPONENT, HYSTERESIS = range(3)  # columns of the laws
-# Columns of the memory of a contact: errors of both faces at the start of the step; speed of the approach, its error,
-# and its change in the step of the touch over itself; share by which the error of the force follows that of the overlap
-# at the end of the step; sums of squares over a touch.
-LEFT, RIGHT, APPROACH, APPROACH_ERROR, SPEEDS_UP, FOLLOWS, OF_ERROR, OF_FORCE, WORDS = range(9)
+# Columns of the memory of a contact: errors of both faces at the start of the step; that of the overlap one step earlier;
+# speed of the approach, its error, and its change in the step of the touch over itself; share by which the error of the
+# force follows that of the overlap at the end of the step; sums of squares over a touch.
+LEFT, RIGHT, EARLIER, APPROACH, APPROACH_ERROR, SPEEDS_UP, FOLLOWS, OF_ERROR, OF_FORCE, WORDS = range(10)
 COLUMNS = 6  # of a contact in a record: force, gap, displacement and velocity of both faces
 
 
@@ -223,10 +223,11 @@ def error_before_reply(
         # The touch is dated on a line: it comes early by its error, and where the approach speeds up, by that curve.
         begins = record[step - 1, column + 3] - record[step - 1, column + 5]
         own[APPROACH], share, gained = rate, -start / (end - start), 2.0 * (rate - begins) * dt
-        early = before + share * (overlap - before) + 0.5 * share * (1.0 - share) * gained
-        own[APPROACH_ERROR] = (overlap - before - gained * early / (end - start)) / dt
+        grows = before - own[EARLIER]  # in a step, before the force of this contact
+        early = before + share * grows + 0.5 * share * (1.0 - share) * gained
+        own[APPROACH_ERROR] = (grows - gained * early / (end - start)) / dt
         own[SPEEDS_UP] = abs(gained) / (end - start)
-    own[FOLLOWS] = 0.0
+    own[EARLIER], own[FOLLOWS] = before, 0.0
     if record[step, column] <= 0.0:
         return 0.0
     bend = -0.5 * (bend_at(record, step - 1, column + 1) + bend_at(record, step, column + 1))

@@ -50,7 +50,6 @@ MIN_SAVING_OF_SHORT = 2.0  # the same where choosing takes long already
 MAX_SIZE = 0.3  # a larger one is no small one, and a gap may close
 OF_SECOND_ORDER = 15.0  # share of it by which errors may exceed those of the equation
 OF_APPROACHES = 2.0  # under laws with hysteresis: the speeds of later approaches are known less well
-MAX_STATED = 0.2  # a larger error is no small one, either
 OF_IMPULSE = 0.1  # of the errors of a force, that of their sum at least: they may cancel by luck
 
 
@@ -86,8 +85,7 @@ def error_alone(history: AbstractHistory, request: Simulation) -> float:
         "peak_forces": _of_peaks(found),
     }
     safety = SAFETY_ALONE * (OF_APPROACHES if len(history.contacts) > 1 and laws[:, 2].any() else 1.0)
-    stated = safety * (1.0 + OF_SECOND_ORDER * size) * max(shown[name] for name in counted(request)[2])
-    return stated if stated <= MAX_STATED else math.inf
+    return safety * (1.0 + OF_SECOND_ORDER * size) * max(shown[name] for name in counted(request)[2])
 
 
 def _of_displacements(
