@@ -70,8 +70,7 @@ def tangent_of(scene: Scene, method: Method, contact: Contact, speed: float | No
         return math.nan if known is None else known
     if isinstance(law, Hertz | AbstractHystereticLaw):
         met = meeting_speed(scene) if speed is None else speed
-        damped = 1.0 + law.hysteresis() if isinstance(law, AbstractHystereticLaw) else 1.0  # at the speed of the touch
-        return _tangent(damped * law.stiffness, law.exponent, met, *_inertia(scene, contact))
+        return _tangent(law.stiffness, law.exponent, met, *_inertia(scene, contact))
     return math.nan
 
 

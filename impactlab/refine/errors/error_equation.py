@@ -37,7 +37,7 @@ MAX_SPEEDING = 0.5  # change of a speed of approach in the step of its touch: ab
 NEAR_PEAK = 0.9  # of the largest force: steps whose errors count for the peak
 COSINE, SINE, TURN, LIFT, PUSH, LIFT_OF_RAMP, PUSH_OF_RAMP = range(7)  # rows of the constants of the coordinates
 STIFFNESS, EXPONENT, HYSTERESIS = range(3)  # columns of the laws
-# Columns of the memory of a contact: errors of both faces at the start of the step; that of the overlap one step earlier;
+# Columns of the memory of a contact: errors of both faces at the start of the step, and of the overlap one step before;
 # speed of the approach, its error, and its change in the step of the touch over itself; share by which the error of the
 # force follows that of the overlap at the end of the step; sums of squares over a touch.
 LEFT, RIGHT, EARLIER, APPROACH, APPROACH_ERROR, SPEEDS_UP, FOLLOWS, OF_ERROR, OF_FORCE, WORDS = range(10)

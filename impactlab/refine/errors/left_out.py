@@ -9,6 +9,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.power_law import AbstractHystereticLaw
 from impactlab.history.base import AbstractHistory
 from impactlab.history.frame import touched_in
 from impactlab.metrics.norms import ZERO
@@ -108,7 +110,8 @@ def left_out(request: Simulation, max_frequency: float | None = None) -> Iterato
             body = beams.get(point.body)
             if body is None:
                 continue
-            name, k = body.face_channel(point.x), times[contact.name].tangent
+            name = body.face_channel(point.x)
+            k = stiffened(request.method.laws[contact.name]) * times[contact.name].tangent
             soft = min(segment.bending_stiffness for segment in body.segments)
             at_end = 2.0 if is_loose(body, point.x) else 1.0
             shapes = None if max_frequency is None else _shapes(body, times[contact.name].rise, max_frequency)
@@ -121,6 +124,13 @@ def left_out(request: Simulation, max_frequency: float | None = None) -> Iterato
                     for s in body.segments
                 )
                 yield LeftOut(contact, k, name, shear, 1.0, 1.0 + rotary, _softer(shapes, k * shear))
+
+
+def stiffened(law: AbstractContactLaw) -> float:
+    """Return by how much the hysteresis of a law raises its tangent as a touch begins: K grows to K (1 + a v0)."""
+    if isinstance(law, AbstractHystereticLaw):
+        return float((1.0 + law.hysteresis()) ** (2.0 / (law.exponent + 1.0)))
+    return 1.0
 
 
 def _shapes(beam: Beam, rise: float, max_frequency: float) -> StaticShapes:
