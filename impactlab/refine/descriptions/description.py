@@ -20,8 +20,6 @@ MIN_GROWTH = 1.06  # of a fineness that is sought
 MAX_SURE_COST = 1.25  # times the predicted cost of a short run, up to which it begins finer, so that two runs suffice
 SURE_RATIO = 4.0  # of its error to one that needs three runs: two are extrapolated by half the order
 START_MARGIN = 1.5  # on predicted errors, as that of peak forces (`impactlab.refine.errors.level_errors`)
-LIKELY_S = 3.0 * cost.FIXED_S  # s of predicted solving, up to which a first run is as fine as is likely to do
-FIRST_RATIO = 5.0  # of the fineness that is likely to do to that of a first run, at most: its order shows from there
 MAX_FREE_COST = 1.4  # times the fixed cost of a run, up to which a finer start is taken at no price
 
 
@@ -116,16 +114,10 @@ class Description:
         return self.whole(max(needed, free))
 
     def first_alone(self, error: float) -> int:
-        """Return the fineness of a first run whose own records state its error; 0 where none do.
-
-        It is as fine as is likely to do where such a run is short; else coarser, and says how fine the next one must be.
-        """
+        """Return the fineness of a first run whose own records state its error; 0 where none do."""
         if math.isinf(self.alone):
             return 0
-        likely = first = self.fineness_for(error, self.alone)
-        while FIRST_RATIO * first > likely and first > self.min_fineness and self.seconds(first) > LIKELY_S:
-            first = max(self.min_fineness, int(0.9 * first))
-        return self.whole(min(max(first, self.resolves), self.max_fineness))
+        return self.whole(min(max(self.fineness_for(error, self.alone), self.resolves), self.max_fineness))
 
     def wanted_of(self, start: int, error: float) -> int:
         """Return which of the first two runs is predicted to keep an error: the coarser one, else ``start``."""

@@ -2,8 +2,8 @@
 
 Forces without jumps act between beams in modes and rigid bodies. The error by the steps follows from its linear
 equation (`impactlab.refine.errors.error_equation`), that by the modes left out from their flexibility. A first run is
-as fine as is likely to do, or coarser where that is long. The error that it states falls as the square of the step, so
-that a second one as fine as the tolerance needs is mostly the last.
+as fine as is likely to do. The error that it states falls as the square of the step, so that a second one as fine as
+the tolerance needs is mostly the last.
 
 Measured on random beams by `studies.error_equation`; the figures are in docs/theory/error-estimates.md.
 """
