@@ -339,6 +339,6 @@ def read_setting(text: str, file: str = "") -> tuple[str, Any]:
     except CaseError as error:
         error.path, error.line, error.given_by = path.strip(), None, "--set"
         error.located(file, None)
-        if value.strip().startswith("{") and value.strip().endswith("}") and "not YAML" in error.text:
+        if value.strip().startswith("{") and "}" in value and "not YAML" in error.text:
             error.remedy = f"Quote a formula in braces: --set '{path.strip()}=\"{{1e-6*i}} m\"'."
         raise

@@ -1,11 +1,11 @@
-"""Runs of beams in modes whose own records state their error, and how fine the next one must be.
+"""Runs of beams in modes and of rigid bodies whose own records state their error, and how fine the next one must be.
 
 Forces without jumps act between beams in modes and rigid bodies. The error by the steps follows from its linear
 equation (`impactlab.refine.errors.error_equation`), that by the modes left out from their flexibility. A first run is
 as fine as is likely to do. The error that it states falls as the square of the step, so that a second one as fine as
 the tolerance needs is mostly the last.
 
-Measured on random beams by `studies.error_equation`; the figures are in docs/theory/error-estimates.md.
+Measured on random scenes by `studies.error_equation`; the figures are in docs/theory/error-estimates.md.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def error_alone(history: AbstractHistory, request: Simulation) -> float:
     laws = laws_in(request)
     found = errors_by_steps(records.record, records.dt, laws, records.arrays)
     size = max(max(each.in_touch, each.missed) for each in found)
-    if not size <= MAX_SIZE:
+    if not math.isfinite(sum(each.force for each in found)) or size > MAX_SIZE:
         return math.inf
     shown = {
         "displacements": _of_displacements(history, request, records, found),
