@@ -45,7 +45,7 @@ COLUMNS = 6  # of a contact in a record: force, gap, displacement and velocity o
 
 
 # Fields of a `ContactError`, in their order.
-FORCE, IMPULSE, TOTAL, AT_PEAK, READING, OF_LEFT, OF_RIGHT, PEAK, SIZE, GIVEN, IN_TOUCH, MISSED = range(12)
+FORCE, IMPULSE, TOTAL, AT_PEAK, READING, OF_LEFT, OF_RIGHT, PEAK, GIVEN, IN_TOUCH, MISSED = range(11)
 
 
 class ContactError(NamedTuple):
@@ -59,7 +59,6 @@ class ContactError(NamedTuple):
     left: float  # m, root of the mean square of the displacement of the left face
     right: float  # m, of the right one
     peak: float  # N, largest force
-    size: float  # N, root of the mean square of the force
     given: float  # N s, its impulse
     in_touch: float  # largest error of the force in a touch, over its force in this touch, by their norms
     missed: float  # largest error of a gap that nearly closes (under a law with hysteresis: or opens), over this gap
@@ -186,12 +185,11 @@ def spring_at(law: Array, overlap: float) -> tuple[float, float]:
 
 @PART
 def write_sizes(record: Array, contact: int, dt: float, out: Array) -> None:
-    """Write largest force, size, impulse and error of reading the peak of a `ContactError`; clear the rest."""
+    """Write largest force, impulse and error of reading the peak of a `ContactError`; clear the rest."""
     column, last = 1 + COLUMNS * contact, len(record) - 1
-    square, total, top = 0.0, 0.0, 1
+    total, top = 0.0, 1
     for step in range(1, last + 1):
         force = record[step, column]
-        square += force * force
         total += force
         if force > record[top, column]:
             top = step
@@ -201,7 +199,7 @@ def write_sizes(record: Array, contact: int, dt: float, out: Array) -> None:
     for field in range(out.size):
         out[field] = 0.0
     out[READING] = slope * slope / (-2.0 * bend) - bend / 24.0 if bend < 0.0 else 0.0  # of a parabola through the means
-    out[PEAK], out[SIZE], out[GIVEN] = peak, math.sqrt(square / last), total * dt
+    out[PEAK], out[GIVEN] = peak, total * dt
 
 
 @PART
