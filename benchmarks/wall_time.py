@@ -105,7 +105,7 @@ def timed(tree: Path, words: list[str], cache: Path | None) -> dict[str, float]:
     """Return the seconds of a command in a tree by column, and their sum, its wall time."""
     folder = Path(tempfile.mkdtemp())
     given = ["run", *words, *[str(folder / "out")] * (words[-1] == "--out"), "--json"]
-    wraps = not (tree / "impactlab" / "wall_time.py").exists()
+    wraps = not any((tree / "impactlab").rglob("wall_time.py"))
     entry = ["-c", WRAPPED] if wraps else ["-m", "impactlab"]
     began = time.perf_counter()
     done = process(tree, [*entry, *given], cache)

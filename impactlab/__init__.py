@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from impactlab.environment import check_environment
-from impactlab.lazy import lazy_names, public_names
+from impactlab.startup.environment import check_environment
+from impactlab.startup.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run

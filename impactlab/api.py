@@ -30,13 +30,13 @@ from impactlab.errors import (
 from impactlab.history.advice import ADVICE
 from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.history.instruments import check_instruments
-from impactlab.lazy import lazy
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.scene.method import Method, Simulation, theories
 from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
+from impactlab.startup.lazy import lazy
+from impactlab.startup.wall_time import CHOOSING, REFERENCE, spent_on
 from impactlab.types import Progress
-from impactlab.wall_time import CHOOSING, REFERENCE, spent_on
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

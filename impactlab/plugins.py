@@ -17,7 +17,7 @@ from importlib.metadata import distributions
 from typing import Any, NamedTuple
 
 from impactlab.errors import PluginError, closest
-from impactlab.wall_time import LOADING, spent_on
+from impactlab.startup.wall_time import LOADING, spent_on
 
 
 class Group(NamedTuple):

@@ -11,7 +11,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from impactlab import plugins
-from impactlab.cached import cached_property
 from impactlab.casefile.blocks.origins import Origins
 from impactlab.casefile.blocks.repeat import expand
 from impactlab.casefile.build import build, part_faults
@@ -30,13 +29,14 @@ from impactlab.casefile.text.written import yaml_text
 from impactlab.casefile.values.faults import case_error
 from impactlab.casefile.values.loads import folder_of, with_tables
 from impactlab.errors import CaseError, ImpactlabError, combined
-from impactlab.lazy import above
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.printing import counted
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import hints_of
-from impactlab.wall_time import spent_on
+from impactlab.startup.cached import cached_property
+from impactlab.startup.lazy import above
+from impactlab.startup.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
 MANY_BODIES = 5000  # of a case: from here on its checks take longer than a second

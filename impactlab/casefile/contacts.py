@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from impactlab.cached import cached_property
 from impactlab.casefile.blocks.beams import BeamBlock
 from impactlab.casefile.blocks.shafts import ShaftBlock
 from impactlab.casefile.blocks.shared import ElasticBlock
@@ -17,6 +16,7 @@ from impactlab.casefile.schema import CaseBlock, ContactBlock, WallBlock
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Mark
 from impactlab.scene.problem import Point
+from impactlab.startup.cached import cached_property
 
 SAME_DIRECTION = 1e-9  # between two directions of length 1
 SAMPLES = 65  # of the displacement of a body at t = 0, for its size

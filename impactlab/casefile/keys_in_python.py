@@ -8,7 +8,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from impactlab.errors import CaseError
-from impactlab.lazy import lazy
+from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
     from impactlab.casefile import schema

@@ -13,7 +13,7 @@ from impactlab.casefile.edit import in_order, is_named, with_named, with_set
 from impactlab.casefile.places import placed
 from impactlab.errors import ImpactlabError
 from impactlab.scene.method import Method
-from impactlab.wall_time import spent_on
+from impactlab.startup.wall_time import spent_on
 
 Setting = tuple[str, Any]
 OPTION = "--set"  # that gives the values, for messages

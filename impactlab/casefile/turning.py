@@ -10,9 +10,9 @@ from impactlab.casefile.blocks.rotation import RotationBlock
 from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import CaseError
-from impactlab.lazy import lazy
 from impactlab.scene.bodies import Beam, Body, Mass, Rotation
 from impactlab.scene.problem import Contact
+from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
     from impactlab.models.mesh import beams as meshes

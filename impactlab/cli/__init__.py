@@ -28,8 +28,8 @@ from impactlab.cli import (
     uncertainty,
 )
 from impactlab.cli.reporting import CommandFailed, left_without_output, output_fault, print_failure
-from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
+from impactlab.startup.environment import check_environment
 
 SETTING = ("--set", "--over", "--vary", "--parameters")  # options that take PATH=VALUE
 UNIT = re.compile(r"[a-zA-Zµ%][\w*/^µ]{0,7}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from impactlab.lazy import lazy
+from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
     from impactlab import api, casefile, derivatives, files, fits, sweeps, uncertainties

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from impactlab.cli.lazy_modules import casefile, edit, settings_of, starter
-from impactlab.wall_time import spent_on
+from impactlab.startup.wall_time import spent_on
 
 if TYPE_CHECKING:
     from impactlab.casefile import Case

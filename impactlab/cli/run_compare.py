@@ -36,7 +36,7 @@ from impactlab.cli.options import (
 )
 from impactlab.cli.reporting import CommandFailed, code_of, print_hints, reporting, words
 from impactlab.errors import CaseError, ImpactlabError
-from impactlab.wall_time import timed
+from impactlab.startup.wall_time import timed
 
 
 def run(

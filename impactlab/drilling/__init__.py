@@ -15,7 +15,7 @@ Efficiencies  stiffness, efficiency, largest force and penetration
 
 from impactlab.drilling.blow import Blow, Loop, blow, blow_of
 from impactlab.drilling.sweep import Efficiencies, sweep
-from impactlab.lazy import public_names
+from impactlab.startup.lazy import public_names
 
 __all__ = ["Blow", "Efficiencies", "Loop", "blow", "blow_of", "sweep"]
 

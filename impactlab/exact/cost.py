@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 from impactlab.exact.arrays import MORE_EVENTS, MORE_POOL, MORE_RECORDS, PAUSED
 from impactlab.exact.setup.build import build
 from impactlab.exact.setup.network import Log, NetworkLayout, grown
-from impactlab.lazy import lazy
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
+from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
     from impactlab.exact import march

@@ -17,14 +17,14 @@ from impactlab.exact.results.thinned import ThinnedHistory, Thinner
 from impactlab.exact.setup.build import build
 from impactlab.exact.setup.network import Log, NetworkLayout, copied, grown
 from impactlab.history.energy import MIN_ENERGY
-from impactlab.lazy import lazy
 from impactlab.numerics.addresses import COMPILED
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import KeepsResults
 from impactlab.scene.sizes import BYTES, in_bytes, memory_limit
+from impactlab.startup.lazy import lazy
+from impactlab.startup.wall_time import spent_on
 from impactlab.types import Progress
-from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
     from impactlab.exact import end_balance, march

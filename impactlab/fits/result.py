@@ -18,8 +18,8 @@ from impactlab.errors import ImpactlabError
 from impactlab.fits import draws
 from impactlab.fits.identifiable import Product
 from impactlab.fits.unknowns import Unknown
-from impactlab.lazy import above
 from impactlab.printing import aligned, plain
+from impactlab.startup.lazy import above
 from impactlab.types import Array
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from impactlab.exact.results.history import ContinuousHistory
 from impactlab.fits.model import ENDING, AbstractMeans, Means
 from impactlab.fits.unknowns import Unknown
 from impactlab.history.base import AbstractHistory
-from impactlab.lazy import lazy
+from impactlab.startup.lazy import lazy
 from impactlab.sweeps.batch_numbers import NotServed, numbers_of
 from impactlab.types import Array
 

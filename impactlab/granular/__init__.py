@@ -20,7 +20,7 @@ See `docs/granular-chains.md` for the equations and their derivation.
 from impactlab.granular.solitary_wave import LONG_WAVE_FACTOR, SolitaryWave, solitary_wave, wave_speed
 from impactlab.granular.spheres import sphere_mass, sphere_stiffness
 from impactlab.granular.waves import LeadingWave, leading_wave
-from impactlab.lazy import public_names
+from impactlab.startup.lazy import public_names
 
 __all__ = [
     "LONG_WAVE_FACTOR",

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, final, overload
 
-from impactlab.cached import cached_property
-from impactlab.lazy import above
 from impactlab.scene.method import Method
+from impactlab.startup.cached import cached_property
+from impactlab.startup.lazy import above
 
 CandidateVerdict = Literal["chosen", "kept", "rejected", "trial", "not run", "refused"]
 

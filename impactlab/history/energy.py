@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.cached import cached_property
 from impactlab.prefixes import prefixed, prefixed_range
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array
 
 

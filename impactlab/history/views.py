@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from impactlab.errors import expect_whole
 from impactlab.history.advice import warning_lines
 from impactlab.history.sampling import HISTORY_POINTS, page_times
-from impactlab.lazy import above
+from impactlab.startup.lazy import above
 from impactlab.types import Array
 
 if TYPE_CHECKING:

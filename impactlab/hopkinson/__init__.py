@@ -34,7 +34,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from impactlab.lazy import lazy_names, public_names
+from impactlab.startup.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from impactlab.hopkinson.evaluation import Curve, Specimen, Test, equilibrium, evaluate

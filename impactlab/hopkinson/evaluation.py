@@ -24,12 +24,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.cached import cached_property
 from impactlab.errors import ImpactlabError
 from impactlab.hopkinson.alignment import warn_if_apart
 from impactlab.hopkinson.separation import same_length
 from impactlab.hopkinson.windows import THRESHOLD
-from impactlab.lazy import above
 from impactlab.measurement.dispersion import Bar, expect_bar
 from impactlab.measurement.inputs import (
     above_zero,
@@ -41,6 +39,8 @@ from impactlab.measurement.inputs import (
     warn_unusual,
 )
 from impactlab.prefixes import prefixed, prefixed_range
+from impactlab.startup.cached import cached_property
+from impactlab.startup.lazy import above
 from impactlab.types import Array
 
 if TYPE_CHECKING:

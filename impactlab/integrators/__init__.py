@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from impactlab.lazy import lazy_names, public_names
+from impactlab.startup.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Problem, Step, Stepper

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from impactlab.errors import PairingError
-from impactlab.lazy import lazy
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import solve_each
 from impactlab.plugins import kind_of
+from impactlab.startup.lazy import lazy
 from impactlab.types import Array
 
 if TYPE_CHECKING:

@@ -28,9 +28,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
-from impactlab.lazy import lazy
 from impactlab.measurement.inputs import above_zero, expect, finite, in_si, row_of_numbers, warn_outside, warn_size
 from impactlab.prefixes import prefixed
+from impactlab.startup.lazy import lazy
 from impactlab.types import Array
 
 Theory = Literal["pochhammer", "love", "none"]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, RunWarning, UnusualValue
-from impactlab.lazy import lazy
+from impactlab.startup.lazy import lazy
 from impactlab.types import Array
 
 units = lazy("impactlab.casefile.values.units")  # loaded by the first string

@@ -30,8 +30,8 @@ from impactlab.errors import PluginError, closest
 from impactlab.numerics.cache import FOREIGN, cache_of, is_kept
 from impactlab.numerics.pointers import by_pointers, form_of, pointed
 from impactlab.numerics.windows import VECTOR
+from impactlab.startup.wall_time import COMPILING, spent_on
 from impactlab.types import Port, Reply, Side
-from impactlab.wall_time import COMPILING, spent_on
 
 config: Any = numba.config
 type_of: Any = numba.typeof

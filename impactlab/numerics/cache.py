@@ -31,7 +31,7 @@ from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
 
 from impactlab import __version__
-from impactlab.wall_time import LOADING, spent_on
+from impactlab.startup.wall_time import LOADING, spent_on
 
 DAY = 86400.0  # s; an older half-written file is removed
 DIGEST = 32  # bytes of a SHA-256

@@ -20,12 +20,12 @@ Head           time, force and velocity at the head
 Peak           the largest stress along the pile, its place and its time
 """
 
-from impactlab.lazy import public_names
 from impactlab.piling.bearing import BearingGraph, bearing_graph
 from impactlab.piling.blow import Blow, Head, Peak, blow
 from impactlab.piling.case_method import CaseMethod, case_method
 from impactlab.piling.drive import Driven, Driving, drive
 from impactlab.piling.match import Match, match
+from impactlab.startup.lazy import public_names
 
 __all__ = [
     "BearingGraph",

@@ -18,8 +18,8 @@ from impactlab.simulate.checks import check_run
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.results.history import RecordedHistory
 from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.startup.wall_time import spent_on
 from impactlab.types import Progress
-from impactlab.wall_time import spent_on
 
 Check = Callable[[], None]  # of a run, once; raises `StepError` where it broke a balance
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from impactlab.history.advice import warning_lines
 from impactlab.history.base import SERIOUS
-from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
 from impactlab.printing import plain
 from impactlab.scene.method import Simulation, is_exact
+from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
     from impactlab.numerics import addresses

@@ -22,8 +22,8 @@ from impactlab.scene.bodies import Body, Mechanism, PartMechanism, WaveBody
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, models_of
 from impactlab.scene.problem import Scene
+from impactlab.startup.wall_time import REFERENCE, spent_on
 from impactlab.types import Relative
-from impactlab.wall_time import REFERENCE, spent_on
 
 SCHEMA_VERSION = 1
 COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of runs that came to their end

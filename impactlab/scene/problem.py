@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any
 
-from impactlab.cached import cached_property
 from impactlab.errors import ImpactlabError
 from impactlab.scene.bodies import Body, ElasticBody, WaveBody
 from impactlab.scene.instrument import Instrument
+from impactlab.startup.cached import cached_property
 from impactlab.types import Quantity
 
 SAME_TIME = 1e-9  # of the duration: times of fields that are nearer to each other are the same

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from impactlab.exact.cost import StartedMarch
 from impactlab.history.base import AbstractHistory
-from impactlab.lazy import lazy
 from impactlab.scene.method import Method, Simulation, is_exact
 from impactlab.scene.problem import Scene
 from impactlab.simulate import exact_run
+from impactlab.startup.lazy import lazy
 from impactlab.types import Progress
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from impactlab.scene.precision import in_precision, quietly
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import KeepsResults
 from impactlab.scene.sizes import check_records
+from impactlab.startup.wall_time import spent_on
 from impactlab.types import Progress
-from impactlab.wall_time import spent_on
 
 UNUSED = Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored")
 

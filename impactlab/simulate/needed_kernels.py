@@ -10,7 +10,6 @@ import numpy as np
 from numba import types
 
 from impactlab.exact.setup.network import empty_log, with_room
-from impactlab.lazy import lazy
 from impactlab.numerics.addresses import RESPOND, type_of
 from impactlab.numerics.ahead import Kernel
 from impactlab.numerics.records import records
@@ -19,6 +18,7 @@ from impactlab.scene.problem import Scene
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import SOLVE_SEVERAL, StepArrays
 from impactlab.simulate.stepping.pieces import kernel_of
+from impactlab.startup.lazy import lazy
 from impactlab.types import Array, Ints
 
 if TYPE_CHECKING:

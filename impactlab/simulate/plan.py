@@ -7,14 +7,12 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from impactlab.cached import cached_property
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
 from impactlab.history.base import Warned
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
-from impactlab.lazy import lazy
 from impactlab.mechanisms.model import MechanismModel, kernels_of
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
@@ -55,6 +53,8 @@ from impactlab.simulate.planning.preparation import (
     start_law,
 )
 from impactlab.simulate.warnings import loads, probes, sawtooth
+from impactlab.startup.cached import cached_property
+from impactlab.startup.lazy import lazy
 from impactlab.types import Level, Start
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, ClassVar
 from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import check_rates
-from impactlab.lazy import lazy
 from impactlab.numerics.addresses import entered, entered_with_table, is_loaded
 from impactlab.numerics.ahead import ahead
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
@@ -29,8 +28,9 @@ from impactlab.simulate.stepping.results.history import RecordedHistory
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.simulate.stepping.setup.same_structure import has_structure, renumbered
 from impactlab.simulate.stepping.unfilled import check_called
+from impactlab.startup.lazy import lazy
+from impactlab.startup.wall_time import spent_on
 from impactlab.types import Progress
-from impactlab.wall_time import spent_on
 
 if TYPE_CHECKING:
     from impactlab.simulate.adaptive.march import March

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from impactlab.casefile import Case
 from impactlab.errors import ImpactlabError
-from impactlab.lazy import lazy
 from impactlab.plugins import QUANTITIES, Registry
 from impactlab.scene.method import Simulation
+from impactlab.startup.lazy import lazy
 from impactlab.sweeps import quantities as ours
 from impactlab.sweeps.axes import Points
 from impactlab.sweeps.batch_numbers import (

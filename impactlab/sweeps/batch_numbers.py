@@ -13,8 +13,8 @@ from impactlab.casefile import Case
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.schema import RoundTrips
 from impactlab.errors import ImpactlabError
-from impactlab.lazy import lazy
 from impactlab.scene.method import is_exact, laws_of, theories
+from impactlab.startup.lazy import lazy
 from impactlab.sweeps.axes import Axis, Points, at_point, spread
 from impactlab.types import Array
 

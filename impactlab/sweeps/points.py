@@ -13,12 +13,12 @@ import numpy as np
 
 import impactlab
 from impactlab import api
-from impactlab.cached import cached_property
 from impactlab.casefile import Case
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.jobs.sources import code_hash, numeric_environment, plugin_modules, top, tree_hash
 from impactlab.plugins import QUANTITIES
 from impactlab.report.summary import status_of
+from impactlab.startup.cached import cached_property
 from impactlab.sweeps import axes
 from impactlab.sweeps.axes import Points
 from impactlab.sweeps.batch import Batch, batch_of

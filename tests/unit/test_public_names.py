@@ -10,7 +10,7 @@ import pytest
 
 from impactlab import drilling, granular, hopkinson, piling
 from impactlab.history.energy import EnergyBook
-from impactlab.lazy import public_names
+from impactlab.startup.lazy import public_names
 
 PACKAGES = ("hopkinson", "piling", "drilling", "granular", "integrators", "simulate")
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from impactlab import wall_time
 from impactlab.cli import app
-from impactlab.wall_time import STAGES, WallTime, spent_on
+from impactlab.startup import wall_time
+from impactlab.startup.wall_time import STAGES, WallTime, spent_on
 
 CASES = Path(__file__).parents[2] / "cases"
 

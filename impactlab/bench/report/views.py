@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from impactlab.bench.schema import Row
-from impactlab.cached import cached_property
+from impactlab.startup.cached import cached_property
 
 AUTOMATIC = "automatic"  # name of the automatic choice among the methods
 OWN = "own."  # prefix of the methods of a case file: they differ from case to case, so they are not ranked

@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from impactlab.cached import cached_property
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.cached import cached_property
 from impactlab.errors import CaseError, closest
 from impactlab.exact.arrays import CHANGE, CLOSE
 from impactlab.exact.results.energies import energies_at, rod_energy, rod_momentum, sample_times
@@ -35,12 +34,13 @@ from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.no_contact import never_closed
 from impactlab.history.noise_floor import above_noise
 from impactlab.history.waves import wave_body
-from impactlab.lazy import lazy
 from impactlab.metrics.grazing import near_grazing
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.scene.bodies.segmented import PLACE_ROUNDING
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe
+from impactlab.startup.cached import cached_property
+from impactlab.startup.lazy import lazy
 from impactlab.types import QUANTITIES_OF_ROD, Array
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from impactlab.cached import cached_property
 from impactlab.exact.results.signals import AbstractSignals, clenshaw, gauss
 from impactlab.exact.tangents.run import Solved
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array, Ints
 
 SAME_PEAK = 1.0e-12  # of a peak: values nearer to it are peaks, too

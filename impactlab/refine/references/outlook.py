@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from impactlab.exact import solve as exact
 from impactlab.exact.cost import INTERVAL_S, begin
 from impactlab.history.base import AbstractHistory
-from impactlab.lazy import lazy
 from impactlab.refine.references.reference import find
 from impactlab.refine.references.reference_record import CONVERGED, FULL_BUDGET_S, Reference
 from impactlab.scene.method import Method, laws_of, theories
 from impactlab.scene.problem import Scene
+from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
     from impactlab.refine.references import converged_cost

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from impactlab.errors import StepError
 from impactlab.exact import solve as exact
 from impactlab.exact.cost import predicted_s
-from impactlab.lazy import lazy
 from impactlab.refine.references.reference_record import BRANCHES, FULL_BUDGET_S, HARD, SPRING, Reference
 from impactlab.scene.method import Method, laws_of, theories
 from impactlab.scene.problem import Scene
+from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
     from impactlab.refine.references import converged as converged_reference

@@ -17,7 +17,6 @@ from impactlab.contact.specimen import Specimen
 from impactlab.errors import ImpactlabError, RunWarning
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
-from impactlab.lazy import lazy
 from impactlab.report.figures.style import (
     INK,
     MUTED,
@@ -38,6 +37,7 @@ from impactlab.report.figures.style import (
 )
 from impactlab.report.page import PageFigure
 from impactlab.scene.problem import Scene
+from impactlab.startup.lazy import lazy
 from impactlab.types import Array
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 from numpy import float64
 
-from impactlab.cached import cached_property
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array
 
 PARTS = 200  # of a run, in each of which a function may change its slope

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, final
 
-from impactlab.cached import cached_property
 from impactlab.mechanisms.base import AbstractMechanism, Reading
 from impactlab.scene.bodies.base import Body, plain
 from impactlab.scene.bodies.beam import Beam
+from impactlab.startup.cached import cached_property
 from impactlab.types import Quantity, SideFacts
 
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from impactlab.cached import cached_property
 from impactlab.models.equations import AbstractEquations, Balance
 from impactlab.numerics.banded import multiply, widened
 from impactlab.simulate.planning.preparation import BuiltBody
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array
 
 if TYPE_CHECKING:

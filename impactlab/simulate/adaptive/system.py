@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.cached import cached_property
 from impactlab.history.frame import drift_velocities
 from impactlab.models.equations import SeveralEquations
 from impactlab.scene.facts import field_acceleration
@@ -16,6 +15,7 @@ from impactlab.scene.problem import Point, Scene
 from impactlab.simulate.adaptive.law import InstantContact
 from impactlab.simulate.adaptive.matrices import ConstantMatrices
 from impactlab.simulate.planning.preparation import BuiltBody, facts_of, start_law
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array, Quantity
 
 EPSILON = float(np.finfo(float).eps)

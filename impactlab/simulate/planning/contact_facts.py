@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import final
 
-from impactlab.cached import cached_property
 from impactlab.scene.facts import impedance_of, striker_of
 from impactlab.scene.method import Method, dashpot_of, is_relative, stiffness_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.planning.preparation import BuiltBody
+from impactlab.startup.cached import cached_property
 
 
 @final

@@ -10,7 +10,6 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.cached import cached_property
 from impactlab.history.base import (
     FIELD_POINTS,
     ContactSpan,
@@ -42,6 +41,7 @@ from impactlab.simulate.stepping.results.chain_waves import ChainWaves
 from impactlab.simulate.stepping.results.delay_waves import DelayWaves
 from impactlab.simulate.stepping.results.recorded_channels import Ends, RecordedChannels, ends_of
 from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array
 
 BOOKED = ("contact", "ends", "damping", "unresolved")  # losses, in the order of the samples

@@ -7,7 +7,6 @@ from typing import final
 
 import numpy as np
 
-from impactlab.cached import cached_property
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
@@ -15,6 +14,7 @@ from impactlab.simulate.channels import Channel
 from impactlab.simulate.stepping.results import readout
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.simulate.stepping.setup.layout import Source
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array
 
 MAX_COPIED = 100_000_000  # bytes of a record, up to which columns that are read are copied: reads of them are quick

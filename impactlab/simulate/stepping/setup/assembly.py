@@ -8,7 +8,6 @@ from typing import Any, final
 
 import numpy as np
 
-from impactlab.cached import cached_property
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.addresses import COMPILED, entered
 from impactlab.numerics.ahead import ahead
@@ -42,6 +41,7 @@ from impactlab.simulate.stepping.setup.layout import Layout
 from impactlab.simulate.stepping.setup.pairs import arranged, find_pairs
 from impactlab.simulate.stepping.setup.response_ranges import describe, write_ranges
 from impactlab.simulate.stepping.unfilled import addresses_without
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array, Ints, Port, Reply
 
 MANY_CONTACTS = 100  # contacts, from which the room for events is that of a few steps

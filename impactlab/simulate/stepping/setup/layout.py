@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Literal, NamedTuple, final
 
-from impactlab.cached import cached_property
 from impactlab.errors import CaseError
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
@@ -17,6 +16,7 @@ from impactlab.simulate.channels import Probed, probed
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import SAMPLED, SAMPLES
 from impactlab.simulate.stepping.setup.bead_rows import BeadRows, bead_rows
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array, Quantity
 
 MOTION: tuple[Quantity, ...] = ("displacement", "velocity")

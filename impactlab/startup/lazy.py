@@ -8,7 +8,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from impactlab.wall_time import LOADING, spent_on
+from impactlab.startup.wall_time import LOADING, spent_on
 
 
 class LazyModule:
