@@ -7,6 +7,8 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
 from impactlab.history.base import Warned
@@ -162,9 +164,8 @@ def fitted_step(dt: float, built: dict[str, BuiltBody]) -> float:
     steps = sorted({float(step) for model in own for step in model.fitting(dt)} | {dt}, reverse=True)
     if len(steps) == 1:
         return steps[0]
-    misfits = [sum([model.misfit(step) for model in own]) for step in steps]
-    least = min(misfits)
-    fitting = [step for step, misfit in zip(steps, misfits, strict=True) if misfit == least]
+    misfits = sum((model.misfits(np.array(steps)) for model in own), np.zeros(len(steps)))
+    fitting = [steps[each] for each in np.flatnonzero(misfits == misfits.min()).tolist()]
     return min(fitting, key=lambda step: sum(model.broken(step) for model in own))
 
 

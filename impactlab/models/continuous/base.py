@@ -60,6 +60,10 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         """
         return 0.0
 
+    def misfits(self, steps: Array) -> Array:
+        """Return the misfit at each of some steps [s]."""
+        return np.array([self.misfit(step) for step in steps.tolist()])
+
     def broken(self, dt: float) -> float:
         """Return the share of a step by which waves arrive between two, 0 to 1/2.
 

@@ -99,11 +99,18 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return self._beam.length / (MIN_CELLS * max(self._speeds)) if self._closed else math.inf
 
     def misfit(self, dt: float) -> float:
-        h, length = self._speeds[0] * dt, self._length
-        shifts = [abs(distance - h * round(distance / h)) / length for distance in self._distances]
+        return float(self.misfits(np.array([dt]))[0])
+
+    def misfits(self, steps: Array) -> Array:
+        h, length = self._speeds[0] * steps, self._length
+        shifts = np.zeros(steps.size)
+        for distance in self._distances:
+            shifts += np.abs(distance - h * np.rint(distance / h)) / length
         if self._closed:
-            shifts += [abs(1.0 - max(1, round(length / (speed * dt))) * speed * dt / length) for speed in self._speeds]
-        return round(sum(shifts), 12)
+            for speed in self._speeds:
+                cells = length / (speed * steps)
+                shifts += np.abs(1.0 - np.maximum(1.0, np.rint(cells)) / cells)
+        return np.round(shifts, 12)
 
     def fitting(self, dt: float) -> Array:
         lengths = [self._beam.length] if self._closed else [each for each in self._distances if each > 0.0][-1:]
