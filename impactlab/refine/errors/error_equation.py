@@ -39,8 +39,8 @@ COSINE, SINE, TURN, LIFT, PUSH, LIFT_OF_RAMP, PUSH_OF_RAMP = range(7)  # rows of
 STIFFNESS, EXPONENT, HYSTERESIS = range(3)  # columns of the laws
 # Columns of the memory of a contact: errors of both faces at the start of the step, and of the overlap one step before;
 # speed of the approach, its error, and its change in the step of the touch over itself; share by which the error of the
-# force follows that of the overlap at the end of the step; sums of squares over a touch.
-LEFT, RIGHT, EARLIER, APPROACH, APPROACH_ERROR, SPEEDS_UP, FOLLOWS, OF_ERROR, OF_FORCE, WORDS = range(10)
+# force follows that of the overlap at the end of the step; sums of squares over a touch; shift of the overlap.
+LEFT, RIGHT, EARLIER, APPROACH, APPROACH_ERROR, SPEEDS_UP, FOLLOWS, OF_ERROR, OF_FORCE, SHIFT, WORDS = range(11)
 COLUMNS = 6  # of a contact in a record: force, gap, displacement and velocity of both faces
 
 
@@ -204,11 +204,12 @@ def write_sizes(record: Array, contact: int, dt: float, out: Array) -> None:
 
 @PART
 def error_before_reply(
-    record: Array, dt: float, law: Array, step: int, contact: int, overlap: float, own: Array
+    record: Array, dt: float, by_steps: float, law: Array, step: int, contact: int, overlap: float, own: Array
 ) -> float:
     """Return the error of a force with the overlap that is in error by ``overlap`` at the end of the step [m].
 
-    It is that before the force's own error changes the overlap; how it then follows is written to ``own``.
+    It is that before the force's own error changes the overlap; how it then follows is written to ``own``. Errors by
+    the step itself are multiplied by ``by_steps``.
     """
     column = 1 + COLUMNS * contact
     start, end = -record[step - 1, column + 1], -record[step, column + 1]
@@ -216,19 +217,19 @@ def error_before_reply(
     tangent, rate = 0.5 * (tangent_before + tangent), (end - start) / dt
     if abs(end - start) > MIN_CHORD * max(abs(start), abs(end)):
         tangent = (force - force_before) / (end - start)  # the mean, also where the faces meet within the step
-    before = own[LEFT] - own[RIGHT]
+    before = own[LEFT] - own[RIGHT] + own[SHIFT]
     if start <= 0.0 < end:
         # The touch is dated on a line: it comes early by its error, and where the approach speeds up, by that curve.
         begins = record[step - 1, column + 3] - record[step - 1, column + 5]
         own[APPROACH], share, gained = rate, -start / (end - start), 2.0 * (rate - begins) * dt
         grows = before - own[EARLIER]  # in a step, before the force of this contact
-        early = before + share * grows + 0.5 * share * (1.0 - share) * gained
+        early = before + share * grows + 0.5 * by_steps * share * (1.0 - share) * gained
         own[APPROACH_ERROR] = (grows - gained * early / (end - start)) / dt
         own[SPEEDS_UP] = abs(gained) / (end - start)
     own[EARLIER], own[FOLLOWS] = before, 0.0
     if record[step, column] <= 0.0:
         return 0.0
-    bend = -0.5 * (bend_at(record, step - 1, column + 1) + bend_at(record, step, column + 1))
+    bend = -0.5 * by_steps * (bend_at(record, step - 1, column + 1) + bend_at(record, step, column + 1))
     spring = 0.5 * (force_before + force)
     gain = law[HYSTERESIS] / own[APPROACH] if own[APPROACH] > 0.0 else 0.0
     full, damping = tangent * (1.0 + gain * rate), gain * spring / dt
@@ -238,7 +239,9 @@ def error_before_reply(
 
 
 @PART
-def book_faces(record: Array, step: int, contact: int, at: Coordinates, state: Array, own: Array, out: Array) -> None:
+def book_faces(
+    record: Array, by_steps: float, step: int, contact: int, at: Coordinates, state: Array, own: Array, out: Array
+) -> None:
     """Add the errors of the displacements of both faces in a step, and keep those at its end.
 
     Within the step a displacement is read along a line, which lies beside its curve by s (h - s) u''/2.
@@ -247,7 +250,7 @@ def book_faces(record: Array, step: int, contact: int, at: Coordinates, state: A
         column = 3 + COLUMNS * contact + 2 * side
         error = moved(at, 2 * contact + side, state[0])
         mean = 0.5 * (own[LEFT + side] + error)
-        curved = 0.5 * (bend_at(record, step - 1, column) + bend_at(record, step, column))
+        curved = 0.5 * by_steps * (bend_at(record, step - 1, column) + bend_at(record, step, column))
         out[OF_LEFT + side] += mean * (mean + curved) + 0.3 * curved * curved
         own[LEFT + side] = error
 
@@ -275,7 +278,7 @@ def book_force(
         rises, falls = gap > record[step - 1, column + 1], record[step + 1, column + 1] < gap
         # Under a law with hysteresis a new touch has a speed of approach of its own.
         if (gap > 0.0 and not rises and not falls) or (gap < 0.0 and rises and falls and law[HYSTERESIS] > 0.0):
-            out[MISSED] = max(out[MISSED], abs(own[LEFT] - own[RIGHT]) / abs(gap))
+            out[MISSED] = max(out[MISSED], abs(own[LEFT] - own[RIGHT] + own[SHIFT]) / abs(gap))
 
 
 @ENTRY
@@ -283,7 +286,9 @@ def write_errors(
     m: StepArrays,
     record: Array,
     dt: float,
+    by_steps: float,
     laws: Array,
+    shifts: Array,
     constants: Array,
     rows: Array,
     ranges: Ints,
@@ -303,8 +308,12 @@ def write_errors(
         Records of every step, (n + 1, columns): time, then `COLUMNS` of each contact.
     dt : float
         Step [s].
+    by_steps : float
+        Factor on errors by the step itself: 1, or 0 for those by the shifts alone.
     laws : Array
         (contacts, 3): K, n and a v0 of each law.
+    shifts : Array
+        (contacts, 2): shift of each overlap [m], and the number of the step with which it begins.
     constants, rows, ranges : Array
         Of `Coordinates`, written.
     state, memory : Array
@@ -322,14 +331,15 @@ def write_errors(
     for step in range(1, last + 1):
         swing(at, state)
         for c in range(count):
+            memory[c, SHIFT] = shifts[c, 0] if step > shifts[c, 1] else 0.0
             column = 1 + COLUMNS * c
             slope = (record[min(step + 1, last), column] - record[step - 1, column]) / (2.0 * dt)
             if slope != 0.0:  # the run takes the mean of a force that rises
-                push(at, c, LIFT_OF_RAMP, PUSH_OF_RAMP, -slope, state)
+                push(at, c, LIFT_OF_RAMP, PUSH_OF_RAMP, -by_steps * slope, state)
         acts = False
         for c in range(count):
-            overlap = moved(at, 2 * c, state[0]) - moved(at, 2 * c + 1, state[0])
-            system[c, count] = error_before_reply(record, dt, laws[c], step, c, overlap, memory[c])
+            overlap = moved(at, 2 * c, state[0]) - moved(at, 2 * c + 1, state[0]) + memory[c, SHIFT]
+            system[c, count] = error_before_reply(record, dt, by_steps, laws[c], step, c, overlap, memory[c])
             acts = acts or system[c, count] != 0.0
         if acts:
             for c in range(count):
@@ -340,7 +350,7 @@ def write_errors(
             if system[c, count] != 0.0:
                 push(at, c, LIFT, PUSH, system[c, count], state)
         for c in range(count):
-            book_faces(record, step, c, at, state, memory[c], out[c])
+            book_faces(record, by_steps, step, c, at, state, memory[c], out[c])
             book_force(record, dt, laws[c], step, c, system[c, count], memory[c], out[c])
     for c in range(count):
         for field in (FORCE, OF_LEFT, OF_RIGHT):
@@ -361,9 +371,26 @@ def errors_by_steps(record: Array, dt: float, laws: Array, m: StepArrays) -> lis
     m : StepArrays
         Of the run, whose bodies are stepped by `ExactModal`.
     """
+    return _errors(record, dt, 1.0, laws, np.zeros((len(laws), 2)), m)
+
+
+def errors_by_shifts(record: Array, dt: float, laws: Array, shifts: Array, m: StepArrays) -> list[ContactError]:
+    """Return the errors of the contacts of a run by shifts of their overlaps; parameters as of `errors_by_steps`.
+
+    Parameters
+    ----------
+    shifts : Array
+        (contacts, 2): shift of each overlap [m], and the number of the step after which it begins.
+    """
+    return _errors(record, dt, 0.0, laws, shifts, m)
+
+
+def _errors(
+    record: Array, dt: float, by_steps: float, laws: Array, shifts: Array, m: StepArrays
+) -> list[ContactError]:
     n, count = m.state.size // 2, len(laws)
     at = Coordinates(np.zeros((7, n)), np.empty((2 * count, n)), np.empty((2 * count, 2), dtype=np.int64))
     state, memory, out = np.zeros((2, n)), np.zeros((count, WORDS)), np.empty((count, len(ContactError._fields)))
     systems = np.empty((count, count)), np.empty((count, count + 1))
-    entered_with_table(write_errors, m, record, dt, laws, *at, state, memory, *systems, out)
+    entered_with_table(write_errors, m, record, dt, by_steps, laws, shifts, *at, state, memory, *systems, out)
     return [ContactError(*each) for each in out.tolist()]
