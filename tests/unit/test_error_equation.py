@@ -13,7 +13,7 @@ from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.modal import Modal
 from impactlab.numerics.compiling import plain
-from impactlab.refine.errors import error_equation, one_run
+from impactlab.refine.errors import error_equation, one_run, relative_errors
 from impactlab.refine.errors.error_equation import LIFT_OF_RAMP, PUSH_OF_RAMP, errors_by_steps, write_constants
 from impactlab.refine.errors.raw_records import records_of
 from impactlab.scene import Beam, Contact, End, Mass, Point, Wall
@@ -28,7 +28,7 @@ PINNED, CANTILEVER = (End("pinned"), End("pinned")), (End("clamped"), End("free"
 
 def errors_of(history):
     """Return the errors that the equation gives for a run, by contact."""
-    records, laws = records_of(history), one_run.laws_in(Simulation(history.scene, history.method))
+    records, laws = records_of(history), relative_errors.laws_in(Simulation(history.scene, history.method))
     return errors_by_steps(records.record, records.dt, laws, records.arrays)
 
 

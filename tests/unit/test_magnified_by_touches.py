@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
@@ -10,9 +11,11 @@ from impactlab import simulate
 from impactlab.contact.penalty import Penalty
 from impactlab.refine.convergence import Level
 from impactlab.refine.descriptions.beam_modes import BeamModesFamily
-from impactlab.refine.errors.level_errors import MAX_UNMAGNIFIED, magnified_by_touches
-from impactlab.scene import Beam, End
-from impactlab.scene.method import Tolerance
+from impactlab.refine.errors.distances import difference
+from impactlab.refine.errors.magnification import MAX_UNMAGNIFIED, magnified_by_later_touches, magnified_by_touches
+from impactlab.scene import Beam, End, Wall
+from impactlab.scene.method import COUNTED, Tolerance
+from impactlab.testing.scenes import touching
 from tests.reference.beam_scenes import ball_on, square_bar
 
 SEGMENT = square_bar(0.3)
@@ -46,3 +49,21 @@ def test_as_many_more_modes_are_taken_as_the_error_is_magnified() -> None:
     assert magnified.wanted(300) > 1.2 * plain.wanted(300)
     assert magnified.raised == 1
     assert 200.0 * magnified.unseen(300, history) <= 0.5e-3
+
+
+@pytest.mark.parametrize(("duration", "times"), [(4.1e-4, 12.0), (4.15e-4, 2.9), (4.0e-4, 1.0)])
+def test_a_touch_that_begins_as_the_run_ends_magnifies_the_error_of_modes_left_out(duration, times) -> None:
+    """The tip meets a wall at 4.087e-4 s: twenty modes are compared with four hundred under the same steps."""
+    beam, law = Beam("beam", (SEGMENT,), End("clamped"), End("free")), Penalty(stiffness=2e6)
+    made = ball_on(beam, 0.2, law, duration, mass=0.05, tolerance=Tolerance(1e-2))
+    contacts = (*made.scene.contacts, touching(beam, Wall("wall"), 3e-6))
+    made = made.but(bodies={**made.scene.bodies, "wall": Wall("wall")}, contacts=contacts).but(law=law)
+    description = BeamModesFamily(made).description()
+    coarse = description.simulation(1500)
+    history = simulate.run(*coarse)
+    finer = {"beam": dataclasses.replace(coarse.method.models["beam"], modes=400)}
+    fine = simulate.run(coarse.scene, dataclasses.replace(coarse.method, models=finer))
+    error = difference(history, fine, made.scene, made.method.laws, COUNTED)
+    unseen = description.unseen(1500, history)
+    assert error > times * unseen or times == 1.0  # without a factor it were too small
+    assert error <= unseen * magnified_by_later_touches(description, history, made)

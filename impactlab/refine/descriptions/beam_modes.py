@@ -80,7 +80,7 @@ class BeamModesFamily:
         A run with too few modes, from whose displacements their number follows.
     magnified : float
         Factor by which the touches of that run magnify an error
-        (`impactlab.refine.errors.level_errors.magnified_by_touches`).
+        (`impactlab.refine.errors.magnification.magnified_by_touches`).
     raised : int
         How often the number of modes was raised already.
     """

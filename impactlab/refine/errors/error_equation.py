@@ -184,7 +184,7 @@ def spring_at(law: Array, overlap: float) -> tuple[float, float]:
 
 
 @PART
-def write_sizes(record: Array, contact: int, dt: float, out: Array) -> None:
+def write_sizes(record: Array, contact: int, dt: float, by_steps: float, out: Array) -> None:
     """Write largest force, impulse and error of reading the peak of a `ContactError`; clear the rest."""
     column, last = 1 + COLUMNS * contact, len(record) - 1
     total, top = 0.0, 1
@@ -198,7 +198,8 @@ def write_sizes(record: Array, contact: int, dt: float, out: Array) -> None:
     bend, slope = before - 2.0 * peak + after, 0.5 * (after - before)
     for field in range(out.size):
         out[field] = 0.0
-    out[READING] = slope * slope / (-2.0 * bend) - bend / 24.0 if bend < 0.0 else 0.0  # of a parabola through the means
+    if bend < 0.0:  # of a parabola through the means
+        out[READING] = by_steps * (slope * slope / (-2.0 * bend) - bend / 24.0)
     out[PEAK], out[GIVEN] = peak, total * dt
 
 
@@ -327,7 +328,7 @@ def write_errors(
     write_coordinates(m, dt, at)
     write_compliances(at, compliances)
     for c in range(count):
-        write_sizes(record, c, dt, out[c])
+        write_sizes(record, c, dt, by_steps, out[c])
     for step in range(1, last + 1):
         swing(at, state)
         for c in range(count):
@@ -385,9 +386,7 @@ def errors_by_shifts(record: Array, dt: float, laws: Array, shifts: Array, m: St
     return _errors(record, dt, 0.0, laws, shifts, m)
 
 
-def _errors(
-    record: Array, dt: float, by_steps: float, laws: Array, shifts: Array, m: StepArrays
-) -> list[ContactError]:
+def _errors(record: Array, dt: float, by_steps: float, laws: Array, shifts: Array, m: StepArrays) -> list[ContactError]:
     n, count = m.state.size // 2, len(laws)
     at = Coordinates(np.zeros((7, n)), np.empty((2 * count, n)), np.empty((2 * count, 2), dtype=np.int64))
     state, memory, out = np.zeros((2, n)), np.zeros((count, WORDS)), np.empty((count, len(ContactError._fields)))

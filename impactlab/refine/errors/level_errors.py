@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.fronts import MIN_JUMP
@@ -19,6 +18,7 @@ from impactlab.refine.convergence import (
 from impactlab.refine.descriptions.cost import ALIKE_S
 from impactlab.refine.descriptions.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.errors.distances import counted, difference, distances
+from impactlab.refine.errors.magnification import magnified_by_later_touches, magnified_by_touches
 from impactlab.refine.errors.smooth_touch import order_share
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.simulate.checks import gain_of
@@ -47,7 +47,6 @@ PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly tha
 UNEVEN_SAFETY = 3.0  # safety of descriptions whose errors fall unevenly: fronts lie elsewhere in an element in each run
 UNEVEN_MARGIN = 1.5  # on the distance of their runs from the finest one, which may share much of its error
 NOT_CONVERGING = "does not converge to the tolerance"
-MAX_UNMAGNIFIED = 10.0  # error of a run over its predicted one, up to which touches are not taken to magnify it
 MIN_FALLING = 4  # runs, from which an error that no longer falls is not taken for magnified by touches
 MAX_UNSEEN = 0.6  # of a tolerance: with more of it in common to all runs, no room is left for the errors that runs show
 UNSEEN = "the error that its runs have in common is too large"
@@ -89,7 +88,7 @@ def estimate_errors(study: Study, request: Simulation) -> None:
     magnified = magnified_by_touches(description, finest, errors[-1][0])
     if len(levels) >= MIN_FALLING and not _falls(study, finest.fineness, by_order):
         magnified = min(magnified, study.magnified)  # an uneven error, which no touch magnified
-    study.magnified = magnified
+    study.magnified = max(magnified, magnified_by_later_touches(description, finest.history, request))
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
         level.worst, level.alone = worst if error >= least else "", False
@@ -129,18 +128,6 @@ def estimate_errors(study: Study, request: Simulation) -> None:
         study.next = promised = max(study.next, math.ceil(MIN_GROWTH * finest.fineness))
     study.next = min(description.whole(study.next), description.max_fineness)
     study.closed = _why_closed(study, met, promised, unseen > MAX_UNSEEN * tolerance)
-
-
-def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
-    """Return the factor by which touches magnify an error: the error by the steps of a run over its predicted one.
-
-    A difference between two runs of a beam grows with each touch, whether it comes from the steps or from modes left
-    out. Runs with the same modes show only that from the steps.
-    """
-    touches = Counter(span.contact for span in finest.history.contacts)
-    if not description.alike or not math.isfinite(error) or max(touches.values(), default=0) < 2:
-        return 1.0
-    return max(1.0, error / (MAX_UNMAGNIFIED * description.error(finest.fineness)))
 
 
 def _falls(study: Study, fineness: int, error: float) -> bool:

@@ -12,17 +12,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.history.base import AbstractHistory
-from impactlab.history.frame import touched_in
-from impactlab.metrics.peaks import MIN_PEAK
 from impactlab.refine.convergence import Level, Reach, Study
-from impactlab.refine.descriptions.contact_times import times_of
 from impactlab.refine.descriptions.description import MIN_GROWTH, MIN_ORDER_SHARE
-from impactlab.refine.errors.distances import MIN_IMPULSE, counted
-from impactlab.refine.errors.error_equation import ContactError, errors_by_steps
+from impactlab.refine.errors.error_equation import errors_by_steps
 from impactlab.refine.errors.level_errors import (
     DONE,
     MARGIN,
@@ -35,14 +28,13 @@ from impactlab.refine.errors.level_errors import (
     UNSEEN,
     allowed,
     choosing_s,
-    magnified_by_touches,
     resolves_contacts,
 )
-from impactlab.refine.errors.moving_frames import CELLS, moving_frames, norm
-from impactlab.refine.errors.raw_records import Records, records_of
+from impactlab.refine.errors.magnification import magnified_by_later_touches, magnified_by_touches
+from impactlab.refine.errors.raw_records import records_of
+from impactlab.refine.errors.relative_errors import largest_error, laws_in
 from impactlab.refine.errors.smooth_touch import SAFETY_ALONE
-from impactlab.scene.method import Simulation, laws_of
-from impactlab.types import Array
+from impactlab.scene.method import Simulation
 
 MIN_SAVING_ALONE = 1.6  # predicted, of a coarser run after one that keeps the tolerance
 MIN_SAVING_OF_SHORT = 2.0  # the same where choosing takes long already
@@ -50,19 +42,6 @@ MIN_SAVING_OF_SHORT = 2.0  # the same where choosing takes long already
 MAX_SIZE = 0.3  # a larger one is no small one, and a gap may close
 OF_SECOND_ORDER = 15.0  # share of it by which errors may exceed those of the equation
 OF_APPROACHES = 2.0  # under laws with hysteresis: the speeds of later approaches are known less well
-OF_IMPULSE = 0.1  # of the errors of a force, that of their sum at least: they may cancel by luck
-
-
-def laws_in(request: Simulation) -> Array:
-    """Return stiffness, exponent and hysteresis a v0 of the laws, shape (contacts, 3)."""
-    found, times = [], times_of(*request)
-    for contact, law in zip(request.scene.contacts, laws_of(*request), strict=True):
-        if isinstance(law, Hertz | AbstractHystereticLaw):
-            hysteresis = law.hysteresis() if isinstance(law, AbstractHystereticLaw) else 0.0
-            found.append((law.stiffness, law.exponent, hysteresis))
-        else:
-            found.append((times[contact.name].tangent, 1.0, 0.0))
-    return np.array(found)
 
 
 def error_alone(history: AbstractHistory, request: Simulation) -> float:
@@ -79,42 +58,8 @@ def error_alone(history: AbstractHistory, request: Simulation) -> float:
     size = max(max(each.in_touch, each.missed) for each in found)
     if not math.isfinite(sum(each.force for each in found)) or size > MAX_SIZE:
         return math.inf
-    shown = {
-        "displacements": _of_displacements(history, request, records, found),
-        "impulses": _of_impulses(found),
-        "peak_forces": _of_peaks(found),
-    }
     safety = SAFETY_ALONE * (OF_APPROACHES if len(history.contacts) > 1 and laws[:, 2].any() else 1.0)
-    return safety * (1.0 + OF_SECOND_ORDER * size) * max(shown[name] for name in counted(request)[2])
-
-
-def _of_displacements(
-    history: AbstractHistory, request: Simulation, records: Records, found: list[ContactError]
-) -> float:
-    """Return the largest relative error of the displacement of a face."""
-    scene, largest = request.scene, 0.0
-    moving = moving_frames(scene, touched_in(history))
-    for number, (contact, each) in enumerate(zip(scene.contacts, found, strict=True)):
-        moved_by = records.force(number, hard=False).moved(CELLS)
-        for point, moved, error in zip(contact.faces, moved_by, (each.left, each.right), strict=True):
-            body = scene.bodies[point.body]
-            if body.moves and error > 0.0:
-                size = norm(moved - moving.drift(body.face_channel(point.x)))
-                largest = max(largest, math.sqrt(CELLS) * error / max(size, 1e-300))
-    return largest
-
-
-def _of_impulses(found: list[ContactError]) -> float:
-    """Return the largest relative error of the impulse of a contact."""
-    least = MIN_IMPULSE * max(each.given for each in found)
-    given = [each for each in found if each.given > least]
-    return max(((abs(each.impulse) + OF_IMPULSE * each.total) / each.given for each in given), default=0.0)
-
-
-def _of_peaks(found: list[ContactError]) -> float:
-    """Return the largest relative error of the peak force of a contact."""
-    least = MIN_PEAK * max(each.peak for each in found)
-    return max(((each.near_peak + each.reading) / each.peak for each in found if each.peak > least), default=0.0)
+    return safety * (1.0 + OF_SECOND_ORDER * size) * largest_error(history, request, records, found)
 
 
 def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
@@ -126,7 +71,10 @@ def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
     if math.isinf(description.alone) or not resolves_contacts(level.history, request):
         return False
     by_steps = error_alone(level.history, request)
-    study.magnified = magnified_by_touches(description, level, by_steps)
+    study.magnified = max(
+        magnified_by_touches(description, level, by_steps),
+        magnified_by_later_touches(description, level.history, request),
+    )
     unseen = study.magnified * description.unseen(level.fineness, level.history)
     if not math.isfinite(by_steps + unseen):
         return False

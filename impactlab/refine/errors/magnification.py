@@ -1,0 +1,74 @@
+"""Factors by which touches magnify the error of a run, also that of modes which all runs leave out."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory
+from impactlab.history.frame import touched_in
+from impactlab.refine.convergence import Level
+from impactlab.refine.descriptions.description import Description
+from impactlab.refine.errors.error_equation import errors_by_shifts
+from impactlab.refine.errors.moving_frames import CELLS, moving_frames, norm
+from impactlab.refine.errors.raw_records import Records, records_of
+from impactlab.refine.errors.relative_errors import largest_error, laws_in
+from impactlab.refine.errors.smooth_touch import stated_alone
+from impactlab.scene.method import Simulation
+from impactlab.types import Array
+
+MAX_UNMAGNIFIED = 10.0  # error of a run over its predicted one, up to which touches are not taken to magnify it
+MAX_GROWTH = 2.0  # of an error by later touches, up to which the margins on it suffice
+
+
+def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
+    """Return the factor by which touches magnify an error: the error by the steps of a run over its predicted one.
+
+    A difference between two runs of a beam grows with each touch, whether it comes from the steps or from modes left
+    out. Runs with the same modes show only that from the steps.
+    """
+    touches = Counter(span.contact for span in finest.history.contacts)
+    if not description.alike or not math.isfinite(error) or max(touches.values(), default=0) < 2:
+        return 1.0
+    return max(1.0, error / (MAX_UNMAGNIFIED * description.error(finest.fineness)))
+
+
+def magnified_by_later_touches(description: Description, history: AbstractHistory, request: Simulation) -> float:
+    """Return the factor by which later touches magnify the error of modes left out, by the linear equation of errors.
+
+    It is the largest error of a quantity that a tolerance bounds, by a shift of the overlaps, over this shift. A touch
+    with little overlap, as one that begins as the run ends, has a large one.
+    """
+    records = records_of(history)
+    again = len(history.contacts) > 1 or len(request.scene.contacts) > 1
+    if not again or not description.alike or math.isinf(stated_alone(request)):
+        return 1.0
+    if records is None or not records.of_every_step:
+        return 1.0
+    laws, largest = laws_in(request), 0.0
+    for shifts in _shifts(history, request, records):
+        found = errors_by_shifts(records.record, records.dt, laws, shifts, records.arrays)
+        largest += largest_error(history, request, records, found)
+    return max(1.0, largest / MAX_GROWTH) if math.isfinite(largest) else 1.0
+
+
+def _shifts(history: AbstractHistory, request: Simulation, records: Records) -> list[Array]:
+    """Return shifts of the overlap of one contact each, as large as its beams move, after a touch at t = 0."""
+    scene, found = request.scene, []
+    moving = moving_frames(scene, touched_in(history))
+    for number, contact in enumerate(scene.contacts):
+        moved_by, size = records.force(number, hard=False).moved(CELLS), 0.0
+        for point, moved in zip(contact.faces, moved_by, strict=True):
+            body = scene.bodies[point.body]
+            if body.elastic is not None:
+                size += norm(moved - moving.drift(body.face_channel(point.x))) / math.sqrt(CELLS)
+        spans, first = history.spans(contact.name), 0.0
+        if spans and spans[0].start <= records.dt:
+            first = math.inf if spans[0].end is None else math.ceil(spans[0].end / records.dt)
+        if size > 0.0 and first < math.inf:
+            shifts = np.zeros((len(scene.contacts), 2))
+            shifts[number] = size, first
+            found.append(shifts)
+    return found
