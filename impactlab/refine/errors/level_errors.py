@@ -19,6 +19,7 @@ from impactlab.refine.descriptions.cost import ALIKE_S
 from impactlab.refine.descriptions.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.errors.distances import counted, difference, distances
 from impactlab.refine.errors.magnification import magnified_by_later_touches, magnified_by_touches
+from impactlab.refine.errors.near_misses import may_close
 from impactlab.refine.errors.smooth_touch import order_share
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.simulate.checks import gain_of
@@ -101,6 +102,9 @@ def estimate_errors(study: Study, request: Simulation) -> None:
             level.reason = f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
         elif level.error > tolerance:
             level.reason = f"expected error {level.error:.2g} beyond the tolerance"
+        elif contact := may_close(level.history, request, level.error):
+            level.error, level.worst = math.inf, ""
+            level.reason = f"the least gap of {contact} is smaller than its error, so that the contact may close"
     # By the declared order: it may show later even if it has not yet, and too fine a run costs more.
     left = max(tolerance - unseen, MIN_LEFT * tolerance)
     needed = finest.fineness * MARGIN * (max(by_order, 1e-300) / left) ** (1.0 / description.order)

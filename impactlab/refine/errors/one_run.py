@@ -31,6 +31,7 @@ from impactlab.refine.errors.level_errors import (
     resolves_contacts,
 )
 from impactlab.refine.errors.magnification import magnified_by_later_touches, magnified_by_touches
+from impactlab.refine.errors.near_misses import may_close
 from impactlab.refine.errors.raw_records import records_of
 from impactlab.refine.errors.relative_errors import largest_error, laws_in
 from impactlab.refine.errors.smooth_touch import SAFETY_ALONE
@@ -80,6 +81,8 @@ def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
         return False
     level.by_steps, error = by_steps, by_steps + unseen
     needed, holds = _needed(study, level, tolerance), error <= tolerance
+    if holds and may_close(level.history, request, error):
+        return False
     if not needed and not holds:
         if description.otherwise is None:
             return False
