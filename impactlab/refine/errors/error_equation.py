@@ -37,10 +37,10 @@ MAX_SPEEDING = 0.5  # change of a speed of approach in the step of its touch: ab
 NEAR_PEAK = 0.9  # of the largest force: steps whose errors count for the peak
 COSINE, SINE, TURN, LIFT, PUSH, LIFT_OF_RAMP, PUSH_OF_RAMP = range(7)  # rows of the constants of the coordinates
 STIFFNESS, EXPONENT, HYSTERESIS = range(3)  # columns of the laws
-# Columns of the memory of a contact: errors of both faces at the start of the step, and of the overlap one step before;
+# Columns of the memory of a contact: errors of both faces at the start of the step, and of the rate of the overlap;
 # speed of the approach, its error, and its change in the step of the touch over itself; share by which the error of the
 # force follows that of the overlap at the end of the step; sums of squares over a touch; shift of the overlap.
-LEFT, RIGHT, EARLIER, APPROACH, APPROACH_ERROR, SPEEDS_UP, FOLLOWS, OF_ERROR, OF_FORCE, SHIFT, WORDS = range(11)
+LEFT, RIGHT, RATE, APPROACH, APPROACH_ERROR, SPEEDS_UP, FOLLOWS, OF_ERROR, OF_FORCE, SHIFT, WORDS = range(11)
 COLUMNS = 6  # of a contact in a record: force, gap, displacement and velocity of both faces
 
 
@@ -205,12 +205,21 @@ def write_sizes(record: Array, contact: int, dt: float, by_steps: float, out: Ar
 
 @PART
 def error_before_reply(
-    record: Array, dt: float, by_steps: float, law: Array, step: int, contact: int, overlap: float, own: Array
+    record: Array,
+    dt: float,
+    by_steps: float,
+    law: Array,
+    step: int,
+    contact: int,
+    overlap: float,
+    rate_error: float,
+    own: Array,
 ) -> float:
     """Return the error of a force with the overlap that is in error by ``overlap`` at the end of the step [m].
 
-    It is that before the force's own error changes the overlap; how it then follows is written to ``own``. Errors by
-    the step itself are multiplied by ``by_steps``.
+    The rate of the overlap is in error by ``rate_error`` there [m/s]. Both are those before the force's own error
+    changes them; how it then follows the overlap is written to ``own``. Errors by the step itself are multiplied by
+    ``by_steps``.
     """
     column = 1 + COLUMNS * contact
     start, end = -record[step - 1, column + 1], -record[step, column + 1]
@@ -223,11 +232,12 @@ def error_before_reply(
         # The touch is dated on a line: it comes early by its error, and where the approach speeds up, by that curve.
         begins = record[step - 1, column + 3] - record[step - 1, column + 5]
         own[APPROACH], share, gained = rate, -start / (end - start), 2.0 * (rate - begins) * dt
-        grows = before - own[EARLIER]  # in a step, before the force of this contact
-        early = before + share * grows + 0.5 * by_steps * share * (1.0 - share) * gained
-        own[APPROACH_ERROR] = (grows - gained * early / (end - start)) / dt
+        early = before + share * (overlap - before) + 0.5 * by_steps * share * (1.0 - share) * gained
+        bend = bend_at(record, step - 1, column + 3) - bend_at(record, step - 1, column + 5)
+        own[APPROACH_ERROR] = own[RATE] + share * (rate_error - own[RATE]) - gained * early / (end - start) / dt
+        own[APPROACH_ERROR] += 3.0 * by_steps * share * (1.0 - share) * bend  # the law takes it from a line, too
         own[SPEEDS_UP] = abs(gained) / (end - start)
-    own[EARLIER], own[FOLLOWS] = before, 0.0
+    own[FOLLOWS] = 0.0
     if record[step, column] <= 0.0:
         return 0.0
     bend = -0.5 * by_steps * (bend_at(record, step - 1, column + 1) + bend_at(record, step, column + 1))
@@ -254,6 +264,7 @@ def book_faces(
         curved = 0.5 * by_steps * (bend_at(record, step - 1, column) + bend_at(record, step, column))
         out[OF_LEFT + side] += mean * (mean + curved) + 0.3 * curved * curved
         own[LEFT + side] = error
+    own[RATE] = moved(at, 2 * contact, state[1]) - moved(at, 2 * contact + 1, state[1])
 
 
 @PART
@@ -340,7 +351,8 @@ def write_errors(
         acts = False
         for c in range(count):
             overlap = moved(at, 2 * c, state[0]) - moved(at, 2 * c + 1, state[0]) + memory[c, SHIFT]
-            system[c, count] = error_before_reply(record, dt, by_steps, laws[c], step, c, overlap, memory[c])
+            rate = moved(at, 2 * c, state[1]) - moved(at, 2 * c + 1, state[1])
+            system[c, count] = error_before_reply(record, dt, by_steps, laws[c], step, c, overlap, rate, memory[c])
             acts = acts or system[c, count] != 0.0
         if acts:
             for c in range(count):

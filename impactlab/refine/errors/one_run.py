@@ -42,7 +42,6 @@ MIN_SAVING_OF_SHORT = 2.0  # the same where choosing takes long already
 # Of the error of a force over this force in a touch, or of a gap that nearly closes over this gap:
 MAX_SIZE = 0.3  # a larger one is no small one, and a gap may close
 OF_SECOND_ORDER = 15.0  # share of it by which errors may exceed those of the equation
-OF_APPROACHES = 2.0  # under laws with hysteresis: the speeds of later approaches are known less well
 
 
 def error_alone(history: AbstractHistory, request: Simulation) -> float:
@@ -59,8 +58,7 @@ def error_alone(history: AbstractHistory, request: Simulation) -> float:
     size = max(max(each.in_touch, each.missed) for each in found)
     if not math.isfinite(sum(each.force for each in found)) or size > MAX_SIZE:
         return math.inf
-    safety = SAFETY_ALONE * (OF_APPROACHES if len(history.contacts) > 1 and laws[:, 2].any() else 1.0)
-    return safety * (1.0 + OF_SECOND_ORDER * size) * largest_error(history, request, records, found)
+    return SAFETY_ALONE * (1.0 + OF_SECOND_ORDER * size) * largest_error(history, request, records, found)
 
 
 def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
