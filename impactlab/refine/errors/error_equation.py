@@ -49,7 +49,7 @@ FORCE, IMPULSE, TOTAL, AT_PEAK, READING, OF_LEFT, OF_RIGHT, PEAK, GIVEN, IN_TOUC
 
 
 class ContactError(NamedTuple):
-    """Errors of one contact by the steps of its run, and sizes that they are compared with."""
+    """Errors of one contact by the steps, and sizes for comparison."""
 
     force: float  # N, root of the mean square over the steps
     impulse: float  # N s, in all
@@ -65,7 +65,10 @@ class ContactError(NamedTuple):
 
 
 class Coordinates(NamedTuple):
-    """All modes and rigid coordinates of a run, one after the other, and the faces of its contacts as their sums."""
+    """All modes and rigid coordinates of a run, in one row.
+
+    The faces of its contacts are their sums.
+    """
 
     constants: Array  # (7, n): cosine, sine, turn, displacement and velocity by a force, and by a force ramp, in a step
     rows: Array  # (2 n_contacts, n), left then right
@@ -74,9 +77,10 @@ class Coordinates(NamedTuple):
 
 @PART
 def write_constants(mass: float, frequency: float, dt: float, own: Array) -> None:
-    """Write how a mode moves in a step: as `ExactModal`, and under the force s (t - h/2), over s.
+    """Write the constants of a mode's motion in a step.
 
-    A frequency below zero is minus the rate at which an unstable mode grows.
+    They are as in `ExactModal`, and under the force s (t - h/2), divided by s. A frequency below zero is minus the rate
+    at which an unstable mode grows.
     """
     angle = frequency * dt
     square = angle * abs(angle)
@@ -134,7 +138,10 @@ def moved(at: Coordinates, face: int, u: Array) -> float:
 
 @PART
 def push(at: Coordinates, contact: int, by_u: int, by_v: int, force: float, state: Array) -> None:
-    """Add the response to a force of a contact to the state; ``by_u`` and ``by_v`` are rows of the constants."""
+    """Add the response to a force of a contact to the state.
+
+    ``by_u`` and ``by_v`` are rows of the constants.
+    """
     for face in range(2 * contact, 2 * contact + 2):
         signed = -force if face == 2 * contact else force
         for i in range(at.ranges[face, 0], at.ranges[face, 1]):
@@ -168,7 +175,10 @@ def write_compliances(at: Coordinates, out: Array) -> None:
 
 @PART
 def bend_at(record: Array, step: int, column: int) -> float:
-    """Return a sixth of the second difference of a column at the end of a step; 0 at both ends of the run."""
+    """Return a sixth of a column's second difference at a step's end.
+
+    It is 0 at both ends of the run.
+    """
     if step == 0 or step == len(record) - 1:
         return 0.0
     return float(record[step + 1, column] - 2.0 * record[step, column] + record[step - 1, column]) / 6.0
@@ -185,7 +195,10 @@ def spring_at(law: Array, overlap: float) -> tuple[float, float]:
 
 @PART
 def write_sizes(record: Array, contact: int, dt: float, by_steps: float, out: Array) -> None:
-    """Write largest force, impulse and error of reading the peak of a `ContactError`; clear the rest."""
+    """Write largest force, impulse and peak-reading error of a contact; clear the rest.
+
+    They are fields of `ContactError`.
+    """
     column, last = 1 + COLUMNS * contact, len(record) - 1
     total, top = 0.0, 1
     for step in range(1, last + 1):
@@ -207,10 +220,10 @@ def write_sizes(record: Array, contact: int, dt: float, by_steps: float, out: Ar
 def error_before_reply(
     record: Array, dt: float, by_steps: float, law: Array, step: int, contact: int, overlap: float, own: Array
 ) -> float:
-    """Return the error of a force with the overlap that is in error by ``overlap`` at the end of the step [m].
+    """Return the error of a force [N] for an overlap in error.
 
-    It is that before the force's own error changes the overlap; how it then follows is written to ``own``. Errors by
-    the step itself are multiplied by ``by_steps``.
+    ``overlap`` is the error of the overlap at the end of the step [m]. It is that before the force's own error changes
+    the overlap; how it then follows is written to ``own``. Errors by the step itself are multiplied by ``by_steps``.
     """
     column = 1 + COLUMNS * contact
     start, end = -record[step - 1, column + 1], -record[step, column + 1]
@@ -243,9 +256,10 @@ def error_before_reply(
 def book_faces(
     record: Array, by_steps: float, step: int, contact: int, at: Coordinates, state: Array, own: Array, out: Array
 ) -> None:
-    """Add the errors of the displacements of both faces in a step, and keep those at its end.
+    """Add the errors of both faces' displacements in a step.
 
-    Within the step a displacement is read along a line, which lies beside its curve by s (h - s) u''/2.
+    Those at its end are kept. Within the step a displacement is read along a line, which lies beside its curve by
+    s (h - s) u''/2.
     """
     for side in range(2):
         column = 3 + COLUMNS * contact + 2 * side
@@ -260,7 +274,10 @@ def book_faces(
 def book_force(
     record: Array, dt: float, law: Array, step: int, contact: int, error: float, own: Array, out: Array
 ) -> None:
-    """Add the error of a force in a step to those of its contact, and that of a gap that nearly closes or opens."""
+    """Add the error of a force in a step to its contact.
+
+    An error of a gap that nearly closes or opens is added, too.
+    """
     column, last = 1 + COLUMNS * contact, len(record) - 1
     force, gap = record[step, column], record[step, column + 1]
     out[FORCE] += error * error
