@@ -135,10 +135,10 @@ def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
 
 @EXACT_PART
 def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array) -> None:
-    """Solve y' = -rate y + b on [-1, 1], y(-1) = first, rate >= 0.
+    """Solve y' = -rate y + b on [-1, 1] with y(-1) = ``first``.
 
-    The tau method, with so many coefficients: backward elimination y_k = p_k y_{k-1} + r_k (Olver, Miller). All p_k
-    are negative, so nothing cancels.
+    The rate is not negative. The tau method, with so many coefficients: backward elimination y_k = p_k y_{k-1} + r_k
+    (Olver, Miller). All p_k are negative, so nothing cancels.
     """
     c = r = g = q = 0.0
     sign = -1.0 if order % 2 == 0 else 1.0  # of the last coefficient at -1

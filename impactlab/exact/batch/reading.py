@@ -1,6 +1,6 @@
-"""Signals of a march at a time and their integrals, compiled, one number at a time.
+"""Compiled signals of a march at a time, and their integrals.
 
-The same as `impactlab.exact.results.signals`.
+The same as `impactlab.exact.results.signals`, one number at a time.
 """
 
 from __future__ import annotations
@@ -161,7 +161,10 @@ def energy(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
 
 @EXACT_PART
 def load_work(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
-    """Return the work of gravity and end forces on a body from 0 to t [J]."""
+    """Return the work of gravity and end forces on a body [J].
+
+    It is from 0 to t.
+    """
     total, body, gravity = 0.0, q.bodies[b], m.state[0].gravity
     for k in range(body.first_link, body.last_link):
         lag = m.ends[q.links[k].left_end].transit

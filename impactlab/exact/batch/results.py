@@ -115,7 +115,7 @@ def end_force(m: MarchArrays, q: Pattern, b: int) -> float:
 
 @EXACT_PART
 def size_of_end_forces(m: MarchArrays, q: Pattern, b: int) -> float:
-    """Return the sum of the sizes of the forces on the ends of a body [N]."""
+    """Return the sum of sizes of the end forces on a body [N]."""
     total = 0.0
     for n in range(len(q.nodes)):
         if q.nodes[n].body == b:
@@ -225,7 +225,10 @@ def rank(q: Pattern, p: Array, b: int) -> int:
 
 @EXACT_PART
 def total_energy(m: MarchArrays, q: Pattern, t: float) -> float:
-    """Return the energy of all bodies and of the springs of contacts at time t [J]."""
+    """Return the energy of all bodies and contact springs [J].
+
+    It is that at time t.
+    """
     total = 0.0
     for b in range(len(q.bodies)):
         total += energy(m, q, b, t)
