@@ -1,4 +1,7 @@
-"""A drawing of the scene as SVG for the page: bodies on a line, how they are held, which way they move."""
+"""A drawing of the scene as SVG for the page.
+
+Bodies stand on a line, with their supports and the directions of their motion.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ MASS, WALL, ROD, GAP, MARGIN = 52.0, 14.0, 420.0, 26.0, 56.0  # widths
 
 
 def sketch(scene: Scene) -> str:
-    """Return the drawing, or nothing for a scene whose bodies neither stand end to end nor strike beams."""
+    """Return the drawing of a scene; empty where there is none.
+
+    Bodies must stand end to end or strike beams.
+    """
     if any(isinstance(body, MechanismBody) for body in scene.bodies.values()):
         return ""
     if drawn := beam_sketch(scene):
@@ -56,7 +62,10 @@ def _apart(scene: Scene, left: str, right: str) -> bool:
 
 
 def _chain(scene: Scene) -> list[Body]:
-    """Return the bodies from left to right where each contact joins the end of one to that of the next, else none."""
+    """Return the bodies from left to right where they form a chain.
+
+    Each contact must join the end of one to that of the next, else there are none.
+    """
     after: dict[str, str] = {}
     for contact in scene.contacts:
         left, right = scene.bodies[contact.left.body], scene.bodies[contact.right.body]
@@ -76,7 +85,10 @@ def _chain(scene: Scene) -> list[Body]:
 
 
 def _rod(rod: WaveBody, x: float, width: float, tallest: float) -> str:
-    """Return a rod or a shaft: its segments as high as their impedance, and the supports of its ends."""
+    """Return the drawing of a rod or a shaft.
+
+    Its segments are as high as their impedance; the supports of its ends are drawn.
+    """
     parts, at, half = [], x, 15.0
     for segment in rod.segments:
         half = 8.0 + 8.0 * math.sqrt(segment.impedance / tallest)
@@ -133,7 +145,10 @@ def _hatch(x: float, side: int, half: float) -> str:
 
 
 def _push(force: float, x: float, side: int, y: float) -> str:
-    """Return the arrow of a force on an end, outside the rod, with its size above."""
+    """Return the arrow of a force on an end.
+
+    It is outside the rod, with the size above.
+    """
     along = 1 if force > 0 else -1
     near, far = x + 4.0 * side, x + 38.0 * side
     tail, tip = (far, near) if along == -side else (near, far)
