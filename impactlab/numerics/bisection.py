@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 
 def bisected(differs: Callable[[float], bool], same: float, other: float, halvings: int) -> tuple[float, float]:
-    """Return the two places between which an answer changes, as near as so many halvings bring them.
+    """Return two close places between which a property changes (bisection).
 
     Parameters
     ----------
