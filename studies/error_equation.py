@@ -31,7 +31,10 @@ ONCE, AGAIN = "one touch", "several touches"
 
 
 def rows_of(kind: str, seed: int, number: int) -> Iterator[tuple[str, float, float]]:
-    """Give what a scene was touched like, the stated error (inf: none) and the true one, by fineness."""
+    """Yield touch, stated error and true error of a scene by fineness.
+
+    The stated error is inf where there is none.
+    """
     case = case_for(draw(kind, seed, number).doc)
     request = Simulation(*case.simulation())
     description = next((each for each in for_choice(request)[0] if math.isfinite(each.alone)), None)

@@ -1,6 +1,7 @@
-"""Every method on the hard cases: hard-cases.md, from the stored table of ``impactlab bench --suite hard``.
+"""Every method on the hard cases: hard-cases.md, from a table.
 
-A violation in the table stops the study. ``python -m studies hard --run`` measures the table again.
+It is the stored table of ``impactlab bench --suite hard``. A violation in the table stops the study. ``python -m
+studies hard --run`` measures the table again.
 """
 
 from __future__ import annotations

@@ -11,7 +11,10 @@ from studies.audit.truth import NotKnownError
 
 
 def is_smooth(doc: Doc) -> bool:
-    """Return whether a scene has beams or damped rods, whose waves do not keep their shape."""
+    """Return whether a scene has beams or damped rods.
+
+    Their waves do not keep their shape.
+    """
     for body in doc["bodies"].values():
         if body["kind"] == "beam" or "damping" in body:
             return True

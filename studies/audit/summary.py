@@ -47,7 +47,10 @@ def keep(rows: list[Row], path: Path) -> None:
 
 
 def is_beyond(row: Row) -> bool:
-    """Return whether a run that ended is beyond its tolerance, by a truth that is known."""
+    """Return whether a finished run is beyond its tolerance.
+
+    The truth must be known.
+    """
     return not number(row, "true") <= number(row, "tolerance")
 
 
@@ -102,7 +105,10 @@ def table(rows: Iterable[Row]) -> str:
 
 
 def cost(rows: list[Row], before: list[Row]) -> str:
-    """Return the table of medians of cost beside those of another version on the same cases."""
+    """Return the table of median costs beside another version's.
+
+    Both are on the same cases.
+    """
     known = {(row["family"], str(row["number"])): row for row in before}
 
     def beside(name: str, some: list[Row]) -> list[str]:

@@ -1,4 +1,7 @@
-"""The figures of the page: the periodic bar under four methods, and the energy of the bouncing bar."""
+"""The figures of the page on the periodic and bouncing bars.
+
+They are the periodic bar under four methods, and the energy of the bouncing bar.
+"""
 
 from __future__ import annotations
 
