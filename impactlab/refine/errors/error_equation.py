@@ -1,4 +1,4 @@
-"""The error by the steps of a run in modes, from the linear equation that it obeys.
+"""Error estimate by the linear error equation of a stepped modal run.
 
 Modes under exact steps move without error between the steps; the only error is that of a force which is constant over
 each of them. With a step h and an overlap d
@@ -65,10 +65,7 @@ class ContactError(NamedTuple):
 
 
 class Coordinates(NamedTuple):
-    """All modes and rigid coordinates of a run, in one row.
-
-    The faces of its contacts are their sums.
-    """
+    """All modes and rigid coordinates of a run, and its faces as sums."""
 
     constants: Array  # (7, n): cosine, sine, turn, displacement and velocity by a force, and by a force ramp, in a step
     rows: Array  # (2 n_contacts, n), left then right
@@ -138,10 +135,7 @@ def moved(at: Coordinates, face: int, u: Array) -> float:
 
 @PART
 def push(at: Coordinates, contact: int, by_u: int, by_v: int, force: float, state: Array) -> None:
-    """Add the response to a force of a contact to the state.
-
-    ``by_u`` and ``by_v`` are rows of the constants.
-    """
+    """Add the response to a contact force by two rows of constants."""
     for face in range(2 * contact, 2 * contact + 2):
         signed = -force if face == 2 * contact else force
         for i in range(at.ranges[face, 0], at.ranges[face, 1]):
@@ -175,10 +169,7 @@ def write_compliances(at: Coordinates, out: Array) -> None:
 
 @PART
 def bend_at(record: Array, step: int, column: int) -> float:
-    """Return a sixth of a column's second difference at a step's end.
-
-    It is 0 at both ends of the run.
-    """
+    """Return a sixth of a column's second difference after a step; 0 at run ends."""
     if step == 0 or step == len(record) - 1:
         return 0.0
     return float(record[step + 1, column] - 2.0 * record[step, column] + record[step - 1, column]) / 6.0
@@ -195,10 +186,7 @@ def spring_at(law: Array, overlap: float) -> tuple[float, float]:
 
 @PART
 def write_sizes(record: Array, contact: int, dt: float, by_steps: float, out: Array) -> None:
-    """Write largest force, impulse and peak-reading error of a contact; clear the rest.
-
-    They are fields of `ContactError`.
-    """
+    """Write largest force, impulse and peak-reading error of a contact; clear the rest."""
     column, last = 1 + COLUMNS * contact, len(record) - 1
     total, top = 0.0, 1
     for step in range(1, last + 1):
@@ -393,7 +381,7 @@ def errors_by_steps(record: Array, dt: float, laws: Array, m: StepArrays) -> lis
 
 
 def errors_by_shifts(record: Array, dt: float, laws: Array, shifts: Array, m: StepArrays) -> list[ContactError]:
-    """Return the errors of the contacts of a run by shifts of their overlaps; parameters as of `errors_by_steps`.
+    """Return the errors of contacts by shifts of overlaps, as `errors_by_steps` does.
 
     Parameters
     ----------
