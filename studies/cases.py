@@ -1,4 +1,4 @@
-"""The cases with exact or converged answers: cases.md.
+"""The cases with exact or converged solutions: cases.md.
 
 It has one line per case and variant, and a sheet of forces.
 """
@@ -29,7 +29,7 @@ NOTHING = 1e-9  # of the largest speed or force: rounding
 
 
 class Line(NamedTuple):
-    """A case or variant with its answer."""
+    """A case or variant with its solution."""
 
     case: Case
     scene: Scene
@@ -38,7 +38,7 @@ class Line(NamedTuple):
 
 
 def answered(name: str) -> Iterator[Line]:
-    """Return a case as written and each of its variants, with their answers."""
+    """Return a case as written and each of its variants, with their solutions."""
     case = il.load_case(CASES / f"{name}.yaml")
     for each in (case, *(case.variant(variant) for variant in case.variant_names if variant != "base")):
         scene, method = each.simulation()

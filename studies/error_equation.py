@@ -1,4 +1,6 @@
-"""Measures what one run states of its error: ``python -m studies.error_equation [--count 400] [--seed 1]``.
+"""Measured errors of single runs against their estimates.
+
+``python -m studies.error_equation [--count 400] [--seed 1]``
 
 Random beams and rigid bodies of the audit (`studies.audit`) are run at three fineness, and again with the same modes
 and much finer steps. The error by the steps that a run states (`impactlab.refine.errors.one_run`) is compared with the

@@ -97,7 +97,7 @@ def bounces() -> str:
 
 
 def main() -> int:
-    """Compute both tables, print them and write them where asked."""
+    """Compute both tables, print them and write them if requested."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--trains", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,6 +1,6 @@
 """The animated picture of the first page: impact, waves, contact force.
 
-A mass strikes a rod. ``python -m studies.first_picture`` writes docs/figures/impact.gif from the exact answer of the
+A mass strikes a rod. ``python -m studies.first_picture`` writes docs/figures/impact.gif from the exact solution of the
 paper's impact.
 """
 

@@ -22,7 +22,7 @@ from studies.pages import DOCS, ROOT, Study
 
 TABLE = DOCS / "bench" / "hard.csv.gz"
 
-HEAD = f"""# Hard cases: what every method does where methods break
+HEAD = f"""# Hard cases: every method where methods break
 
 Written by `python -m studies hard` from the table of `impactlab bench --suite hard`; the cases are in
 [cases/hard](../cases/hard), each with its purpose and its exact answer; the methods are in

@@ -36,12 +36,12 @@ from studies.pages import CASES, Study
 ROD, BEAM, TURNING, CRANK = "", "beam: ", "turning beam: ", "slider-crank: "  # before the name of a model: its body
 BEAM_ELEMENTS, BEAM_MODES = 20, 20  # of the models of beams
 LINK_ELEMENTS, LINK_MODES = 40, 6  # of the connecting rod of the slider-crank
-FINE_STEP = 2.5e-7  # s, of the answer of the slider-crank
+FINE_STEP = 2.5e-7  # s, of the solution of the slider-crank
 YIELD = 1.0e5  # N, of joints on the slider-crank
 SLOW = 0.1  # Courant number of an explicit scheme on beams, whose bending waves outrun axial ones on short elements
 LIMIT = 300.0  # s, after which a cell counts as hung; the first ones compile
-ELEMENTS, MODES = 100, 40  # of every model that asks for them; nodes where the order is higher
-NOTED = 1e-3  # energy gain over the initial energy from which a cell tells it
+ELEMENTS, MODES = 100, 40  # of every model that needs them; nodes where the order is higher
+NOTED = 1e-3  # energy gain over the initial energy from which a cell states it
 AGAIN = 0.2  # s; a run that is shorter is timed twice
 
 
@@ -212,10 +212,10 @@ def body_of(model: str) -> str:
 
 @cache
 def case(body: str, trips: float) -> tuple[Simulation, AbstractHistory]:
-    """Return the case of a body, and its answer.
+    """Return the case of a body, and its solution.
 
-    It runs over some round trips, or a share of its duration. The answer is exact for the rod, converged for beams, and
-    a fine run where nothing else serves the scene.
+    It runs over some round trips, or a share of its duration. The solution is exact for the rod, converged for beams,
+    and a fine run where nothing else serves the scene.
     """
     subject = SUBJECTS[body]
     written = il.load_case(CASES / subject.file).with_("snapshots", []).with_settings(subject.changes)
@@ -229,7 +229,7 @@ def case(body: str, trips: float) -> tuple[Simulation, AbstractHistory]:
 
 
 def case_of(model: str, trips: float) -> tuple[Simulation, AbstractHistory]:
-    """Return the case that a model describes, and its answer."""
+    """Return the case that a model describes, and its solution."""
     return case(body_of(model), trips)
 
 

@@ -34,7 +34,7 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
     PluginError
         If no part has this name, or it is broken.
     CaseError
-        If a parameter is unknown, missing or out of range; the path says which.
+        If a parameter is unknown, missing or out of range; the path names it.
     """
     try:
         part = registry.load(group, block["kind"])

@@ -220,8 +220,8 @@ def is_loaded(entry: Any) -> bool:
 def compiled(function: Callable[..., None], signature: Any, allocates: bool = True) -> Any:
     """Return the C function of a Python one.
 
-    It comes from the disk cache where it can be kept there. One with a signature of its own may make arrays, unless it
-    is said that it allocates nothing.
+    It comes from the disk cache where it can be kept there. One with a signature of its own may make arrays, unless
+    ``allocates`` is False.
     """
     known = _compiled.get((function, id(signature)))  # signatures are constants; comparing them takes far longer
     if known is not None:

@@ -1,6 +1,6 @@
 """Compiling ahead: other processes compile functions that a run will need.
 
-They do so when a first one is not on disk. Code that knows the kernels needed next names them by `ahead`. Nothing is
+They do so when a first one is not on disk. Code names the kernels that it needs next by `ahead`. Nothing is
 done where all of them are on disk.
 """
 

@@ -1,4 +1,4 @@
-"""Bisection of a yes or no answer."""
+"""Bisection of a condition that is true or false."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ def bisected(differs: Callable[[float], bool], same: float, other: float, halvin
     Parameters
     ----------
     differs : callable
-        Whether a place has another answer than ``same``.
+        Whether the condition at a place differs from that at ``same``.
     same, other : float
-        Places without and with another answer.
+        Places without and with such a difference.
     halvings : int
         How often the interval is halved, at most.
     """

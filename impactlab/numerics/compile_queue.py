@@ -69,7 +69,7 @@ class CompileQueue:
         """Wait until no other process compiles a function.
 
         It is then on disk, or not begun at all. Until then this process compiles the code that waits. A process that
-        does not answer is waited for `PATIENCE_S`.
+        does not reply is waited for `PATIENCE_S`.
         """
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
@@ -82,7 +82,7 @@ class CompileQueue:
                     self._changed.wait(end - time.monotonic())
                     continue
                 spare = self._waiting.pop(0)
-            with contextlib.suppress(Exception):  # whoever needs it compiles it again, and reports
+            with contextlib.suppress(Exception):  # its next caller compiles it again, and reports
                 self._compile_here(spare)
 
     def _serve(self) -> None:

@@ -2,7 +2,7 @@
 
 Numba makes machine code of every function that it compiles, also of a part, which it then copies into each caller and
 optimises there once more. A part needs the second alone, so that compiling takes three quarters of the time. Where a
-part has a wrapper for Python after all, its machine code is made when that is first asked for.
+part has a wrapper for Python after all, its machine code is made when that is first needed.
 """
 
 from __future__ import annotations

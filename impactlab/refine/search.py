@@ -153,7 +153,7 @@ def _tried(study: Study, request: Simulation, progress: Progress | None) -> None
     """Run the next level, estimate errors and set the next fineness.
 
     The first time a coarser level is run, too. The finer one comes first where its modes are of use to the coarser one.
-    Where the records of one run state its error, it is alone, and says how fine the next one must be.
+    Where the records of one run state its error, it is alone, and gives the next fineness.
     """
     description = study.description
     if not description.unit:

@@ -1,6 +1,6 @@
 """A run of the automatic choice, checked only if it is chosen.
 
-Of several runs one is the answer, and the checks of a run take as long as the steps of a short one.
+Of several runs one is chosen, and the checks of a run take as long as the steps of a short one.
 """
 
 from __future__ import annotations

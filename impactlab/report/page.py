@@ -37,7 +37,7 @@ class PageFigure(NamedTuple):
     caption: str  # how to read it
     draw: Callable[[], Figure]  # in the width in use
     has_live_twin: bool = False  # True: hidden on the screen where the script draws the same
-    is_printed: bool = True  # False: drawn where all figures are asked for; the page shows it live alone
+    is_printed: bool = True  # False: drawn where all figures are requested; the page shows it live alone
 
 
 class Page(NamedTuple):
@@ -69,7 +69,7 @@ def write_page(
 ) -> None:
     """Write ``index.html``, the figures as files, ``case.yaml`` and ``citations.bib`` into a folder.
 
-    ``left_out`` says which part of the scene is drawn, where it is not all of it.
+    ``left_out`` states the part of the scene that is drawn, where it is not all of it.
     """
     folder = out_dir / "figures"
     folder.mkdir()

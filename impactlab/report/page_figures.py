@@ -16,7 +16,7 @@ from impactlab.report.page import PageFigure
 from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 
-MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page that was not asked for all
+MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page without all of them
 
 
 def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:

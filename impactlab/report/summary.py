@@ -131,8 +131,8 @@ def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict
 def method(history: AbstractHistory) -> dict[str, Any]:
     """Return the models, laws, integrator and step [s] of a history.
 
-    None stands for an integrator or a step that it does not use. ``stepping`` says how a run with a step and without an
-    integrator is stepped: by its models.
+    None stands for an integrator or a step that it does not use. ``stepping`` states how a run with a step and without
+    an integrator is stepped: by its models.
     """
     used = history.method if history.choice is None else history.choice.method
     found: dict[str, Any] = {

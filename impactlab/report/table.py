@@ -39,7 +39,7 @@ def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
     A row has name and failure, or name, under, warnings, and cells (of `Cell`).
     """
     rows = table_rows(comparison)
-    stepped = [row for row in rows if row["dt"] is not None]  # the exact answer would only win against itself
+    stepped = [row for row in rows if row["dt"] is not None]  # the exact solution would only win against itself
     best = {name: min((row[name] for row in stepped if row[name] is not None), default=None) for name in JUDGED}
     page: list[dict[str, Any]] = []
     for row in rows:

@@ -125,8 +125,8 @@ def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
 def closed_within_steps(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Yield warnings for plugin laws whose contacts last at most one step.
 
-    All contacts of such a law begin and end within one step. That is what the loop sees of a law which presses the
-    faces and never sets `in_contact`.
+    All contacts of such a law begin and end within one step. So does one that presses the faces and never sets
+    `in_contact`.
     """
     laws = history.method.laws
     if history.dt is None or all(map(is_built_in, set(map(type, laws.values())))):

@@ -15,7 +15,7 @@ from studies.audit.tables import STAGES, Array, gauss
 
 OPEN, PRESSED, SLACK = 0, 1, 2
 POINTS, WEIGHTS, LAGRANGE, COLLOCATION, TOP = gauss()
-# Of what the march alone calls: without a way in from Python, which takes a sixth of the compiling.
+# Of functions that the march alone calls: without a way in from Python, which takes a sixth of the compiling.
 CALLED: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 INNER = njit(cache=True, **CALLED)
 

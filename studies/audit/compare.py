@@ -1,4 +1,4 @@
-"""Relative errors of one answer against the truth: displacements, impulses, peak forces."""
+"""Relative errors of one run against the truth: displacements, impulses, peak forces."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Truth:
     impulses: dict[str, float]
     peaks: dict[str, float]
     jumps: dict[str, list[tuple[float, float]]]  # contact -> (time, size)
-    drift: dict[str, Array]  # channel -> motion of the centre of mass of what its body touches
+    drift: dict[str, Array]  # channel -> motion of the centre of mass of all bodies that its body touches
     round_trip: float
     contacts: int
     uncertainty: dict[str, float] = field(default_factory=dict)  # by quantity, relative

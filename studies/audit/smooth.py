@@ -1,4 +1,4 @@
-"""The independent answer to scenes with damped rods or beams.
+"""The independent solution of scenes with damped rods or beams.
 
 It has compliant contacts on the modes of its own mesh.
 """
@@ -112,7 +112,7 @@ def first_touch(gap: Array) -> float:
 
 
 def walk(doc: Doc, count: int, steps: int) -> Truth:
-    """Return the answer with one mesh and one step."""
+    """Return the solution with one mesh and one step."""
     system = system_of(doc, count)
     if any(law == HARD for law, _ in system.laws):
         raise NotKnownError("hard contact on a damped body")
@@ -275,7 +275,7 @@ def told(doc: Doc, system: System, held: Contacts, times: Array, shown: Array, s
 
 
 def solve(doc: Doc, judged: Sequence[str] = JUDGED) -> Truth:
-    """Return the answer, refined to a share of the tolerance.
+    """Return the solution, refined to a share of the tolerance.
 
     It is refined until the quantities are known so well, or the levels end.
     """

@@ -55,7 +55,7 @@ def is_beyond(row: Row) -> bool:
 
 
 def is_warned(row: Row) -> bool:
-    """Return whether a run says itself that its tolerance is not met."""
+    """Return whether a run states itself that its tolerance is not met."""
     return str(row["met"]) != "1" or any(code in str(row["warned"]).split() for code in WARNINGS)
 
 
@@ -66,7 +66,7 @@ def line(name: str, rows: list[Row]) -> list[str]:
     beyond = [row for row in known if is_beyond(row)]
     silent = [row for row in beyond if not is_warned(row)]
     shares = [number(row, "true") / number(row, "tolerance") for row in known]
-    # A true error that the truth itself does not resolve says nothing of the ratio.
+    # A true error that the truth itself does not resolve gives no ratio.
     stated = [
         number(row, "stated") / number(row, "true")
         for row in known

@@ -1,4 +1,4 @@
-"""The independent answer to undamped scenes, with its uncertainty.
+"""The independent solution of undamped scenes, with its uncertainty.
 
 They are scenes of rods without damping and rigid bodies.
 """
@@ -125,7 +125,7 @@ def unknown(found: Truth, judged: Sequence[str]) -> float:
 
 
 def solve(doc: Doc, judged: Sequence[str] = JUDGED) -> Truth:
-    """Return the answer to a case of undamped rods and rigid bodies.
+    """Return the solution of a case of undamped rods and rigid bodies.
 
     The difference of two marches is its uncertainty. It is refined until the quantities of `judged` are known to a
     share of the tolerance.

@@ -114,7 +114,7 @@ def errors() -> str:
     return table(["scene", "basis", *(f"{count}" for count in COUNTS)], rows)
 
 
-# A hard mass on a long beam: the first moments, in which little of the beam knows of it.
+# A hard mass on a long beam: the first moments, in which little of the beam moves.
 
 LONG = beam(2.0, "pinned", "pinned")
 HARD_MASS = 0.05 * LONG.mass

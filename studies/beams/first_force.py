@@ -68,7 +68,7 @@ def body(theory: str) -> Beam:
 
 @cache
 def measured() -> dict[str, list[Line]]:
-    """Return the modal answers by theory."""
+    """Return the modal solutions by theory."""
     return {theory: [modal(theory, modes) for modes in COUNTS] for theory in ("timoshenko", "euler_bernoulli")}
 
 
@@ -99,7 +99,7 @@ def modal(theory: str, modes: int) -> Line:
 
 
 def waves(times: Array, dt: float = 4e-9) -> Array:
-    """Return the answer of the continuous Timoshenko beam."""
+    """Return the solution of the continuous Timoshenko beam."""
     return mean_force(body("timoshenko"), Continuous(), DispersiveIdentification(), dt, times)
 
 

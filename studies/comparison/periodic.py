@@ -37,7 +37,7 @@ class Figures(NamedTuple):
 
 @functools.cache
 def exact() -> AbstractHistory:
-    """Return the exact answer."""
+    """Return the exact solution."""
     history = ran(scene_of("periodic_bar", EXACT, 1)).history
     assert history is not None
     return history

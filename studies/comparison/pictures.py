@@ -41,7 +41,7 @@ TOP = 2.3  # of the pressure axes, over the exact pressure
 
 
 def periodic_bar() -> Figure:
-    """Return tip displacement and pressure of four methods against the exact answer."""
+    """Return tip displacement and pressure of four methods against the exact solution."""
     figure, axes = grid(len(TELLING), 2, 1.15, Margins(left=0.62, across=0.62, down=0.52, top=0.34))
     for (scheme, title, colour), (tip, force) in zip(TELLING, axes, strict=True):
         scene = scene_of("periodic_bar", scheme, ELEMENTS)

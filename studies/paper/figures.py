@@ -48,7 +48,7 @@ class Drawing(NamedTuple):
 
     number: int
     title: str
-    see: str  # what to see in it
+    see: str  # observation that it supports
     draw: Callable[[], Figure]
 
 

@@ -29,7 +29,7 @@ OF_BODY = ("final_velocity", "final_momentum", "final_energy")
 OF_WHOLE = ("energy_gain", "near_grazing")
 """Results of a point: of each contact and pair of the scene, of each body that moves, of the whole, in this order."""
 
-PEAKS, ENERGIES, GRAZES, RESTITUTIONS, VELOCITIES, MOMENTA = 1, 2, 4, 8, 16, 32  # bits of results that are asked for
+PEAKS, ENERGIES, GRAZES, RESTITUTIONS, VELOCITIES, MOMENTA = 1, 2, 4, 8, 16, 32  # bits of requested results
 WANTED = {
     "peak_force": PEAKS, "final_energy": ENERGIES, "near_grazing": GRAZES, "restitution": RESTITUTIONS,
     "final_velocity": VELOCITIES, "final_momentum": MOMENTA,

@@ -37,7 +37,7 @@ def figure_files(formats: str | None, width: str | None, folder: Path | None = P
     Raises
     ------
     CaseError
-        If a format or a width is not known, or figures are asked for and there is no ``folder`` for them.
+        If a format or a width is not known, or figures are requested and there is no ``folder`` for them.
     """
     if folder is None and (formats or width):
         option = "--figures" if formats else "--width"

@@ -161,7 +161,7 @@ def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], lo
     axis.grid(visible=False, axis="y")
     axis.tick_params(axis="y", length=0)
     axis.spines["left"].set_visible(False)
-    best = min((v for v in values if v is not None and v >= low), default=None)  # an exact answer does not compete
+    best = min((v for v in values if v is not None and v >= low), default=None)  # an exact solution does not compete
     known = [(row, max(value, low), value) for row, value in enumerate(values) if value is not None]
     shades = [colours[row] for row, _, _ in known]
     rows, ends = [row for row, _, _ in known], [at for _, at, _ in known]

@@ -1,6 +1,7 @@
 """Figures over time of one contact or of a whole run: probes, force, displacements, gap.
 
-Every function takes traces (histories with name, colour and reference) and returns a figure. The exact answer is dark.
+Every function takes traces (histories with name, colour and reference) and returns a figure. The exact solution is
+dark.
 """
 
 from __future__ import annotations

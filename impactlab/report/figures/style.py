@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-INK = "#1b2330"  # the exact answer, text
+INK = "#1b2330"  # the exact solution, text
 MUTED = "#6b7480"  # text and lines in the background
 GRID = "#e1e5ea"
 PAPER = "#ffffff"

@@ -43,9 +43,9 @@ def force_over(times: Array, forces: Array, piece: int, start: float, dt: float,
     """Return the force of a load in a step [N].
 
     It is the exact mean over the step, or over the same length about an instant. The instant is the start of the step
-    (point 0) or its end (1), where some schemes take forces: a value there alone would miss what begins and ends
-    between two of them. Where the only sample lies at the instant, it is the value there: so samples on the grid of the
-    steps keep their impulse, and are not smoothed. ``piece`` is that of the start of the step; straight lines stand
+    (point 0) or its end (1), where some schemes take forces: a value there alone would miss pulses that begin and
+    end between two of them. Where the only sample lies at the instant, it is the value there: so samples on the grid of
+    the steps keep their impulse, and are not smoothed. ``piece`` is that of the start of the step; straight lines stand
     between samples.
     """
     low = start if point == 0.5 else start + (point - 0.5) * dt

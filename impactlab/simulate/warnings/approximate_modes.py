@@ -1,6 +1,6 @@
 """Warnings of vibrations in modes that a basis gives only approximately.
 
-Shapes of a basis may hold the static answer to a contact and still miss vibrations elsewhere, as those of a beam in
+Shapes of a basis may hold the static response to a contact and still miss vibrations elsewhere, as those of a beam in
 pieces with one mode each. A step of inverse iteration on the mesh shows this: eigenvectors stay as they are; where
 another shape changes at a probe, the probe is wrong by about as much, and the change of its frequency gives the phase
 by which the vibration is ahead at the end of the run.

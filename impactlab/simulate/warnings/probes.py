@@ -29,7 +29,7 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
     They are those of a load beside the probe. Modes of a free end have no force there, however many are kept, and those
     of an inner point no jump. Elements at a node without mass have the strain of a node that nothing presses. An
     element of a beam that is struck between its nodes has one shear force, where there should be two: `with_nodes_at`
-    says where a mesh has no node at a contact.
+    states where a mesh has no node at a contact.
     """
     for name, body in scene.elastic.items():
         model = _closed_model(built[name])
@@ -56,9 +56,9 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
 def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Yield warnings for probes of beams that modes left out change.
 
-    These probes of a moment or a shear force lack a share in the run. It is their static answer to the contact force of
-    each instant, beside the largest value of the probe: in a short impact the moment is that of the struck place alone,
-    and far smaller than in statics.
+    These probes of a moment or a shear force lack a share in the run. It is their static response to the contact force
+    of each instant, beside the largest value of the probe: in a short impact the moment is that of the struck place
+    alone, and far smaller than in statics.
     """
     scene, laws = history.scene, history.method.laws
     for name, body in scene.elastic.items():

@@ -3,7 +3,7 @@
 They are needed where the records lie beside these instants. Leapfrog keeps the velocities of the middle of each step,
 and free ends of delay lines their means over it: the last ones lie half a step before the end. Where a step with a kick
 reaches beyond the end of the run, a line from its start to its end passes through a mixture of both sides. In these
-runs the loop goes on for a step or two in arrays of its own, when a value is first asked for, and values at the end lie
+runs the loop goes on for a step or two in arrays of its own, when a value is first read, and values at the end lie
 on the line through two instants that no kick separates (`beyond_end`). Where events are located, the last step ends
 with the run.
 """
