@@ -162,6 +162,10 @@ def _turning(body: Body) -> str:
 def _end(end: End) -> str:
     units = {"spring": "N/m", "dashpot": "N·s/m", "mass": "kg"}
     held = f"{end.kind} {si(end.value, units[end.kind])}" if end.kind in units else end.kind
+    if end.rotational:
+        held += f" and {si(end.rotational, 'N m/rad')}"
+    if end.unbounded:
+        held = f"infinite ({held})"
     if end.load is not None:
         return f"{held} under a force over time"
     return f"{held} under {si(end.force, 'N')}" if end.force else held

@@ -419,6 +419,14 @@ def test_a_force_over_time_has_no_size_in_the_drawing() -> None:
     assert tips[0] > tips[1]
 
 
+def test_facts_of_ends_have_all_their_numbers() -> None:
+    """A spring against rotation is stated beside the one against deflection, an infinite end by its name."""
+    ends = End("spring", 1.0e3, rotational=100.0), End("dashpot", 5.0, unbounded=True)
+    rod = Rod("rod", (UNIT,), *ends)
+    words = dict(scene_facts(scene(bodies={"rod": rod}, contacts=()).scene))["rod"].replace("\N{NO-BREAK SPACE}", " ")
+    assert words.endswith("left spring 1 kN/m and 100 N·m/rad, right infinite (dashpot 5 N·s/m)")
+
+
 def test_every_way_to_hold_an_end_is_drawn() -> None:
     for end, mark in (
         ("spring", "polyline"),

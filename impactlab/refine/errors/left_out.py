@@ -105,10 +105,11 @@ class LeftOut(NamedTuple):
 def left_out(request: Simulation, max_frequency: float | None = None) -> Iterator[LeftOut]:
     """Yield the flexibility of modes beyond n at each contact [m/N].
 
-    Each contact of a beam has one by bending, and one by shear. At the middle of a pinned beam it is 2 L^3/(3 pi^4 EI
-    n^3) by bending, and L/(pi^2 kGA n) by shear below the cut-off frequency. Above it, of n modes c0/(c0 + cs) n shear
-    the sections and the others rotate them, with c0 = sqrt(EI/(rho I)) and cs = sqrt(kGA/(rho A)). At an end that may
-    move all modes have twice the amplitude of their waves inside, and the flexibility is twice as large.
+    Each contact of a beam has one by bending, and one by shear. At the middle of a pinned beam it is at most 2 L^3/(3
+    pi^4 EI n^3) by bending (half of it, as every other mode has a node there), and L/(pi^2 kGA n) by shear below the
+    cut-off frequency. Above it, of n modes c0/(c0 + cs) n shear the sections and the others rotate them, with
+    c0 = sqrt(EI/(rho I)) and cs = sqrt(kGA/(rho A)). At an end that may move all modes have twice the amplitude of
+    their waves inside, and the flexibility is twice as large.
 
     Parameters
     ----------
