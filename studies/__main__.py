@@ -1,8 +1,8 @@
-"""Runs studies: ``python -m studies NAME ... [--out DIR] [--check]``; without a name it lists them.
+"""Command line of the studies: ``python -m studies NAME ...``.
 
-``--check`` writes nothing to docs/ and fails where a page there differs from the study. Other options are those
-of one study: ``python -m studies NAME --help``. Beside these ``python studies/same_numbers.py`` compares the numbers of
-two versions.
+Options are ``[--out DIR] [--check]``; without a name it lists the studies. ``--check`` writes nothing to docs/ and
+fails where a page there differs from the study. Other options are those of one study: ``python -m studies NAME
+--help``. Beside these ``python studies/same_numbers.py`` compares the numbers of two versions.
 """
 
 from __future__ import annotations
@@ -51,7 +51,10 @@ def listing() -> str:
 
 
 def done(name: str, study: Study, out: Path | None) -> bool:
-    """Write a study into a folder, or into none and compare its pages; return whether they are those of docs/."""
+    """Write a study, or compare its pages with those of docs/.
+
+    It is written into a folder, or into none and only compared. Return whether its pages are those of docs/.
+    """
     began = time.process_time()
     if out is not None:
         made = write(study, out)

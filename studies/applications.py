@@ -1,4 +1,7 @@
-"""Figures of the pages on pile driving and on drilling; the table of the case measured_head (``--head``)."""
+"""Figures of the pages on pile driving and on drilling.
+
+Also the table of the case measured_head (``--head``).
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ PUT_IN = {
 
 
 def draw_blow() -> Figure:
-    """Return force and Z v at the head, the largest stresses along the pile, and the bearing graph."""
+    """Return the figure of one blow on a pile.
+
+    It shows force and Z v at the head, the largest stresses along the pile, and the bearing graph.
+    """
     case = il.load_case(CASES / "smith_pile.yaml")
     blow = piling.blow(case)
     head, length = blow.head, 20.0
@@ -53,7 +59,10 @@ def draw_blow() -> Figure:
 
 
 def draw_driving() -> Figure:
-    """Return the motion of head and toe per blow, and the residual forces along the pile."""
+    """Return the figure of head and toe motion per blow.
+
+    It also shows the residual forces along the pile.
+    """
     driving = piling.drive(il.load_case(CASES / "smith_pile.yaml"), 8)
     figure = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -128,7 +137,10 @@ def write_head(rows: Sequence[str]) -> int:
 
 
 def head_table() -> str:
-    """Return time, force and velocity at the head of `smith_pile` as a CSV text, 20 samples to a millisecond."""
+    """Return the head signals of `smith_pile` as a CSV text.
+
+    They are time, force and velocity, 20 samples to a millisecond.
+    """
     head = piling.blow(il.load_case(CASES / "smith_pile.yaml")).head
     time = np.linspace(0.0, head.time[-1], 2001)
     lines = ["time [ms],force [kN],velocity [m/s]"]
@@ -139,7 +151,10 @@ def head_table() -> str:
 
 
 def draw_match() -> Figure:
-    """Return the measured head velocity with that of the start and of the fitted soil, and how sure the numbers are."""
+    """Return the figure of a signal match with its uncertainties.
+
+    It shows the measured head velocity with that of the start and of the fitted soil.
+    """
     case = il.load_case(CASES / "measured_head.yaml")
     found, rough = matched(case, 0.02), start_of(case)
     figure = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
@@ -172,7 +187,10 @@ def start_of(case: il.Case) -> il.Case:
 
 
 def matched(case: il.Case, noise: float) -> piling.Match:
-    """Return the soil that matches the table, with noise on its velocity, from half of each number."""
+    """Return the soil that matches the table with noisy velocities.
+
+    The match starts from half of each number.
+    """
     time, force, velocity = np.loadtxt(CASES / "measured_head.csv", delimiter=",", skiprows=1, unpack=True)
     velocity = velocity + noise * velocity.max() * np.random.default_rng(1).standard_normal(velocity.size)
     return piling.match(start_of(case), 1e-3 * time, 1e3 * force, velocity, list(PUT_IN))

@@ -1,7 +1,7 @@
-"""The pages of the bench, benchmarks.md and its siblings for beams and mechanisms, from stored tables: nothing is run.
+"""The pages of the bench from stored tables: nothing is run.
 
-After ``impactlab bench --out DIR`` store its table with ``python -m studies bench --store rods DIR/table.csv``, then
-write the page with ``python -m studies bench``.
+They are benchmarks.md and its siblings for beams and mechanisms. After ``impactlab bench --out DIR`` store its table
+with ``python -m studies bench --store rods DIR/table.csv``, then write the page with ``python -m studies bench``.
 """
 
 from __future__ import annotations
@@ -37,7 +37,10 @@ CLOSE_UP = ("axial_impact", "two_material_rod")  # the scenes that are shown clo
 
 
 def stored(path: Path) -> bytes:
-    """Return a table as it is stored: without keys, numbers of six digits; the same rows give the same bytes."""
+    """Return a table as it is stored, in reproducible bytes.
+
+    It has no keys, and numbers of six digits; the same rows give the same bytes.
+    """
     cells = pandas.read_csv(path, dtype=str, keep_default_na=False).drop(columns="key", errors="ignore")
     for name in cells:
         if FIELDS.get(name, float) not in (str, int | None):
@@ -64,12 +67,15 @@ def listed(sentences: Sequence[str]) -> str:
 
 
 def tabled(sheet: Sheet) -> str:
-    """Return a sheet as it stands on the page; a sentence where it has no rows."""
+    """Return a sheet as it stands on the page.
+
+    It is a sentence where the sheet has no rows.
+    """
     return markdown(sheet).strip() if sheet.rows else "Not in this table."
 
 
 def refusals(bench: Bench) -> str:
-    """Return the reasons for which runs ended without a result, with the methods that they stopped.
+    """Return the reasons for runs without a result, with their methods.
 
     Reasons that differ by names and numbers alone stand together; # stands for a number, ... for a name.
     """

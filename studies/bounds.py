@@ -1,6 +1,7 @@
-"""Measured bounds that no formula gives: the largest gains of energy, and motion ahead of the wave: bounds.md.
+"""Measured bounds that no formula gives: bounds.md.
 
-Energy is taken after every step. The scenes are fixed, so that the numbers are reproducible.
+They are the largest gains of energy, and motion ahead of the wave. Energy is taken after every step. The scenes are
+fixed, so that the numbers are reproducible.
 """
 
 from __future__ import annotations
@@ -61,13 +62,19 @@ def struck(
     trips: float = 3.0,
     snapshots: tuple[float, ...] = (),
 ) -> Simulation:
-    """Return the 1999 paper's rod struck at its left end by a mass, the far end clamped or free."""
+    """Return the 1999 paper's rod struck by a mass.
+
+    It is struck at its left end, with the far end clamped or free.
+    """
     fields = {"right": End(far), "mass_ratio": 1.0 / alpha, "round_trips": trips, "snapshots": snapshots}  # type: ignore[arg-type]
     return mass_on_rod(model, law, integrator, step, **fields)
 
 
 def periodic_bar(elements: int, courant: float, mass: str = "consistent") -> Simulation:
-    """Return the bar that starts from a uniform strain and bounces against a wall periodically, over four periods."""
+    """Return the periodically bouncing bar, over four periods.
+
+    It starts from a uniform strain and bounces against a wall.
+    """
     model = FiniteElement(elements, mass)  # type: ignore[arg-type]
     rod = Rod("rod", (UNIT,), FREE, CLAMPED, displacement=lambda x: (1.0 - x) / 2.0)
     step = StepRule(courant=courant)
@@ -75,7 +82,11 @@ def periodic_bar(elements: int, courant: float, mass: str = "consistent") -> Sim
 
 
 class Gain(NamedTuple):
-    """Gain above the initial energy, largest rise above an earlier value, largest loss; over the initial energy."""
+    """Energy gain, rise and loss of a run, relative.
+
+    They are the gain above the initial energy, the largest rise above an earlier value, and the largest loss, over the
+    initial energy.
+    """
 
     above: float
     rise: float
@@ -83,7 +94,10 @@ class Gain(NamedTuple):
 
 
 def gain_of(scene: Simulation) -> Gain | None:
-    """Return the gains of a scene; None where the pair is refused, infinite where the run fails."""
+    """Return the gains of a scene.
+
+    None where the pair is refused, infinite where the run fails.
+    """
     try:
         book = trace(scene).history.energy
     except (CaseError, PairingError):
@@ -209,7 +223,10 @@ def implicit(first: int, last: int) -> Iterable[tuple[str, Gain | None]]:
 
 
 def adaptive(method: str) -> Iterable[tuple[str, Gain | None]]:
-    """Rows of an adaptive solver: gains in units of its tolerance, the largest over laws, mass ratios and ends."""
+    """Yield rows of an adaptive solver: gains over its tolerance.
+
+    They are the largest over laws, mass ratios and ends.
+    """
     laws = (Penalty(Relative(1.0)), Penalty(Relative(1.0), Relative(0.3)), Hertz(1e13))
     model, rule = FiniteElement(5, "lumped"), StepRule(points_per_period=10.0)
     for tolerance in (1e-4, 1e-6, 1e-8):
@@ -239,7 +256,10 @@ def constraint() -> Iterable[tuple[str, Gain | None]]:
 
 
 def precursors() -> Iterable[str]:
-    """Rows of the motion before the wave arrives: largest velocity further than c t + margin, over v0."""
+    """Yield rows of the motion before the wave arrives.
+
+    They have the largest velocity further than c t + margin, over v0.
+    """
     trip = STEEL.length / STEEL.wave_speed
     times = tuple(trip * i / 20.0 for i in range(2, 18))
     settings: list[tuple[str, AbstractRodModel, AbstractIntegrator, StepRule]] = []

@@ -1,4 +1,7 @@
-"""The cases with their exact or converged answers, one line per case and variant: cases.md and its sheet of forces."""
+"""The cases with exact or converged solutions: cases.md.
+
+It has one line per case and variant, and a sheet of forces.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ NOTHING = 1e-9  # of the largest speed or force: rounding
 
 
 class Line(NamedTuple):
-    """A case or variant with its answer."""
+    """A case or variant with its solution."""
 
     case: Case
     scene: Scene
@@ -35,7 +38,7 @@ class Line(NamedTuple):
 
 
 def answered(name: str) -> Iterator[Line]:
-    """Return a case as written and each of its variants, with their answers."""
+    """Return a case as written and each of its variants, with their solutions."""
     case = il.load_case(CASES / f"{name}.yaml")
     for each in (case, *(case.variant(variant) for variant in case.variant_names if variant != "base")):
         scene, method = each.simulation()
@@ -85,14 +88,20 @@ def peak(line: Line) -> str:
 
 
 def unbounded(scene: Scene, method: Method) -> bool:
-    """Return whether a viscous rod is struck hard: its force starts as t^-1/2, and a mesh tells only where it ends."""
+    """Return whether a viscous rod is struck hard.
+
+    Its force starts as t^-1/2, and a mesh only determines where it ends.
+    """
     viscous = {n for n, b in scene.bodies.items() if isinstance(b, Rod) and any(s.viscosity > 0.0 for s in b.segments)}
     hard = [contact for contact in scene.contacts if method.laws[contact.name].hard]
     return any({contact.left.body, contact.right.body} & viscous for contact in hard)
 
 
 def leaves(line: Line) -> str:
-    """Return the mean velocity at the end of the first body that moved at the start."""
+    """Return as text the mean final velocity of a moving body.
+
+    It is the first body that moved at the start.
+    """
     history = line.reference.history
     for name, body in line.scene.bodies.items():
         if isinstance(body, Wall) or body.velocity == 0.0:

@@ -1,4 +1,6 @@
-"""Measures what one run states of its error: ``python -m studies.error_equation [--count 400] [--seed 1]``.
+"""Measured errors of single runs against their estimates.
+
+``python -m studies.error_equation [--count 400] [--seed 1]``
 
 Random beams and rigid bodies of the audit (`studies.audit`) are run at three fineness, and again with the same modes
 and much finer steps. The error by the steps that a run states (`impactlab.refine.errors.one_run`) is compared with the
@@ -31,7 +33,10 @@ ONCE, AGAIN = "one touch", "several touches"
 
 
 def rows_of(kind: str, seed: int, number: int) -> Iterator[tuple[str, float, float]]:
-    """Give what a scene was touched like, the stated error (inf: none) and the true one, by fineness."""
+    """Yield touch, stated error and true error of a scene by fineness.
+
+    The stated error is inf where there is none.
+    """
     case = case_for(draw(kind, seed, number).doc)
     request = Simulation(*case.simulation())
     description = next((each for each in for_choice(request)[0] if math.isfinite(each.alone)), None)

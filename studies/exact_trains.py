@@ -1,4 +1,4 @@
-"""Random Hopkinson trains solved exactly, against the bars as one rod and against a lattice of tiny steps.
+"""Random Hopkinson trains solved exactly, compared with rods and lattices.
 
 python studies/exact_trains.py [--trains 200] [--seed 1] [--out TABLE.md]
 
@@ -30,7 +30,10 @@ COUNTS = (100, 1000, 2000, 5000, 10_000)
 
 
 def walls(contacts: int) -> Simulation:
-    """Return a rod between two walls (units c = Z = L = 1, gaps of 4, velocity 1) over so many contacts."""
+    """Return a rod between two walls over so many contacts.
+
+    Units are c = Z = L = 1, with gaps of 4 and the velocity 1.
+    """
     bar, left, right = rod(velocity=1.0), Wall("left"), Wall("right")
     pairs = [
         (point(left), point(bar, "left"), 4.0, HARD),
@@ -94,7 +97,7 @@ def bounces() -> str:
 
 
 def main() -> int:
-    """Compute both tables, print them and write them where asked."""
+    """Compute both tables, print them and write them if requested."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--trains", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)

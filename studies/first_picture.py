@@ -1,6 +1,7 @@
-"""The animated picture of the first page: a mass strikes a rod, its waves, the contact force.
+"""The animated picture of the first page: impact, waves, contact force.
 
-``python -m studies.first_picture`` writes docs/figures/impact.gif from the exact answer of the paper's impact.
+A mass strikes a rod. ``python -m studies.first_picture`` writes docs/figures/impact.gif from the exact solution of the
+paper's impact.
 """
 
 from __future__ import annotations
@@ -28,7 +29,10 @@ BLUE_TO_RED = LinearSegmentedColormap.from_list("stress", ["#1c4fb4", "#7fa6ee",
 
 
 def axes_of(figure: Figure) -> tuple[Axes, Axes, Axes]:
-    """Return the axes of the scene, of the waves below it, and of the force beside both."""
+    """Return the axes of scene, waves and force.
+
+    The waves are below the scene, the force is beside both.
+    """
     scene = figure.add_axes((0.075, 0.775, 0.5, 0.14))
     waves = figure.add_axes((0.075, 0.135, 0.5, 0.585))
     force = figure.add_axes((0.665, 0.135, 0.32, 0.585))
@@ -109,7 +113,10 @@ def pictures() -> list[Image.Image]:
 
 
 def colours() -> list[tuple[float, ...]]:
-    """Return the palette of all pictures: the stresses in small steps, and blends of ink, grey and line with paper."""
+    """Return the palette of all pictures.
+
+    It has the stresses in small steps, and blends of ink, grey and line with paper.
+    """
     lines = [(style.INK, 6), (style.MUTED, 6), (style.GRID, 2), (style.PALETTE[1], 5)]
     blends = [LinearSegmentedColormap.from_list("", [style.PAPER, ink], parts)(range(parts)) for ink, parts in lines]
     return [tuple(colour[:3]) for colour in (*BLUE_TO_RED(np.linspace(0.0, 1.0, 61)), *np.concatenate(blends))]

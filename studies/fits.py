@@ -1,7 +1,8 @@
-"""Fits of noisy signals of known numbers: how often they reach the noise, and how often their intervals hold.
+"""Fits of noisy signals of known numbers: success and coverage.
 
-``python -m studies.fits [--trials 100]`` writes the table of docs/fits.md. Starts lie 25 % off (standard deviation of
-the logarithm 0.22), the noise is 2 % of the largest value, the trigger time is unknown.
+They count how often fits reach the noise, and how often their intervals hold. ``python -m studies.fits [--trials 100]``
+writes the table of docs/fits.md. Starts lie 25 % off (standard deviation of the logarithm 0.22), the noise is 2 % of
+the largest value, the trigger time is unknown.
 """
 
 from __future__ import annotations
@@ -84,9 +85,10 @@ def number(case: il.Case, path: str) -> float:
 
 
 class Count(NamedTuple):
-    """Of some trials: those at the noise, those with a loss above that of the truth, intervals that hold.
+    """Counts of some trials and of the intervals that hold.
 
-    Of trials with outliers those, too, in which no estimate moves by more than half of its interval.
+    Counted are those at the noise, and those with a loss above that of the truth. Of trials with outliers those, too,
+    in which no estimate moves by more than half of its interval.
     """
 
     reached: int
@@ -171,7 +173,10 @@ def main() -> None:
 
 
 def write(found: dict[tuple[str, str], str]) -> None:
-    """Write lines of the table by scene and noise; lines that were not made again stay."""
+    """Write lines of the table by scene and noise.
+
+    Lines that were not made again stay.
+    """
     page = DOCS / "fits.md"
     before, _, rest = page.read_text(encoding="utf-8").partition(START)
     table, _, after = rest.partition(END)

@@ -1,4 +1,7 @@
-"""Figures and numbers of the page on granular chains: the solitary wave, tapered and decorated chains, rods."""
+"""Figures and numbers of the page on granular chains.
+
+They are on the solitary wave, tapered and decorated chains, and rods.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,10 @@ def wave_of(history: AbstractHistory) -> LeadingWave:
 
 
 def dated_wave(history: AbstractHistory) -> LeadingWave:
-    """Return the same by the instants at which contacts close, where records are too far apart for a wave."""
+    """Return the leading wave by the closing times of contacts.
+
+    It serves where records are too far apart for a wave.
+    """
     names = [contact.name for contact in history.scene.contacts][:-FREE]
     first = [history.spans(name)[0] for name in names]
     starts, peaks = ([getattr(span, field) for span in first] for field in ("start", "peak_force"))
@@ -39,7 +45,10 @@ def dated_wave(history: AbstractHistory) -> LeadingWave:
 
 
 def speeds() -> str:
-    """Return the table of measured factors: of the second half of chains of 100, 1000 and 10000 beads."""
+    """Return the table of measured factors.
+
+    They are of the second half of chains of 100, 1000 and 10000 beads.
+    """
     rows = []
     for text, variant, read in (
         ("100 beads", "base", wave_of),
@@ -57,7 +66,10 @@ def speeds() -> str:
 
 
 def wave() -> Figure:
-    """Return the figure: the force of one contact against both waves, and forces and factor along the chain."""
+    """Return the figure of the solitary wave.
+
+    It shows the force of one contact against both waves, and forces and factor along the chain.
+    """
     figure = Figure(figsize=(style.WIDTH, 3.5), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
     history = run("solitary_wave")
@@ -88,7 +100,10 @@ def wave() -> Figure:
 
 
 def chains() -> Figure:
-    """Return the figure: largest forces along uniform, tapered and decorated chains, and the pulse in a bar."""
+    """Return the figure of largest forces along chains.
+
+    Chains are uniform, tapered and decorated; the pulse in a bar is shown, too.
+    """
     figure = Figure(figsize=(style.WIDTH, 3.4), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
     for (name, text), colour in zip(

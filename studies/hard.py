@@ -1,6 +1,7 @@
-"""Every method on the hard cases: hard-cases.md, from the stored table of ``impactlab bench --suite hard``.
+"""Every method on the hard cases: hard-cases.md, from a table.
 
-A violation in the table stops the study. ``python -m studies hard --run`` measures the table again.
+It is the stored table of ``impactlab bench --suite hard``. A violation in the table stops the study. ``python -m
+studies hard --run`` measures the table again.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from studies.pages import DOCS, ROOT, Study
 
 TABLE = DOCS / "bench" / "hard.csv.gz"
 
-HEAD = f"""# Hard cases: what every method does where methods break
+HEAD = f"""# Hard cases: every method where methods break
 
 Written by `python -m studies hard` from the table of `impactlab bench --suite hard`; the cases are in
 [cases/hard](../cases/hard), each with its purpose and its exact answer; the methods are in

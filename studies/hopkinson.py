@@ -17,7 +17,10 @@ LOADED = 300e-6  # s, when the pulse arrives at the specimen
 
 
 def draw_test() -> Figure:
-    """Return the signals of both gauges, and the curve of the evaluation over that of the law."""
+    """Return the figure of both gauges, and of the curves.
+
+    They are the curve of the evaluation and that of the law.
+    """
     history = il.run(il.load_case(CASES / "hopkinson_aluminium.yaml"))
     figure = Figure(figsize=(style.WIDTH, 3.1), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -40,7 +43,10 @@ def draw_test() -> Figure:
 
 
 def draw_ring_up() -> Figure:
-    """Return stress over strain by one, two and three waves of a specimen with mass, and its equilibrium ratio."""
+    """Return the figure of a specimen with mass by three evaluations.
+
+    It shows stress over strain by one, two and three waves, and its equilibrium ratio.
+    """
     test = hopkinson.of_history(il.run(il.load_case(CASES / "hopkinson_ring_up.yaml")), rate=10e6)
     figure = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -58,7 +64,10 @@ def draw_ring_up() -> Figure:
 
 
 def draw_dispersion() -> Figure:
-    """Return phase speeds over diameter by wavelength, and a pulse before and after 1.5 m of bar."""
+    """Return the figure of phase speeds and of a dispersed pulse.
+
+    Speeds are over diameter by wavelength; the pulse is shown before and after 1.5 m of bar.
+    """
     figure = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
     left, right = figure.subplots(1, 2)
     ratio = np.linspace(0.0, 2.0, 201)

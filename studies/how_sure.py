@@ -1,4 +1,7 @@
-"""Intervals of fits: how often each kind holds the true numbers, and the figure of their profiles."""
+"""Intervals of fits: their coverage, and the figure of profiles.
+
+The coverage is how often each kind holds the true numbers.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,10 @@ def draw() -> Figure:
 
 
 def coverage() -> str:
-    """Return the table of how often the intervals of three numbers hold, by kind and noise."""
+    """Return the table of the coverage of intervals.
+
+    It is how often the intervals of three numbers hold, by kind and noise.
+    """
     warnings.simplefilter("ignore")
     of, truth = case(2000.0), {STIFFNESS: 2e8, DAMPING: 2000.0, MASS: 2.133}
     exact, rows = clean(of), []

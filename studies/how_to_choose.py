@@ -1,4 +1,7 @@
-"""Errors, energies and times of methods on the paper's impact and other cases: the tables of how-to-choose.md."""
+"""Errors, energies and times of methods: how-to-choose.md.
+
+Its tables are of the paper's impact and other cases.
+"""
 
 from __future__ import annotations
 
@@ -210,7 +213,10 @@ def bases() -> str:
 
 
 def without_times(page: str) -> str:
-    """Return the page without the last cell of rows that end in a time, and without rows that chatter."""
+    """Return the page without times and without rows that chatter.
+
+    A time is the last cell of a row.
+    """
     return re.sub(r"\| [\d.]+ \|$|^.*\| ~.*$", "|", page, flags=re.MULTILINE)
 
 

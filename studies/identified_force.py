@@ -1,4 +1,7 @@
-"""Figure of the page on wave identification: contact force of the paper's impact, exact and by the 1999 method."""
+"""Figure of the page on wave identification.
+
+It shows the contact force of the paper's impact, exact and by the 1999 method.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,10 @@ from studies.pages import CASES, Study
 
 
 def draw() -> Figure:
-    """Return the figure: contact force over time, and the displacement of the struck face, in the paper's units."""
+    """Return the figure of contact force and face displacement.
+
+    They are over time, in the units of the paper.
+    """
     case = il.load_case(CASES / "axial_impact.yaml")
     scene = case.scene()
     [rod] = [body for body in scene.bodies.values() if isinstance(body, Rod)]

@@ -29,7 +29,10 @@ def bar(*instruments: dict[str, Any]) -> il.Case:
 
 
 def draw_instruments() -> Figure:
-    """Return the true and the measured signal of three gauges, each with one fault of its own."""
+    """Return the figure of true and measured signals of three gauges.
+
+    Each has one fault of its own.
+    """
     history = il.run(
         bar(
             {"length": 0.02, "rate": 2e6},

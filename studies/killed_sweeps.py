@@ -27,7 +27,10 @@ QUANTITIES = "impulse,contacts,peak_force"
 
 
 def command(out: Path, points: int, *options: str) -> list[str]:
-    """Return the command of the sweep; an axis of methods keeps each point a run of its own."""
+    """Return the command of the sweep.
+
+    An axis of methods keeps each point a run of its own.
+    """
     main = "from impactlab.cli import main; main()"
     over = f"--over=bodies.hammer.mass=0.5 kg:5 kg:{points}log"
     own = ["sweep", str(CASE), "--over=method=continuous", over, f"--quantities={QUANTITIES}", "--out", str(out)]
@@ -47,7 +50,10 @@ def tree(pid: int) -> list[int]:
 
 
 def workers_of(pid: int) -> list[int]:
-    """Return the worker processes of a local cluster: those that have loaded compiled code of impactlab."""
+    """Return the worker processes of a local cluster.
+
+    They are those that have loaded compiled code of impactlab.
+    """
     found = []
     for child in tree(pid):
         try:
@@ -60,9 +66,10 @@ def workers_of(pid: int) -> list[int]:
 
 
 def killed(out: Path, whole: list[str], kills: int, chance: random.Random, *, worker: bool = False) -> tuple[int, int]:
-    """Run a sweep that is killed so many times; return the kills that hit and the chunks that were written twice.
+    """Run a sweep that is killed several times.
 
-    The killed process is the one that calls, or a ``worker`` of its cluster.
+    Return the kills that hit and the chunks that were written twice. The killed process is the one that calls, or a
+    ``worker`` of its cluster.
     """
     hit = twice = 0
     while True:

@@ -36,12 +36,12 @@ from studies.pages import CASES, Study
 ROD, BEAM, TURNING, CRANK = "", "beam: ", "turning beam: ", "slider-crank: "  # before the name of a model: its body
 BEAM_ELEMENTS, BEAM_MODES = 20, 20  # of the models of beams
 LINK_ELEMENTS, LINK_MODES = 40, 6  # of the connecting rod of the slider-crank
-FINE_STEP = 2.5e-7  # s, of the answer of the slider-crank
+FINE_STEP = 2.5e-7  # s, of the solution of the slider-crank
 YIELD = 1.0e5  # N, of joints on the slider-crank
 SLOW = 0.1  # Courant number of an explicit scheme on beams, whose bending waves outrun axial ones on short elements
 LIMIT = 300.0  # s, after which a cell counts as hung; the first ones compile
-ELEMENTS, MODES = 100, 40  # of every model that asks for them; nodes where the order is higher
-NOTED = 1e-3  # energy gain over the initial energy from which a cell tells it
+ELEMENTS, MODES = 100, 40  # of every model that needs them; nodes where the order is higher
+NOTED = 1e-3  # energy gain over the initial energy from which a cell states it
 AGAIN = 0.2  # s; a run that is shorter is timed twice
 
 
@@ -94,9 +94,9 @@ def label(name: str, options: Mapping[str, Any]) -> str:
 
 
 def variants(group: Group, name: str) -> dict[str, Any]:
-    """Return a part as it is by default, and once more for each other choice (a word or a yes) among its examples.
+    """Return a part by default, and with its other choices.
 
-    Options that have no default come from the first of its examples.
+    A choice is a word or a yes among its examples. Options that have no default come from the first of its examples.
     """
     kind = registry().load(group, name)
     first = options_to_try(kind)[0]
@@ -134,7 +134,10 @@ def schemes() -> dict[str, Scheme]:
 
 @cache
 def models() -> dict[str, AbstractRodModel]:
-    """Return every registered model with each of its examples, and with every basis where it has a choice of them."""
+    """Return every registered model with its examples and bases.
+
+    Every basis is used where a model has a choice of them.
+    """
     ours = registry().only("impactlab")
     made: dict[str, AbstractRodModel] = {}
     for name in ours.names(MODELS):
@@ -153,7 +156,10 @@ def models() -> dict[str, AbstractRodModel]:
 
 
 def beam_models() -> dict[str, AbstractRodModel]:
-    """Return the models of the beams: meshes of both masses, modes of a mesh and analytic ones; modes of the crank."""
+    """Return the models of the beams and of the crank.
+
+    They are meshes of both masses, modes of a mesh and analytic ones; modes of the crank.
+    """
     mesh = {"elements": BEAM_ELEMENTS}
     modes = {**mesh, "modes": BEAM_MODES}
     tried: list[tuple[str, str, dict[str, Any]]] = [
@@ -170,7 +176,10 @@ def beam_models() -> dict[str, AbstractRodModel]:
 
 
 def sized(kind: type[Any], options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of a model with the sizes of this page: as many nodes for every order."""
+    """Return a model's options with the sizes of this page.
+
+    Every order has as many nodes.
+    """
     size = {"elements": ELEMENTS // options.get("order", 1), "modes": MODES}
     defaults = {field.name for field in dataclasses.fields(kind)}
     return {key: size.get(key, value) if key in defaults else value for key, value in options.items()}
@@ -186,7 +195,10 @@ def model_label(name: str, options: Mapping[str, Any]) -> str:
 
 
 def step_of(integrator: AbstractScheme, model: AbstractRodModel, courant: float = 0.5) -> StepRule:
-    """Return ten points per period, or a Courant number for an explicit scheme on a mesh."""
+    """Return ten points per period, or a Courant number.
+
+    The latter is for an explicit scheme on a mesh.
+    """
     explicit = isinstance(integrator, AbstractIntegrator) and integrator.load_point == 0.0
     if explicit and model.has_mesh:
         return StepRule(courant=courant)
@@ -200,9 +212,10 @@ def body_of(model: str) -> str:
 
 @cache
 def case(body: str, trips: float) -> tuple[Simulation, AbstractHistory]:
-    """Return the case of a body over some round trips, or a share of its duration, and its answer.
+    """Return the case of a body, and its solution.
 
-    The answer is exact for the rod, converged for beams, and a fine run where nothing else serves the scene.
+    It runs over some round trips, or a share of its duration. The solution is exact for the rod, converged for beams,
+    and a fine run where nothing else serves the scene.
     """
     subject = SUBJECTS[body]
     written = il.load_case(CASES / subject.file).with_("snapshots", []).with_settings(subject.changes)
@@ -216,12 +229,15 @@ def case(body: str, trips: float) -> tuple[Simulation, AbstractHistory]:
 
 
 def case_of(model: str, trips: float) -> tuple[Simulation, AbstractHistory]:
-    """Return the case that a model describes, and its answer."""
+    """Return the case that a model describes, and its solution."""
     return case(body_of(model), trips)
 
 
 def law_on(model: str, law: str, given: Simulation) -> Any:
-    """Return a law; on beams a power law has the stiffness of the case, a spring the tangent of that at its peak."""
+    """Return a law with the stiffness of a case.
+
+    On beams a power law has that stiffness, a spring the tangent of that at its peak.
+    """
     part, body = laws()[law], body_of(model)
     fields = {field.name for field in dataclasses.fields(part)}
     if body == ROD or "stiffness" not in fields:
@@ -263,7 +279,10 @@ def outcome(model: str, law: str, scheme: str, trips: float = 3.0, timed: bool =
 
 
 def judged(history: AbstractHistory, scene: Scene, reference: AbstractHistory) -> Outcome:
-    """Return the figures of a run that ended; one that is no finite number makes the cell broken."""
+    """Return the figures of a run that ended.
+
+    One that is no finite number makes the cell broken.
+    """
     mass = metrics.mass_displacement(history, reference, scene)
     face = metrics.face_displacement(history, reference, scene)
     second = None
@@ -286,7 +305,10 @@ def cells() -> list[Cell]:
 def run_all(
     wanted: Sequence[Cell], trips: float = 3.0, limit: float = LIMIT, timed: bool = True
 ) -> dict[Cell, Outcome]:
-    """Return the outcome of each cell, run by two processes; one that hangs is killed after ``limit`` [s]."""
+    """Return the outcome of each cell, run by two processes.
+
+    One that hangs is killed after ``limit`` [s].
+    """
     found = {}
     for cell, status, value in outcomes(partial(outcome_of, trips=trips, timed=timed), wanted, workers=2, limit=limit):
         found[cell] = value if status == "done" else Outcome("broken", text=f"{status}: {value}")
@@ -307,7 +329,10 @@ def percent(share: float) -> str:
 
 
 def alike(text: str) -> str:
-    """Return a reason without the names of laws and integrators and without its numbers, which differ cell by cell."""
+    """Return a reason without names and numbers.
+
+    Names are of laws and integrators; they differ cell by cell.
+    """
     names = sorted({kind_of(each) for each in (*laws().values(), *(s.integrator for s in schemes().values()))})
     text = re.sub(rf"(law|integrator|under) '(?:{'|'.join(names)})'", r"\1 '...'", text)
     text = re.sub(r" \(t = .*?\)$", "", text)
@@ -315,7 +340,7 @@ def alike(text: str) -> str:
 
 
 class Legend:
-    """Codes of reasons, in the order in which they are met: the same reasons share one."""
+    """Codes of reasons, in order; the same reasons share one."""
 
     def __init__(self) -> None:
         self.codes: dict[tuple[str, str], str] = {}

@@ -1,4 +1,7 @@
-"""Pages of docs/ that a study writes: text between two comments of a page, tables, figures, and their comparison."""
+"""Pages of docs/ that a study writes, and their comparison.
+
+A study writes text between two comments of a page, tables and figures.
+"""
 
 from __future__ import annotations
 
@@ -32,9 +35,10 @@ class Study(NamedTuple):
 
 
 def filled(parts: Mapping[str, Callable[[], str]]) -> Text:
-    """Return the function that replaces the named parts of a page, each between two comments, and keeps the rest.
+    """Return the function that replaces the named parts of a page.
 
-    A part begins after ``<!-- table: NAME -->`` and ends before ``<!-- end of table -->``.
+    Each is between two comments; the rest is kept. A part begins after ``<!-- table: NAME -->`` and ends before ``<!--
+    end of table -->``.
     """
 
     def fill(page: str) -> str:
@@ -50,7 +54,10 @@ def filled(parts: Mapping[str, Callable[[], str]]) -> Text:
 
 
 def table(head: str | Sequence[str], rows: Sequence[str | Sequence[str]]) -> str:
-    """Return a table in Markdown; a line is its cells, or their text with bars between them."""
+    """Return a table in Markdown.
+
+    A line is its cells, or their text with bars between them.
+    """
     first, *lines = (line if isinstance(line, str) else " | ".join(line) for line in (head, *rows))
     rule = "|".join(["---"] * (first.count("|") + 1))
     return "\n".join([f"| {first} |", f"|{rule}|", *(f"| {line} |" for line in lines)])

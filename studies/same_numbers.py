@@ -75,7 +75,10 @@ def options(group: Any, name: str) -> Iterator[dict[str, Any]]:
 
 
 def matrix_cells() -> Iterator[Cell]:
-    """Give every law with every integrator on every model of a rod and of a beam, each with its examples."""
+    """Yield every law with every integrator on every model.
+
+    Models are of a rod and of a beam, each with its examples.
+    """
     ours = registry().only("impactlab")
 
     def parts(group: Any) -> list[str]:
@@ -128,7 +131,10 @@ def summary_of(cell: Cell) -> dict[str, Any]:
 
 
 def numbers(document: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Give the numbers and the words of a summary with their paths, without times and texts."""
+    """Yield the numbers and words of a summary with their paths.
+
+    Times and texts are left out.
+    """
     if isinstance(document, Mapping):
         for key, value in document.items():
             if key not in (*UNSAFE, *TEXTS) and not key.endswith(("_s", "_ms")):
@@ -196,7 +202,10 @@ def starts_at_rounding(changes: list[Moved]) -> bool:
 
 
 def report(before: Mapping[str, Mapping[str, Any]], after: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the changes, as text: the cells by their largest change, then the cells that need a reason."""
+    """Return the changes as text, by cells.
+
+    First come the cells by their largest change, then the cells that need a reason.
+    """
     by_cell: dict[str, list[Moved]] = {}
     for each in moved(before, after):
         by_cell.setdefault(each.cell, []).append(each)

@@ -62,7 +62,10 @@ class Found(NamedTuple):
 
 
 def draw(seed: int, steppers: Iterable[str], springs_only: bool = False) -> Drawn:
-    """Return a mass that strikes a rod: free, clamped, with a dashpot, or with a wall behind it."""
+    """Return a mass that strikes a rod with a random end.
+
+    The rod is free, clamped, with a dashpot, or with a wall behind it.
+    """
     r = np.random.default_rng(seed)
     length, area, young, density = (
         r.uniform(0.2, 1.0),
@@ -119,7 +122,10 @@ def draw(seed: int, steppers: Iterable[str], springs_only: bool = False) -> Draw
 
 
 def true_derivatives(case: il.Case, path: str) -> list[float]:
-    """Return derivatives of all values of an exact case; NaN where its contacts change within the difference."""
+    """Return derivatives of all values of an exact case.
+
+    NaN where its contacts change within the difference.
+    """
     at = read_parameters(case, [path])[0].value
 
     def run(value: float) -> tuple[list[float], tuple[Any, ...]]:
@@ -168,7 +174,10 @@ def scenes(
 
 
 def line(name: str, found: list[Found]) -> list[str]:
-    """Return the line of a table: counts, share within three errors, median of the stated errors, reasons."""
+    """Return the line of a table on derivatives.
+
+    It has counts, share within three errors, median of the stated errors, and reasons.
+    """
     given = [each for each in found if not each.difference.reason]
     known = [each for each in given if math.isfinite(each.true)]
     errors = [each.difference.error / abs(each.difference.derivative) for each in given if each.difference.derivative]
@@ -222,7 +231,10 @@ def by_events() -> str:
 
 
 def struck(**solve: Any) -> il.Case:
-    """Return the struck rod with a contact spring; E = rho = A = v0 = 1, T = 1."""
+    """Return the struck rod with a contact spring in units.
+
+    These are E = rho = A = v0 = 1, T = 1.
+    """
     rod = il.Rod(length=0.5, area=1.0, material={"young": 1.0, "density": 1.0}, ends={"right": "clamped"})
     return il.Case(
         name="struck",

@@ -1,1 +1,4 @@
-"""The bench: a grid of methods and settings run over a suite of cases, kept row by row in one table."""
+"""The bench: methods and settings over a suite of cases.
+
+The rows are kept one by one in one table.
+"""

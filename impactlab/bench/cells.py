@@ -1,4 +1,7 @@
-"""The cells of a bench: which method is run on which scene, with which settings, and the key of its row."""
+"""The cells of a bench: method, scene and settings of each row.
+
+Each cell has the key of its row.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ class Cell(NamedTuple):
 
 
 class Job(NamedTuple):
-    """The work of one cell: the scene as it was read when the key was taken."""
+    """The work of one cell, with the scene as first read.
+
+    It was read when the key was taken.
+    """
 
     key: str
     name: str  # of the case
@@ -45,7 +51,9 @@ class Job(NamedTuple):
 
 
 def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
-    """Return the files of the cases given, or those of a suite in the current folder.
+    """Return the files of the cases given, or those of a suite.
+
+    A suite is in the current folder.
 
     Raises
     ------
@@ -70,7 +78,9 @@ def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
 def cells(
     files: Sequence[Path], suite: str, families: Sequence[Family], methods: Sequence[str] | None = None
 ) -> tuple[list[Cell], dict[str, Job]]:
-    """Return the cells of some case files, and for each key the job that makes its row.
+    """Return the cells of some case files, and their jobs by key.
+
+    A job makes the row of its key.
 
     Parameters
     ----------
@@ -111,7 +121,10 @@ def cells(
 
 
 def laws_left_out(found: Sequence[Cell], families: Sequence[Family], suite: str) -> list[str]:
-    """Return a sentence for each family of an own grid whose law replaces none of a scene, as its laws are physical."""
+    """Return a sentence for each family whose law replaces none.
+
+    The family is that of an own grid, and the laws of the scene are physical.
+    """
     common = read_grid(of_suite(suite))
     texts = []
     for family in families:
@@ -130,13 +143,16 @@ def laws_left_out(found: Sequence[Cell], families: Sequence[Family], suite: str)
 
 
 def bare(case: Case) -> Case:
-    """Return the scene that a case describes, without the methods and variants that stand beside it."""
+    """Return the scene of a case without its methods and variants."""
     data = {key: value for key, value in case.document.data.items() if key not in ("methods", "variants")}
     return case_of(case.name, case.file, Document(data, {}), registry=case.registry)
 
 
 def keys_of(case: Case, method: str, settings: dict[str, Any]) -> tuple[str, str | None]:
-    """Return the key of a method on a case and that of its reference; None where the case refuses the method."""
+    """Return the key of a method on a case and its reference's.
+
+    The latter is None where the case refuses the method.
+    """
     try:
         solved = case.solved_by(method, settings)
         return row_key(solved), reference_key(*api.physics_of(solved))

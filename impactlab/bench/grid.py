@@ -1,4 +1,7 @@
-"""The grid: families of methods, each with a ladder of levels from coarse to fine. A grid is data, a YAML file."""
+"""The grid: families of methods, each with levels from coarse to fine.
+
+A grid is data, a YAML file.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +65,10 @@ class Family:
         return without == (self.scenes == "without_steps")
 
     def values(self, scene: Scene, method: Method, level: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the method that a level makes for a scene: dotted path to value, as under ``methods`` of a case."""
+        """Return the method that a level makes for a scene.
+
+        It is dotted path to value, as under ``methods`` of a case.
+        """
         if self.own:
             return dict(self.settings)
         blocks = {part: copy.deepcopy(getattr(self, part)) for part in PARTS}
@@ -92,13 +98,19 @@ def _put(block: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
 
 
 def own_families(case: Case) -> tuple[Family, ...]:
-    """Return the methods that a case names, ``own.NAME`` of one level each; ``own.base`` is the case as written."""
+    """Return the methods that a case names as families.
+
+    They are ``own.NAME`` of one level each; ``own.base`` is the case as written.
+    """
     methods = {"base": {}, **case.checked.methods}
     return tuple(Family(f"own.{name}", f"its method {name}", settings=methods[name], own=True) for name in methods)
 
 
 def of_suite(suite: str) -> Path:
-    """Return the grid file of a suite: one of its own, such as hard.yaml, or the common one."""
+    """Return the grid file of a suite.
+
+    It is one of its own, such as hard.yaml, or the common one.
+    """
     path = BUILT_IN.parent / f"{suite}.yaml"
     return path if suite.isidentifier() and path.is_file() else BUILT_IN
 
@@ -122,7 +134,10 @@ def read_grid(path: Path) -> tuple[Family, ...]:
 
 
 def chosen(families: Sequence[Family], methods: Sequence[str] | None) -> tuple[Family, ...]:
-    """Return the families of the given names; all where none is given. ``own`` and ``own.NAME`` are left to cases."""
+    """Return the families of the given names; all by default.
+
+    ``own`` and ``own.NAME`` are left to cases.
+    """
     if methods is None:
         return tuple(families)
     known = {family.name: family for family in families}
@@ -199,7 +214,10 @@ def _family(name: str, block: Any) -> Family:
 
 
 def _levels(block: Any, path: str) -> tuple[Mapping[str, Any], ...]:
-    """Return the levels of lists of values: the first of each list, the second of each, and so on."""
+    """Return the levels of lists of values.
+
+    They are the first of each list, the second of each, and so on.
+    """
     _need(isinstance(block, dict), f"{shown(block)} is not a ladder of levels", "Write {path: [value, value]}.", path)
     for key, values in block.items():
         kept = isinstance(values, list) and bool(values)

@@ -1,4 +1,4 @@
-"""The key of a row: a hash of all that its errors depend on, and of nothing else.
+"""The key of a row: a hash of all that its errors need.
 
 That is the scene as it is run, the physics it is measured against, impactlab's sources, the plugins used, and the
 numeric environment. Names, titles and comments of the case file are not in it.
@@ -25,7 +25,9 @@ from impactlab.scene.problem import Scene
 
 
 def content(value: Any) -> Any:
-    """Return a frozen record as plain JSON values: dataclasses by class and fields, numbers as they are.
+    """Return a frozen record as plain JSON values.
+
+    Dataclasses have class and fields, numbers are as they are.
 
     Raises
     ------
@@ -72,7 +74,10 @@ def row_key(case: Case) -> str:
 
 
 def refused_key(case: Case, values: Mapping[str, Any]) -> str:
-    """Return the key of a row whose method the case refuses before there is a scene."""
+    """Return the key of a row whose method the case refuses.
+
+    It does so before there is a scene.
+    """
     return _key({"refused": nameless(*case.simulation()), "values": content(values)})
 
 
@@ -81,10 +86,16 @@ def _key(facts: Mapping[str, Any]) -> str:
 
 
 def reference_key(scene: Scene, method: Method) -> str:
-    """Return the key of the reference of a scene and its laws: a hash of the content that it depends on."""
+    """Return the key of the reference of a scene and its laws.
+
+    It is a hash of the content that it depends on.
+    """
     return digest(content(reference_record.physics_key(scene, method)))
 
 
 def nameless(scene: Scene, method: Method) -> Any:
-    """Return the content of a scene and its method, without the name, which is that of the file."""
+    """Return the content of a scene and its method, without the name.
+
+    The name is that of the file.
+    """
     return [content(dataclasses.replace(scene, name="")), content(method)]

@@ -1,4 +1,4 @@
-"""The file and the line of the fault of each row that was refused or failed.
+"""File and line of the faults of refused or failed rows.
 
 Records of runs are kept by their content, whatever file holds it, and so without a place.
 """
@@ -30,7 +30,10 @@ class Place(NamedTuple):
 def places_of(
     files: Sequence[Path], cells: Iterable[Cell], records: Mapping[str, Mapping[str, Any]]
 ) -> dict[tuple[str, str, str, int], Place]:
-    """Return the place of the fault of each row that has one, by case, variant, method and level."""
+    """Return the fault's place of each row that has one.
+
+    Keys are case, variant, method and level.
+    """
     by_name = {file.stem: file for file in files}
     read: dict[str, Case] = {}
     found = {}

@@ -40,7 +40,10 @@ class References:
         return self._known[key]
 
     def lost(self, scene: Scene, method: Method) -> str:
-        """Return the reason why the search for the reference of a scene had no end, "" where it had one."""
+        """Return why the search for a scene's reference had no end.
+
+        The text is empty where it had one.
+        """
         path = None if self.folder is None else self.folder / f"{reference_key(scene, method)}{LOST}"
         return path.read_text(encoding="utf-8") if path is not None and path.is_file() else ""
 
@@ -68,9 +71,10 @@ def lose(folder: Path, key: str, reason: str) -> None:
 
 
 def described(reference: Reference | None, lost: str = "") -> dict[str, Any]:
-    """Return the reference as in a row: name, uncertainty (0 for an exact one), how it was found.
+    """Return the reference as in a row.
 
-    ``lost`` is the reason why the search for it had no end; such a row is run again by the next bench.
+    It has name, uncertainty (0 for an exact one), and how it was found. ``lost`` is the reason why the search for it
+    had no end; such a row is run again by the next bench.
     """
     if lost:
         return {"name": "none", "uncertainty": None, "found": f"the search for it {lost}", "lost": True}

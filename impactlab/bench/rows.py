@@ -1,4 +1,7 @@
-"""One row: a case run once, its summary and its status. An error of any part is a row, too."""
+"""One row: a case run once, with summary and status.
+
+An error of any part is a row, too.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +73,10 @@ def _record(case: Case, references: References) -> dict[str, Any]:
 
 
 def _parts(case: Case) -> dict[str, Any]:
-    """Return the models, laws, integrator and events of a method, in the form of a summary."""
+    """Return the models, laws, integrator and events of a method.
+
+    They have the form of a summary.
+    """
     scene, method = case.simulation()
     made = {
         "models": {body.name: describe(model) for body, model in modelled(scene, method)},

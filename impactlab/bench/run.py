@@ -127,10 +127,10 @@ def bench(
 
 
 def _kept(store: Store, key: str, options: Options) -> dict[str, Any] | None:
-    """Return the row of a key if there is one that need not be run again.
+    """Return the row of a key that need not be run again.
 
-    A row that hung is run again under a longer limit; one that crashed, or whose reference was lost, always: the
-    machine may have been short of memory.
+    None if there is no such row. A row that hung is run again under a longer limit; one that crashed, or whose
+    reference was lost, always: the machine may have been short of memory.
     """
     record = store.get("rows", key)
     if record is None or record.get("version") != VERSION:
@@ -144,7 +144,10 @@ def _kept(store: Store, key: str, options: Options) -> dict[str, Any] | None:
 def _outcomes(
     store: Store, function: Callable[[Job], Any], jobs: Sequence[Job], workers: int, limit: float
 ) -> Iterator[tuple[float, Outcome[Job]]]:
-    """Give the outcome of each job, run by worker processes that share the session folder, and the fraction done."""
+    """Yield the fraction done and the outcome of each job.
+
+    Worker processes that share the session folder run the jobs.
+    """
     found = outcomes(
         function,
         jobs,
@@ -158,9 +161,9 @@ def _outcomes(
 
 
 def _find_references(store: Store, missing: Sequence[Job], options: Options, show: Show) -> None:
-    """Find the references of the rows, each a job of its own, before any row is run.
+    """Find the references of the rows before any row is run.
 
-    The rows read them from the folder of this bench, or there the reason why one was lost.
+    Each is a job of its own. The rows read them from the folder of this bench, or there the reason why one was lost.
     """
     first: dict[str, Job] = {}
     for job in missing:
@@ -188,7 +191,10 @@ def _run(store: Store, missing: Sequence[Job], options: Options, show: Show) -> 
 def _times(
     store: Store, jobs: Mapping[str, Job], records: Records, options: Options, show: Show, say: Callable[[str], None]
 ) -> Records:
-    """Return the times of all completed rows by key; one process takes them, with no other at work."""
+    """Return the times of all completed rows by key.
+
+    One process takes them, with no other at work.
+    """
     completed = [key for key, record in records.items() if has_numbers(record["summary"]["status"])]
     machine = environment()["machine"]
     known = {key: store.get("times", key) for key in completed}

@@ -107,7 +107,10 @@ class Row(NamedTuple):
 
     @property
     def special(self) -> bool:
-        """Return whether dt = h/c: on a uniform rod waves then go from node to node without any error."""
+        """Return whether dt = h/c, the special step.
+
+        On a uniform rod waves then travel from node to node without any error.
+        """
         return self.courant == 1.0
 
     @property
@@ -131,7 +134,10 @@ def columns(metrics: Iterable[str]) -> tuple[str, ...]:
 
 @cache
 def settings_of(text: str) -> dict[str, Any]:
-    """Return the column ``settings`` of a row, path to value; empty where it holds no JSON object."""
+    """Return the column ``settings`` of a row, path to value.
+
+    It is empty where it holds no JSON object.
+    """
     try:
         settings = json.loads(text or "{}")
     except ValueError:
@@ -140,7 +146,10 @@ def settings_of(text: str) -> dict[str, Any]:
 
 
 def setting(block: Any, path: str) -> Any:
-    """Return the value at a dotted path, ``solve.step.courant``, however the blocks are nested; None without one."""
+    """Return the value at a dotted path such as ``solve.step.courant``.
+
+    The blocks may be nested in any way; None without a value.
+    """
     if not isinstance(block, dict) or path in block:
         return block.get(path) if isinstance(block, dict) else None
     inner = (setting(value, path[len(key) + 1 :]) for key, value in block.items() if path.startswith(f"{key}."))

@@ -1,7 +1,7 @@
-"""The folder of a bench: each finished row is a file of its own, so that no finished row is lost.
+"""The folder of a bench: each finished row is a file.
 
-A file is written under a temporary name and renamed, so that it is there whole or not at all, whatever moment the
-process ends. One bench at a time holds the folder, by a lock that dies with its owner.
+So no finished row is lost. A file is written under a temporary name and renamed, so that it is there whole or not at
+all, whatever moment the process ends. One bench at a time holds the folder, by a lock that dies with its owner.
 
 ``rows/KEY.json`` the record of a run, ``times/KEY.json`` its times, ``cells.json`` the rows of the table,
 ``table.csv``, ``environment.json``, ``references.json``.

@@ -1,4 +1,7 @@
-"""The table: one line per cell, a pure function of cells, rows and times. All figures and pages are made from it."""
+"""The table of a bench: one line per cell.
+
+It is a pure function of cells, rows and times; all figures and pages are made from it.
+"""
 
 from __future__ import annotations
 
@@ -113,7 +116,10 @@ def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dic
 
 
 def _method(method: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the columns of the method of a run; those of several bodies are joined by +."""
+    """Return the columns of the method of a run.
+
+    Those of several bodies are joined by +.
+    """
     models = list(method["models"].values())
     bases = [model["basis"]["kind"] for model in models if model.get("basis") is not None]
     sizes = {

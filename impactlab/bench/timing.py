@@ -1,4 +1,7 @@
-"""The cost of a run: warmed up, repeated, the minimum of the repeats, and the distance of their median from it."""
+"""The cost of a run: warm-up, repeats, minimum and spread.
+
+The spread is the distance of the median of the repeats from their minimum.
+"""
 
 from __future__ import annotations
 
@@ -25,10 +28,10 @@ def repeats_of(spent: float, most: int) -> int:
 
 
 def times_of(case: Case, repeats: int = MAX_REPEATS) -> dict[str, Any]:
-    """Return the cost of a case whose method is in place, ready for JSON; nothing else may run meanwhile.
+    """Return the cost of a case with its method, for JSON.
 
-    The first run warms up (compiles, fills caches) and is not counted, the second gives the number of repeats. Garbage
-    is collected before and not within, and linear algebra has one thread.
+    No other program may run meanwhile. The first run warms up (compiles, fills caches) and is not counted, the second
+    gives the number of repeats. Garbage is collected before and not within, and linear algebra has one thread.
 
     Returns
     -------

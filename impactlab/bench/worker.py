@@ -1,4 +1,7 @@
-"""The jobs of a worker process: run a cell, find its reference, time it. It writes nothing to the store."""
+"""The jobs of a worker process: run, reference, times.
+
+A worker runs a cell, finds its reference, or times it. It writes no file to the store.
+"""
 
 from __future__ import annotations
 
@@ -31,14 +34,20 @@ _read: tuple[Job, Case] | None = None  # the last job and its case: jobs come sc
 
 
 def warm_up() -> None:
-    """Run each loop once, so that compiled code is on disk before several workers need it."""
+    """Run each loop once, so that compiled code is on disk.
+
+    It is needed by several workers afterwards.
+    """
     case = case_of("warm_up", "", parse_yaml(WARM_UP))
     for setting in (("solve.events", "dated"), ("solve.events", "located"), ("solve.model", {"kind": "continuous"})):
         driver.run(*case.with_settings([setting]).simulation())
 
 
 def start(session: Path | None, code: str) -> None:
-    """Prepare this process for `row`, `reference` and `times`; refuse other sources than those of the owner."""
+    """Prepare this process for `row`, `reference` and `times`.
+
+    Raises `RuntimeError` for sources other than those of the owner.
+    """
     global _references
     if code_hash() != code:
         raise RuntimeError("impactlab's sources changed while the bench ran. Start it again.")
@@ -59,7 +68,10 @@ def row(job: Job) -> dict[str, Any]:
 
 
 def reference(job: Job) -> None:
-    """Find the reference of a cell and keep it in the folder that the workers of this bench share."""
+    """Find the reference of a cell and keep it.
+
+    It is kept in the folder that the workers of this bench share.
+    """
     _references.of(*api.physics_of(_case(job).solved_by(job.method, job.settings)))
 
 

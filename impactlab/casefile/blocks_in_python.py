@@ -1,4 +1,7 @@
-"""Bodies and contacts of a case given in Python: the blocks of a case file, with the same keys, units and defaults."""
+"""Bodies and contacts of a case given in Python.
+
+They are the blocks of a case file, with the same keys, units and defaults.
+"""
 
 from __future__ import annotations
 
@@ -169,9 +172,10 @@ class Shaft(BodyKeys):
 
 
 class Mass(BodyKeys):
-    """A rigid body: mass [kg], velocity at t = 0 [m/s], and steady rotation, such as ``{"rate": 60.0}``.
+    """A rigid body: mass [kg], velocity at t = 0 [m/s], steady rotation.
 
-    With ``repeat`` n bodies NAME_1 ... NAME_n, with formulas of i = 1 ... n: ``Mass("1e-3*0.99**i", repeat=1000)``.
+    A rotation is given as ``{"rate": 60.0}``. With ``repeat`` n bodies NAME_1 ... NAME_n, with formulas of i = 1 ... n:
+    ``Mass("1e-3*0.99**i", repeat=1000)``.
     """
 
     block = "MassBlock"
@@ -269,9 +273,9 @@ class Chain(BodyKeys):
 
 
 class Link(BodyKeys):
-    """A rigid link of a mechanism: length [m], mass [kg], moment of inertia about its middle [kg m2].
+    """A rigid link of a mechanism: length [m], mass [kg], inertia [kg m2].
 
-    Without inertia it is a uniform bar. A flexible link is a `Beam`.
+    The moment of inertia is that about its middle. Without inertia it is a uniform bar. A flexible link is a `Beam`.
     """
 
     block = "LinkBlock"
@@ -281,7 +285,9 @@ class Link(BodyKeys):
 
 
 class Joint(BodyKeys):
-    """A link in its mechanism, and the joint that ties it to the end of the one before, the first to the ground.
+    """A link in its mechanism, and its joint to the one before.
+
+    The first link is tied to the ground.
 
     Parameters
     ----------

@@ -1,4 +1,7 @@
-"""Builds the scene and the method of a checked case: plain frozen records in SI, with the parts that the case names."""
+"""Construction of scene and method of a checked case.
+
+Both are plain frozen records in SI, with the parts that the case names.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,9 @@ BY_STEPS = "model, integrator and step in place of the tolerance; errors are the
 
 
 def build(case: CaseBlock, row: AllContacts, name: str, registry: Registry) -> Simulation:
-    """Return the scene of a checked case, whose contacts are ``row``, and the method that it is solved by.
+    """Return the scene and the method of a checked case.
+
+    The contacts of the case are ``row``.
 
     Raises
     ------
@@ -78,7 +83,10 @@ def build(case: CaseBlock, row: AllContacts, name: str, registry: Registry) -> S
 
 
 def _bodies(case: CaseBlock, contacts: tuple[Contact, ...], parts: Mapping[str, PartMechanism]) -> dict[str, Body]:
-    """Return all bodies by name: those of blocks, mechanisms of links in place of these, mechanisms of plugins."""
+    """Return all bodies by name.
+
+    Mechanisms take the place of their links; those of plugins are added.
+    """
     links = links_of(case)
     bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
     chains = {label: mechanism_body(case, label, marks_of(case, label)) for label in chains_of(case)}
@@ -91,7 +99,10 @@ def _bodies(case: CaseBlock, contacts: tuple[Contact, ...], parts: Mapping[str, 
 
 
 def _laws(case: CaseBlock, by_block: Sequence[list[Contact]], registry: Registry) -> dict[str, AbstractContactLaw]:
-    """Return the law of each contact by its name; contacts that are made from one block share one."""
+    """Return the law of each contact by its name.
+
+    Contacts that are made from one block share a law.
+    """
     laws: dict[str, AbstractContactLaw] = {}
     read: dict[tuple[int, int | None], AbstractContactLaw] = {}
     for number, contacts in enumerate(by_block):
@@ -103,14 +114,20 @@ def _laws(case: CaseBlock, by_block: Sequence[list[Contact]], registry: Registry
 
 
 def _round_trip(case: CaseBlock, bodies: Mapping[str, Body]) -> float:
-    """Return T [s], that of the body by which round trips are counted; NaN without one."""
+    """Return the round trip T of the reference body [s].
+
+    It is the body by which round trips are counted; NaN without one.
+    """
     name = reference_rod(case)
     body = bodies[name] if name is not None else None
     return body.round_trip if isinstance(body, ElasticBody) else float("nan")
 
 
 def _field_times(case: CaseBlock, duration: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the times of snapshots, and those of equal frames [s]; raise `CaseError` for one beyond the run."""
+    """Return the times of snapshots, and those of equal frames [s].
+
+    Raises `CaseError` for one beyond the run.
+    """
     if isinstance(case.snapshots, Frames):
         return (), case.snapshots.times(duration)
     for number, time in enumerate(case.snapshots):
@@ -177,7 +194,10 @@ def part_faults(data: Mapping[str, Any], registry: Registry) -> list[ImpactlabEr
 
 
 def _models(case: CaseBlock, registry: Registry) -> dict[str, AbstractRodModel]:
-    """Return the models of rods and beams by name; none under a tolerance: the automatic choice finds them."""
+    """Return the models of rods and beams by name.
+
+    There are none under a tolerance: the automatic choice finds them.
+    """
     models = {}
     for name, block in case.bodies.items():
         if case.solve.tolerance is None and isinstance(block, ElasticBlock):
@@ -196,7 +216,10 @@ def _body(case: CaseBlock, name: str) -> Body:
 
 
 def _contacts(given: CaseContact, parts: Mapping[str, PartMechanism]) -> list[Contact]:
-    """Return the contact of a block, or one for each of its pieces along a body."""
+    """Return the contacts of a block.
+
+    They are one, or one for each of its pieces along a body.
+    """
     block, faces = given.block, given.faces
     paths = [f"contacts.{given.number}.between.{side}" for side in (0, 1)]
     group = block.name or ("|".join(face.point.label for face in faces) if block.pieces is not None else "")
@@ -232,7 +255,10 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
 
 
 def _refuse_relative(law: Any, given: Mapping[str, Any], path: str) -> None:
-    """Raise `CaseError` where an option of a law, as given or by default, is relative to the elements of a mesh."""
+    """Raise `CaseError` where an option of a law is relative to elements.
+
+    They are those of a mesh; the option may be given or a default.
+    """
     for field in dataclasses.fields(law):
         if not isinstance(getattr(law, field.name), Relative):
             continue
@@ -253,7 +279,10 @@ def _refuse_relative(law: Any, given: Mapping[str, Any], path: str) -> None:
 
 
 def _integrator(case: CaseBlock, models: Mapping[str, AbstractRodModel], registry: Registry) -> Any:
-    """Return the integrator; None where it was not given and no rod or beam may need it."""
+    """Return the integrator; None where no body needs one.
+
+    It must then not be given, and no rod or beam may need it.
+    """
     if case.solve.integrator is not None:
         return read_part(case.solve.integrator, "solve.integrator", INTEGRATORS, registry)
     if case.mechanisms:

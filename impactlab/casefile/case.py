@@ -133,7 +133,7 @@ class Case:
         return case_of(name, "", Document(data, {}))
 
     def to_yaml(self) -> str:
-        """Return the case as the text of a case file, with the given keys; tables of files stand in it."""
+        """Return the case as a case file's text, with tables of files included."""
         with folder_of(self.file):
             return yaml_text(with_tables(self.document.data))
 
@@ -329,16 +329,16 @@ def case_of(
     variant: str = "base",
     written: Method | None = None,
 ) -> Case:
-    """Return the case in a document, with the names of its method and variant; raises as `load_case`.
+    """Return the case in a document, with its method's and variant's names.
 
-    ``written`` is the method of the case as written, where the document stands under another.
+    Raises as `load_case`. ``written`` is the method of the case as written, where the document stands under another.
     """
     made = _make(name, file, document, registry or plugins.registry(), is_new=True)
     return made._with(method_name=method, variant_name=variant, written=written)
 
 
 def expect_case(given: object, function: str) -> None:
-    """Raise `CaseError` where a function of Python was given something else than a case, such as the path of one."""
+    """Raise `CaseError` where a function was not given a case."""
     if isinstance(given, Case):
         return
     what, remedy = f"a {type(given).__name__}", "Give a Case: il.load_case(PATH), or il.Case(bodies=..., ...)."
@@ -350,7 +350,7 @@ def expect_case(given: object, function: str) -> None:
 def _checked_and_built(
     name: str, file: str, data: dict[str, Any], registry: plugins.Registry
 ) -> tuple[CaseBlock, Simulation]:
-    """Return the checked blocks of a case, written out, and its scene and method; raise with all faults found."""
+    """Return the checked blocks, scene and method; raise with all faults found."""
     try:
         with folder_of(file):
             checked = CaseBlock.model_validate(data)
@@ -368,7 +368,7 @@ def _length(bodies: Any) -> int:
 
 
 def log_many_bodies(bodies: int) -> None:
-    """Log, once in a session, that a case of many bodies is checked, as that takes seconds."""
+    """Log once in a session that checking many bodies takes seconds."""
     if bodies < MANY_BODIES or _said:
         return
     from multiprocessing import parent_process

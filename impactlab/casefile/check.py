@@ -1,4 +1,7 @@
-"""Rules on several keys of a case together, checked in this order before a scene is built."""
+"""Rules on several keys of a case together, in order.
+
+They are checked before a scene is built.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ MAX_TURN, MAX_TURN_OF_TABLE = 0.02, 0.5  # of the largest slope of a shape, at a
 
 
 def check(case: CaseBlock, registry: Registry) -> AllContacts:
-    """Return the contacts of a case; raise the `CaseError` of the first broken rule, which holds the others."""
+    """Return the contacts of a case.
+
+    Raises the `CaseError` of the first broken rule, which holds the others.
+    """
     faults: list[CaseError] = []
 
     def follow(rule: Callable[..., None], *given: Any) -> None:
@@ -252,7 +258,10 @@ def _lies_on_a_body(case: CaseBlock, probe: ProbeBlock, path: str, links: Contai
 
 
 def _probes_have_channels_of_their_own(case: CaseBlock) -> None:
-    """Refuse probes of one quantity whose places differ by less than the six digits of a channel's name show."""
+    """Raise `CaseError` where two probes of a quantity share a channel name.
+
+    Their places differ by less than the six digits of the name show.
+    """
     first: dict[tuple[str, str, str], int] = {}
     for number, probe in enumerate(case.probes):
         other = first.setdefault((probe.body, probe.quantity, f"{probe.at:.6g}"), number)

@@ -1,4 +1,4 @@
-"""Contacts of a checked case: their faces and lever arms, and the rules that they keep."""
+"""Contacts of a checked case: faces, lever arms, and their rules."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class Faces(NamedTuple):
 
 
 class AllContacts:
-    """All contacts of a case, with tables by which each finds those that matter to it."""
+    """All contacts of a case, with look-up tables."""
 
     def __init__(self) -> None:
         self.contacts: list[CaseContact] = []
 
     @cached_property
     def first(self) -> dict[frozenset[str], int]:
-        """The first contact between two faces, by the names of both, in which a place has six digits."""
+        """The first contact between two faces, by names with six-digit places."""
         found: dict[frozenset[str], int] = {}
         for contact in self.contacts:
             found.setdefault(_labels(contact), contact.number)
@@ -50,7 +50,7 @@ class AllContacts:
 
     @cached_property
     def stops(self) -> dict[tuple[int, str, float], list[CaseContact]]:
-        """The contacts of walls with a face, by its place in the contact, its body and its x [m]."""
+        """Contacts of walls with a face, by contact side, body and x [m]."""
         found: dict[tuple[int, str, float], list[CaseContact]] = {}
         for contact in self.contacts:
             for place in (0, 1):
@@ -61,7 +61,7 @@ class AllContacts:
 
     @cached_property
     def has_ring(self) -> bool:
-        """Whether the order of the bodies closes a ring: bodies with none on their left are taken away in turn."""
+        """Whether the order of the bodies closes a ring (topological sorting)."""
         right_of: dict[str, list[str]] = {}
         on_left: dict[str, int] = {}
         for contact in filter(_orders, self.contacts):
@@ -107,7 +107,7 @@ def faces_of(case: CaseBlock, number: int) -> Faces:
 
 
 def _on_link(case: CaseBlock, number: int, place: int, face: Face) -> Face:
-    """Return a face of a link as a place of its mechanism: the number among the faces of the contacts."""
+    """Return a face of a link as a numbered place of its mechanism."""
     link = links_of(case).get(face.body)
     if link is None:
         return face
@@ -146,7 +146,7 @@ def mechanisms_have_a_direction(contact: CaseContact) -> None:
 
 
 def links_meet_others(contact: CaseContact) -> None:
-    """Refuse links of one mechanism that meet, and bodies that would turn or move in two directions."""
+    """Raise `CaseError` where links of one mechanism meet, or directions conflict."""
     links = links_of(contact.case)
     own = [links[name].mechanism for name in contact.faces.names if name in links]
     if len(own) == 2 and own[0] == own[1]:
@@ -302,7 +302,7 @@ def gap_is_open(contact: CaseContact) -> None:
 
 
 def _largest_displacement(contact: CaseContact) -> float:
-    """Return the largest displacement of the faces of a contact and of their bodies at t = 0 [m], by samples."""
+    """Return the largest displacement of a contact's bodies at t = 0 [m]."""
     found = 0.0
     for face, body in zip(contact.faces, contact.bodies, strict=True):
         shape = body.profile if isinstance(body, ElasticBlock) else None
@@ -313,7 +313,7 @@ def _largest_displacement(contact: CaseContact) -> float:
 
 
 def links_have_no_gap(contact: CaseContact) -> None:
-    """Refuse a gap other than 0 or an overlap of a link, whose faces are joined from the start."""
+    """Raise `CaseError` where a link, joined from the start, has a gap."""
     for key in ("gap", "overlap"):
         if contact.joined and getattr(contact.block, key):
             kind = contact.block.law["kind"] if contact.block.law else ""
@@ -325,7 +325,7 @@ def links_have_no_gap(contact: CaseContact) -> None:
 
 
 def pieces_lie_along_a_body(contact: CaseContact) -> None:
-    """Refuse pieces without a face along a body, such a face without pieces, and two such faces."""
+    """Raise `CaseError` unless pieces have exactly one face along a body."""
     along = [face for face in contact.faces if face.span is not None]
     if not along and contact.block.pieces is not None:
         raise contact.refused(

@@ -1,4 +1,7 @@
-"""Reads the text of a case file into plain values with their lines. Case files are data: nothing in one ever runs."""
+"""Reader of a case file's text: plain values with their lines.
+
+Case files are data: no text in one is ever run.
+"""
 
 from __future__ import annotations
 
@@ -140,7 +143,10 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
 
 
 def _placed_in_json(error: CaseError, text: str) -> CaseError:
-    """Return the error of a JSON text with its line: of a key that is given twice, or a number that is not finite."""
+    """Return the error of a JSON text with its line.
+
+    It is a key that is given twice, or a number that is not finite.
+    """
     constant = next((found for found in _JSON_WORD.finditer(text) if found.group()[0] != '"'), None)
     if error.text.endswith("finite number") and constant is not None:
         error.line = text.count("\n", 0, constant.start()) + 1

@@ -1,4 +1,7 @@
-"""Changes values of a case by dotted path: ``--set``, ``with_``, the ``methods`` and the ``variants`` of a case."""
+"""Changes of case values by dotted path.
+
+They serve ``--set``, ``with_``, the ``methods`` and the ``variants`` of a case.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +84,9 @@ def is_named(path: str) -> bool:
 
 
 def numbered(data: Mapping[str, Any], path: str) -> str:
-    """Return a path with the number of a contact in place of its name: ``contacts.0.gap`` of ``contacts.cushion.gap``.
+    """Return a path with a contact's number in place of its name.
+
+    It is ``contacts.0.gap`` for ``contacts.cushion.gap``.
 
     Raises
     ------
@@ -105,7 +110,10 @@ def numbered(data: Mapping[str, Any], path: str) -> str:
 
 
 def _replaced(keys: Keys, value: Any) -> set[str]:
-    """Return the keys of ``solve`` that a value makes void: a tolerance and a description replace each other."""
+    """Return the keys of ``solve`` that a value replaces.
+
+    A tolerance and a description replace each other.
+    """
     if keys[0] != "solve":
         return set()
     given = {keys[1]: value} if len(keys) > 1 else value if isinstance(value, dict) else {}
@@ -153,7 +161,10 @@ def plain(value: Any, path: str = "") -> Any:
 
 
 def _refuse_one_of_many(data: Mapping[str, Any], keys: Keys, path: str) -> None:
-    """Raise `CaseError` for the path of one of the bodies that a block makes: it has none of its own."""
+    """Raise `CaseError` for the path of one of many made bodies.
+
+    A body that a block makes has no path of its own.
+    """
     bodies = data.get("bodies")
     if keys[0] != "bodies" or len(keys) < 3 or not isinstance(bodies, dict):
         return
@@ -176,7 +187,7 @@ def _refuse_one_of_many(data: Mapping[str, Any], keys: Keys, path: str) -> None:
 
 
 def refuse_unknown_body(data: Mapping[str, Any], path: str) -> None:
-    """Raise `CaseError` where a path leads to a number of a body that the case does not have."""
+    """Raise `CaseError` where a path leads to an unknown body."""
     keys, bodies = path.split("."), data.get("bodies")
     if keys[0] != "bodies" or len(keys) < 3 or not isinstance(bodies, dict) or keys[1] in bodies:
         return
@@ -187,7 +198,10 @@ def refuse_unknown_body(data: Mapping[str, Any], path: str) -> None:
 
 
 def _holder(data: Any, keys: Keys, path: str) -> Any:
-    """Return the block that holds the last key; it and those above it are copied, all others are shared."""
+    """Return the block that holds the last key, as a copy.
+
+    Those above it are copied, too; all others are shared.
+    """
     holder = data
     for place, key in enumerate(keys[:-1]):
         found = _key_in(holder, key, path)
@@ -235,7 +249,10 @@ def _default_block(keys: Keys, holder: dict[str, Any]) -> dict[str, Any]:
 
 
 def _constants(data: Mapping[str, Any], keys: Keys, name: Any) -> dict[str, Any]:
-    """Return the constants of a material that a body names, of which one is set alone; nothing of other blocks."""
+    """Return the constants of a named material of which one is set.
+
+    They are empty for other blocks.
+    """
     if "material" not in keys or name not in MATERIALS:
         return {}
     bodies = data.get("bodies")
@@ -297,7 +314,10 @@ def with_values(document: Document, block: str, name: str, values: Mapping[str, 
 
 
 def with_set(document: Document, settings: Iterable[tuple[str, Any]], by: str, file: str) -> Document:
-    """Return the document with values set from outside, in order; ``by`` is the option or function that gave them."""
+    """Return the document with values set from outside, in order.
+
+    ``by`` is the option or function that gave them.
+    """
     for path, value in settings:
         try:
             document = edited(document, path, value, replace=False, by=by)
@@ -309,10 +329,11 @@ def with_set(document: Document, settings: Iterable[tuple[str, Any]], by: str, f
 
 
 def in_order(settings: Iterable[tuple[str, Any]], data: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """Return the settings (path, value) of a command in the order in which none makes another void.
+    """Return the settings of a command in an order that keeps each.
 
-    A kind comes before its neighbours, and a block before its values: each of them may replace the whole block.
-    Others keep their order. ``data`` is the case, for the names of contacts.
+    A setting is (path, value). None may make another void. A kind comes before its neighbours, and a block before its
+    values: each of them may replace the whole block. Others keep their order. ``data`` is the case, for the names of
+    contacts.
     """
     ordered: list[tuple[Keys, tuple[str, Any]]] = []
     for path, value in settings:
@@ -330,7 +351,10 @@ def in_order(settings: Iterable[tuple[str, Any]], data: Mapping[str, Any]) -> li
 
 
 def read_setting(text: str, file: str = "") -> tuple[str, Any]:
-    """Return path and value of a setting ``PATH=VALUE`` of the case in a file; the value is YAML."""
+    """Return path and value of a setting ``PATH=VALUE``.
+
+    The value is YAML; the case is that in a file.
+    """
     path, equals, value = text.partition("=")
     if not equals or not path.strip() or not path.isprintable():
         raise CaseError(f"--set {shown(text)} is not PATH=VALUE", remedy="Write it as --set solve.step.dt=1e-7.")

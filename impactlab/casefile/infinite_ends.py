@@ -1,4 +1,7 @@
-"""Bodies with an infinite end: whether they rest at t = 0, unstrained at that end, and have no weight."""
+"""Checks of bodies with an infinite end at t = 0.
+
+They must rest, be unstrained at that end, and have no weight.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +27,12 @@ ITS_SLOPE = -17.0 / 4.0, 71.0 / 4.0, -59.0 / 2.0, 49.0 / 2.0, -41.0 / 4.0, 7.0 /
 
 
 def check_rest(case: CaseBlock, body: ElasticBody, gravity: float) -> None:
-    """Raise `CaseError` where a body with an infinite end moves, is strained there, or has weight [m/s2].
+    """Raise `CaseError` where a body with an infinite end cannot rest.
 
-    The end is a dashpot of the impedance, which stands for a far part at rest: it would brake a body that moves with
-    its far part, let go of one that is strained with it, and bear a weight that nothing bears. Of beams only the strain
-    is checked here; where they move or have weight is checked where they are built, in all models.
+    It moves, is strained at that end, or has weight [m/s2]. The end is a dashpot of the impedance, which stands for a
+    far part at rest: it would brake a body that moves with its far part, let go of one that is strained with it, and
+    bear a weight that nothing bears. Of beams only the strain is checked here; where they move or have weight is
+    checked where they are built, in all models.
     """
     block = case.bodies[body.name]
     if isinstance(body, Beam):
@@ -63,7 +67,10 @@ def check_rest(case: CaseBlock, body: ElasticBody, gravity: float) -> None:
 
 
 def _strained(body: ElasticBody, side: str, slope: float, path: str, dashpot: str) -> CaseError:
-    """Return the error of a body with a slope of its displacement at an infinite end."""
+    """Return the error of a body with strain at an infinite end.
+
+    This is a slope of its displacement.
+    """
     key, given = "displacement", f"strain of {slope:.6g}"
     if body.kind == "shaft":
         key, given = "twist", f"twist of {slope / getattr(body, 'lever_arm', 1.0):.6g} rad/m"
@@ -77,7 +84,10 @@ def _strained(body: ElasticBody, side: str, slope: float, path: str, dashpot: st
 
 
 def _check_straight(beam: Beam) -> None:
-    """Raise `CaseError` where a beam is bent at an infinite end at t = 0: its far part is straight, and lets go."""
+    """Raise `CaseError` where a beam is bent at an infinite end.
+
+    It is bent at t = 0: its far part is straight, and lets go.
+    """
     for side in ("left", "right"):
         if getattr(beam, side).kind != "infinite" or beam.displacement is None:
             continue
@@ -97,7 +107,10 @@ def _check_straight(beam: Beam) -> None:
 
 
 def bend_at_end(beam: Beam, side: str) -> tuple[float, float]:
-    """Return curvature [1/m] and minus its slope [1/m2] of the displacement at an end at t = 0; 0 where negligible."""
+    """Return a displacement's curvature [1/m] and minus its slope [1/m2].
+
+    They are those at an end at t = 0; 0 where negligible.
+    """
     if beam.displacement is None:
         return 0.0, 0.0
     whole, profile = beam.length, beam.displacement
@@ -123,7 +136,10 @@ def bend_at_end(beam: Beam, side: str) -> tuple[float, float]:
 
 
 def slope_at_end(body: ElasticBody, side: str) -> float:
-    """Return the slope of the displacement at an end at t = 0; 0 where it is rounding, or next to the largest slope."""
+    """Return the slope of the displacement at an end at t = 0.
+
+    It is 0 where it is rounding, or negligible beside the largest slope.
+    """
     if body.displacement is None:
         return 0.0
     step = SLOPE_STEP * body.length
@@ -138,6 +154,9 @@ def slope_at_end(body: ElasticBody, side: str) -> float:
 
 
 def _impedance(body: ElasticBody, side: str) -> float:
-    """Return the dashpot of an infinite end in the unit of the block: N s/m, of a shaft N m s."""
+    """Return the dashpot of an infinite end in the block's unit.
+
+    It is N s/m, of a shaft N m s.
+    """
     value = (body.left if side == "left" else body.right).value
     return value * getattr(body, "lever_arm", 1.0) ** 2

@@ -1,4 +1,4 @@
-"""Instruments of probes in a case: their checks, their records, and the same written in SI."""
+"""Instruments of probes in a case: checks, records, and values in SI."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ def given(probe: ProbeBlock) -> dict[str, Any]:
 
 
 def probe_of(block: ProbeBlock, body: BodyBlock) -> Probe:
-    """Return the probe of a block on a body; its instrument is None where it has no key of one."""
+    """Return the probe of a block on a body.
+
+    Its instrument is None where it has no key of one.
+    """
     keys, at = given(block), at_end(block.at, _length(body))
     return Probe(block.body, at, block.quantity, Instrument(**keys) if keys else None)
 
@@ -30,7 +33,10 @@ def _length(body: BodyBlock) -> float:
 
 
 def instruments_are_whole(case: CaseBlock) -> None:
-    """Raise `CaseError` where the keys of an instrument contradict each other, or its gauge leaves the bar."""
+    """Raise `CaseError` where keys of an instrument conflict.
+
+    Its gauge must lie on the bar, too.
+    """
     for number, block in enumerate(case.probes):
         path = f"probes.{number}"
         for key, other, words in (

@@ -1,4 +1,7 @@
-"""Links of a checked case: contacts whose law acts in both directions, and contacts along a body in equal pieces."""
+"""Links of a checked case, and contacts along a body.
+
+A link is a contact whose law acts in both directions; a contact along a body has equal pieces.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,10 @@ BOND = "bonded"
 
 
 def is_joined(block: ContactBlock, registry: Registry) -> bool:
-    """Return whether the law of a contact makes it a link; False for a law that is not known, refused later."""
+    """Return whether the law of a contact makes it a link.
+
+    False for a law that is not known, which is refused later.
+    """
     try:
         return bool(block.law and registry.load(LAWS, block.law["kind"]).two_sided)
     except ImpactlabError:
@@ -20,7 +26,10 @@ def is_joined(block: ContactBlock, registry: Registry) -> bool:
 
 
 def points_of(left: Face, right: Face, pieces: int) -> list[tuple[Point, Point]]:
-    """Return the pairs of points of a contact: its faces, or the centres of equal pieces along one of its bodies."""
+    """Return the pairs of points of a contact.
+
+    They are its faces, or the centres of equal pieces along one of its bodies.
+    """
     span = left.span or right.span
     if span is None:
         return [(left.point, right.point)]

@@ -1,4 +1,7 @@
-"""Keys of the blocks that are given in Python: unknown ones are refused as the block is made."""
+"""Keys of the blocks that are given in Python.
+
+Unknown ones are refused as the block is made.
+"""
 
 from __future__ import annotations
 
@@ -41,12 +44,15 @@ class BodyKeys(dict[str, Any]):
 
 
 def given(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keys that a constructor was given, from its local variables: parameters, and those in ``others``."""
+    """Return the keys that a constructor was given.
+
+    They are taken from its local variables: parameters, and those in ``others``.
+    """
     named = {key: value for key, value in arguments.items() if key not in ("self", "others", "__class__")}
     return {**named, **arguments["others"]}
 
 
 @cache
 def _own_names(kind: type[BodyKeys]) -> frozenset[str]:
-    """Return the names of the parameters of a constructor, and of the keys that it makes of others."""
+    """Return the parameter names of a constructor, and keys it makes."""
     return frozenset(inspect.signature(kind).parameters) | {"kind", "between", "chain"}

@@ -38,7 +38,10 @@ def parts_of(case: CaseBlock, gravity: tuple[float, float], registry: Registry) 
 
 
 def placed(point: Point, parts: Mapping[str, PartMechanism], path: str) -> Point:
-    """Return a face with the number of its reading where its body is a part; raise `CaseError` where it has none."""
+    """Return a face with its reading's number where its body is a part.
+
+    Raises `CaseError` where it has none.
+    """
     if point.body not in parts:
         return point
     body = parts[point.body]

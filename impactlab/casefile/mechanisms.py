@@ -1,4 +1,4 @@
-"""The mechanisms of a checked case: which bodies are links, the rules that they keep, and the bodies in SI."""
+"""The mechanisms of a checked case: links, rules, and bodies in SI."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ def vector(gravity: Any) -> tuple[float, float]:
 
 
 def directions(case: CaseBlock) -> dict[str, tuple[float, float]]:
-    """Return the directions in which bodies move that meet a mechanism, by name; the first of each.
+    """Return the directions of bodies that meet a mechanism, by name.
 
-    Bodies that meet one of them move with it along one line.
+    A body that meets several has the first. Bodies that meet one of them move with it along one line.
     """
     found: dict[str, tuple[float, float]] = {}
     if not case.mechanisms:
@@ -75,7 +75,10 @@ def directions(case: CaseBlock) -> dict[str, tuple[float, float]]:
 
 
 def odd_mechanisms(case: CaseBlock) -> Iterator[str]:
-    """Yield a sentence of gravity along x that may be meant downwards, and of each angle of more than a turn."""
+    """Yield sentences on values of mechanisms that may be mistakes.
+
+    They are gravity along x that may be meant downwards, and each angle of more than a turn.
+    """
     g = case.gravity
     if case.mechanisms and not isinstance(g, tuple) and g != 0.0:
         yield (
@@ -92,9 +95,10 @@ def odd_mechanisms(case: CaseBlock) -> Iterator[str]:
 
 
 def gravity_of(case: CaseBlock) -> float:
-    """Return the gravity of all bodies but links [m/s2], along the motion of each; raise `CaseError` where it differs.
+    """Return the gravity of all bodies except links [m/s2].
 
-    A body that meets a mechanism moves along its contact; a number acts on any other, and a vector on none.
+    It is along the motion of each. Raises `CaseError` where it differs. A body that meets a mechanism moves along its
+    contact; a number acts on any other, and a vector on none.
     """
     x, y = vector(case.gravity)
     if not case.mechanisms and not isinstance(case.gravity, tuple):
@@ -135,7 +139,10 @@ def mechanism_body(case: CaseBlock, name: str, marks: tuple[Mark, ...]) -> Mecha
 
 
 def _angles(joints: Sequence[JointBlock]) -> list[float]:
-    """Return the angles of links at t = 0 [rad]: one that is clamped to the link before it goes on straight."""
+    """Return the angles of links at t = 0 [rad].
+
+    A link that is clamped to the one before continues straight.
+    """
     angles: list[float] = []
     for joint in joints:
         straight = angles and joint.joint == "clamped" and joint.drive is None and "angle" not in joint.model_fields_set
@@ -157,7 +164,10 @@ def _link(case: CaseBlock, joint: JointBlock, angle: float) -> Link:
 
 
 def check_mechanisms(case: CaseBlock) -> None:
-    """Raise `CaseError` where links are missing, repeated or of a wrong kind, or hinges are given twice."""
+    """Raise `CaseError` where the links of a mechanism are wrong.
+
+    They are missing, repeated or of a wrong kind, or their hinges are given twice.
+    """
     seen: dict[str, str] = {}
     for name, mechanism in case.mechanisms.items():
         if name in case.bodies:

@@ -1,7 +1,7 @@
-"""Reads a part (model, law, integrator, basis) by its own fields: the second pass over a case.
+"""Reader of parts by their own fields: the second pass.
 
-A part is a frozen dataclass; `impactlab.types.option` gave each field its unit, limits and description. From these a
-pydantic model is made, so that a plugin writes no schema.
+Parts of a case are model, law, integrator and basis. A part is a frozen dataclass; `impactlab.types.option` gave each
+field its unit, limits and description. From these a pydantic model is made, so that a plugin writes no schema.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
     PluginError
         If no part has this name, or it is broken.
     CaseError
-        If a parameter is unknown, missing or out of range; the path says which.
+        If a parameter is unknown, missing or out of range; the path names it.
     """
     try:
         part = registry.load(group, block["kind"])
@@ -70,7 +70,10 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
 
 
 def _with_exponent(text: str, path: str, unit: str, part: Any, given: Mapping[str, Any]) -> float | str:
-    """Return a number with a unit in SI, whose power is the option ``exponent`` of the part."""
+    """Return a number with a unit in SI.
+
+    The power of the unit is the option ``exponent`` of the part.
+    """
     n = given.get("exponent", getattr(part, "exponent", None))
     if isinstance(n, bool) or not isinstance(n, (int, float)):
         return text
@@ -93,20 +96,29 @@ def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any
 
 
 def records_of(field: dataclasses.Field[Any]) -> tuple[type[Any], ...]:
-    """Return the classes of the record in a field; empty of plain values and of parts."""
+    """Return the classes of the record in a field.
+
+    They are empty for plain values and for parts.
+    """
     found: tuple[type[Any], ...] = field.metadata.get("records", ())
     return found
 
 
 def record_of(block: dict[str, Any], records: tuple[type[Any], ...]) -> type[Any] | None:
-    """Return the class of the record in a block: that of its kind, or the one without a kind that has its keys."""
+    """Return the class of the record in a block.
+
+    It is that of its kind, or the one without a kind that has its keys.
+    """
     found = [record for record in records if record.kind == block.get("kind", "")]
     own = [len({field.name for field in dataclasses.fields(record)} & set(block)) for record in found]
     return found[own.index(max(own))] if found else None
 
 
 def _read_record(value: Any, path: str, records: tuple[type[Any], ...]) -> Any:
-    """Return the record that a field holds: the one of its kind, or the one without a kind that has its keys."""
+    """Return the record that a field holds.
+
+    It is the one of its kind, or the one without a kind that has its keys.
+    """
     if isinstance(value, records):
         return value
     kinds = [record.kind for record in records if record.kind]

@@ -44,7 +44,10 @@ def unit_of(case: CaseBlock, path: str, registry: Registry) -> str:
 
 
 def _unit_in_part(case: CaseBlock, path: str, registry: Registry) -> str:
-    """Return the unit of an option of a part, or of a record that an option holds, as the flow stress of a specimen."""
+    """Return the unit of an option of a part.
+
+    It may be in a record that an option holds, as the flow stress of a specimen.
+    """
     keys = path.split(".")
     for size in range(len(keys) - 1, 0, -1):
         group = next((group for pattern, group in PARTS if pattern.fullmatch(".".join(keys[:size]))), None)
@@ -80,7 +83,10 @@ def _inside(block: Any, key: str) -> Any:
 
 
 def _unit_of_end(ends: BaseModel, side: str, key: str) -> str:
-    """Return the unit of a number of the support of an end, from the schema of that end."""
+    """Return the unit of a number of an end's support.
+
+    It is read from the schema of that end.
+    """
     for annotation in type(ends).model_fields[side].metadata:
         for choice in annotation.schema["anyOf"]:
             if unit := choice.get("properties", {}).get(key, {}).get("unit"):

@@ -1,4 +1,7 @@
-"""Where the value of a path stands, its line or the option that gave it, and errors with that place filled in."""
+"""Lines of values in a case file, for errors.
+
+A value may also come from an option, which the error then names.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ def given_by(document: Document, path: str) -> str:
 
 
 def placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabError:
-    """Fill in file, line and the option that gave the value, of an error and those found with it; return it."""
+    """Fill in the place of an error and those found with it.
+
+    The place is file, line, and the option that gave the value. The error is returned.
+    """
     for each in (error, *error.others):
         kind = (*each.path.split(".")[:-1], "kind")
         if each.text.startswith("this key is missing") and kind in document.given and not each.file:

@@ -75,7 +75,10 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
 
 
 def _of_part(name: str, face: str | None, place: str | None, path: str) -> Face:
-    """Return a face of a mechanism that a class describes; whether it has a face of that name is checked later."""
+    """Return a face of a mechanism that a class describes.
+
+    Whether it has a face of that name is checked later.
+    """
     if face is None or place is not None:
         raise CaseError(
             f"{name!r} is a mechanism, so its face must be named: {name}.face",
@@ -136,7 +139,9 @@ def _inner(name: str, place: str, length: float, text: str, path: str) -> Face:
 
 
 def place_on(x: float, name: str, length: float, path: str) -> float:
-    """Return x [m] on a body of a length [m]; a place that meets an end to rounding is that end.
+    """Return x on a body of a length [m].
+
+    A place that meets an end to rounding is that end.
 
     Raises
     ------
@@ -154,9 +159,10 @@ def place_on(x: float, name: str, length: float, path: str) -> float:
 
 
 def at_end(x: float, length: float) -> float:
-    """Return the end of a body, 0 or its length [m], that a place x [m] meets to rounding; else x.
+    """Return a place, moved to an end if equal to rounding [m].
 
-    The length of a body of segments is a sum: 0.7 m and 0.1 m make 0.7999999999999999 m.
+    The ends are 0 and the length of the body. The length of a body of segments is a sum: 0.7 m and 0.1 m make
+    0.7999999999999999 m.
     """
     slack = SAME_PLACE * length
     return 0.0 if abs(x) <= slack else length if abs(x - length) <= slack else x

@@ -1,4 +1,7 @@
-"""A probe of a case given in Python: the block of a case file, with the same keys, units and defaults."""
+"""A probe of a case given in Python.
+
+It is the block of a case file, with the same keys, units and defaults.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,9 @@ from impactlab.casefile.keys_in_python import BodyKeys
 
 
 class Probe(BodyKeys):
-    """A quantity at a place of a body that is recorded over the run, and perhaps the instrument that measures it.
+    """A quantity at a place of a body, recorded over the run.
+
+    An instrument may measure it.
 
     Parameters
     ----------

@@ -1,4 +1,7 @@
-"""A case with every default filled in and every value in SI, as `impactlab check` prints it."""
+"""A case with all defaults filled in and values in SI.
+
+`impactlab check` prints it.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +84,10 @@ def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
 
 
 def _contacts(case: CaseBlock, scene: Scene, method: Method) -> list[dict[str, Any]]:
-    """Return the contacts as the case gives them: one block for all pieces along a body, with the totals of its law."""
+    """Return the contacts as the case gives them.
+
+    All pieces along a body are one block, with the totals of its law.
+    """
     found, at = [], 0
     for number, block in enumerate(case.contacts):
         contact = scene.contacts[at]
@@ -155,7 +161,10 @@ def _mechanism(mechanism: MechanismBody, case: CaseBlock) -> dict[str, Any]:
 
 
 def _rotation(body: Body) -> dict[str, Any]:
-    """Return the rotation of a body as a case gives it; no key of a body at rest."""
+    """Return the rotation of a body as a case gives it.
+
+    A body at rest has no key.
+    """
     if body.rotation is None:
         return {}
     given = {"rate": body.rotation.rate, "axis_at": body.rotation.axis_at}
@@ -181,7 +190,10 @@ def _piece(piece: Segment) -> dict[str, Any]:
 
 
 def _relative_options(scene: Scene, method: Method) -> dict[str, Any]:
-    """Return the options of laws that are relative to rods, in SI under ``laws``; no key where there are none."""
+    """Return the options of laws that are relative to rods, in SI.
+
+    They are under ``laws``; there is no key where there are none.
+    """
     if method.tolerance is not None:  # the elements are not chosen yet
         return {}
     of_contacts = ((each, method.laws[each.name]) for each in scene.contacts if each.name in method.laws)

@@ -1,4 +1,7 @@
-"""The case format, version 1: the keys a case may have, with their units. Parts are read apart, by their own fields."""
+"""The case format, version 1: the allowed keys and their units.
+
+Parts are read separately, by their own fields.
+"""
 
 from __future__ import annotations
 
@@ -194,7 +197,10 @@ class SolveBlock(Block):
 
 
 def _of_probe(value: Any) -> Any:
-    """Return a number, or one with a unit as text, as it stands: its unit is that of the probe's quantity."""
+    """Return a number, or a number with a unit, as it stands.
+
+    Its unit is that of the quantity of the probe.
+    """
     if isinstance(value, bool) or not (value is None or isinstance(value, (str, numbers.Real))):
         raise refuse(f"{shown(value)} is not allowed here. Allowed: a number in the unit of the quantity")
     return value
@@ -205,7 +211,10 @@ _HERTZ, _METRES = quantity("Hz", nothing=True, gt=0.0), quantity("m", nothing=Tr
 
 
 class ProbeBlock(Block):
-    """A quantity at a place, recorded over the run; with one of the keys from length on also measured."""
+    """A quantity at a place, recorded over the run, and perhaps measured.
+
+    It is measured with one of the keys from length on.
+    """
 
     body: str = Field(description="name of the body")
     at: Place = Field(0.0, description="x from the left end [m]")
@@ -261,7 +270,10 @@ class Frames(Block):
     )
 
     def times(self, duration: float) -> tuple[float, ...]:
-        """Return the instants, from 0 to at most the duration [s]; raise `CaseError` where they are too many."""
+        """Return the instants, from 0 to at most the duration [s].
+
+        Raises `CaseError` where they are too many.
+        """
         if self.every is None:
             count = self.count or 1
             return tuple(duration * number / count for number in range(count + 1))

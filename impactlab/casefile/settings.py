@@ -1,4 +1,7 @@
-"""A case file under values given with ``--set``: these are put in place first, and the resulting case is checked."""
+"""A case file with values given by ``--set``.
+
+They are put in place first, and the resulting case is checked.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,9 @@ OPTION = "--set"  # that gives the values, for messages
 def load_with_settings(
     file: Path, settings: Sequence[Setting], *, variant: str = "base", method: str = "base"
 ) -> tuple[Case, Any]:
-    """Return the case in a file, its variant and method chosen and values set, and the tolerance that it had before.
+    """Return the case in a file with settings, and its earlier tolerance.
+
+    Its variant and method are chosen; the tolerance is that before the settings.
 
     Parameters
     ----------
@@ -77,7 +82,10 @@ def _named(path: str, document: Document, block: str, name: str) -> Document:
 
 
 def _written(name: str, path: str, scene: Document, settings: Sequence[Setting]) -> Method | None:
-    """Return the method of the case as written; with the settings where they replace a fault of it, None if neither."""
+    """Return the method of the case as written.
+
+    It has the settings where they replace a fault of it; None if neither is valid.
+    """
     for change in ((), settings):
         with contextlib.suppress(ImpactlabError):
             return case_of(name, path, with_set(scene, in_order(change, scene.data), OPTION, path)).built.method

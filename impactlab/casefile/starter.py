@@ -1,4 +1,4 @@
-"""Writes a commented case to start from, or a copy of one that comes with the package."""
+"""Starter cases: a commented case, or a copy of a packaged one."""
 
 from __future__ import annotations
 
@@ -57,7 +57,10 @@ def write_starter(name: str, folder: Path, kind: str) -> Path:
 
 
 def write_copy(file: Path, name: str, folder: Path) -> Path:
-    """Copy a file as ``name.yaml`` into a folder, with the tables that it names, replacing none; return its path."""
+    """Copy a case file and its tables into a folder; return its path.
+
+    It becomes ``name.yaml`` and replaces no file.
+    """
     name = name.removesuffix(".yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_-]{0,59}", name):
         raise CaseError(

@@ -1,4 +1,7 @@
-"""Bodies that turn: whether each has a steady state, and where masses stand in it by the faces that they meet."""
+"""Bodies that turn: their steady states, and the positions of masses.
+
+Masses stand in a steady state by the faces that they meet.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,9 @@ ELEMENTS = 40  # of the mesh on which a beam's steady state is examined
 
 
 def turning(case: CaseBlock, bodies: Mapping[str, Body], contacts: tuple[Contact, ...]) -> Mapping[str, Body]:
-    """Return the bodies with the rotations of masses, which follow from their contacts; the same where none turns.
+    """Return the bodies with the rotations of masses.
+
+    These follow from their contacts; the bodies are the same where none turns.
 
     Raises
     ------
@@ -89,7 +94,10 @@ def _check_steady(body: Body, block: object) -> None:
 def _rates(
     bodies: Mapping[str, Body], contacts: tuple[Contact, ...], blocks: Mapping[str, RotationBlock]
 ) -> dict[str, float]:
-    """Return the rates [rad/s] of the bodies with a rotation; a mass without one takes that of a body that it meets."""
+    """Return the rates of the bodies with a rotation [rad/s].
+
+    A mass without one takes that of a body that it meets.
+    """
     rates = {name: block.rate for name, block in blocks.items() if block.rate is not None}
     waiting = [name for name in blocks if name not in rates]
     pairs = [(contact.left.body, contact.right.body) for contact in contacts]
@@ -113,7 +121,10 @@ def _rates(
 
 
 def _check_rates(bodies: Mapping[str, Body], contacts: tuple[Contact, ...], rates: Mapping[str, float]) -> None:
-    """Raise `CaseError` where two bodies that meet turn at different rates [rad/s]; walls turn with the frame."""
+    """Raise `CaseError` where bodies that meet turn at different rates [rad/s].
+
+    Walls turn with the frame.
+    """
     for number, contact in enumerate(contacts):
         names = contact.left.body, contact.right.body
         left, right = (rates.get(name, 0.0) for name in names)
@@ -132,7 +143,10 @@ def _with_masses(
     blocks: Mapping[str, RotationBlock],
     rates: Mapping[str, float],
 ) -> dict[str, Body]:
-    """Return the bodies with the rotations of masses: first those that state their place, then from face to face."""
+    """Return the bodies with the rotations of masses.
+
+    First come those that state their place, then others from face to face.
+    """
     found = dict(bodies)
     waiting = {name: block for name, block in blocks.items() if isinstance(bodies[name], Mass) and rates[name]}
     while waiting:
@@ -155,7 +169,10 @@ def _with_masses(
 
 
 def _met(name: str, bodies: Mapping[str, Body], contacts: tuple[Contact, ...]) -> tuple[float, str] | None:
-    """Return ``axis_at`` [m] and the plane of a mass by the first face that it meets whose place is known."""
+    """Return ``axis_at`` [m] and the plane of a mass by its contacts.
+
+    They follow from the first face that it meets whose place is known.
+    """
     for contact in contacts:
         for own, other, sign in ((contact.left, contact.right, -1.0), (contact.right, contact.left, 1.0)):
             rotation = bodies[other.body].rotation
@@ -165,7 +182,10 @@ def _met(name: str, bodies: Mapping[str, Body], contacts: tuple[Contact, ...]) -
 
 
 def _check_contact(bodies: Mapping[str, Body], contact: Contact, number: int) -> None:
-    """Raise `CaseError` where two bodies that meet move in other directions, or a mass does not stand at its gap."""
+    """Raise `CaseError` where bodies that meet do not turn alike.
+
+    They move in different directions, or a mass does not stand at its gap.
+    """
     left, right = (bodies[point.body] for point in contact.faces)
     if left.rotation is None or right.rotation is None:
         return

@@ -1,1 +1,1 @@
-"""Exact solution of rods, rigid masses and walls in contact: waves followed from event to event."""
+"""Exact solution of rods, rigid masses and walls, from event to event."""

@@ -40,7 +40,10 @@ class StateRecord(ctypes.Structure):
 
 @record
 class JunctionRecord(ctypes.Structure):
-    """Nodes that contacts may tie together, their ends and contacts: ranges from first to before last."""
+    """Nodes that contacts may tie together, with their ends and contacts.
+
+    They are ranges from the first to before the last.
+    """
 
     first_node: int
     last_node: int
@@ -62,7 +65,7 @@ class JunctionRecord(ctypes.Structure):
 
 @record
 class NodeRecord(ctypes.Structure):
-    """A node, and the group of nodes that hard contacts make it part of at the moment."""
+    """A node, and the group of nodes that closed hard contacts form."""
 
     mass: float  # kg; inf where it never moves
     spring: float  # N/m, to the ground
@@ -84,10 +87,10 @@ class NodeRecord(ctypes.Structure):
 
 @record
 class EndRecord(ctypes.Structure):
-    """An end of a rod piece, and the wave that arrives there: emitted by its peer one transit earlier.
+    """An end of a rod piece, and the wave that arrives there.
 
-    Waves are velocities along +x: at an end, velocity of the node = arriving + emitted wave. On the way half of
-    gravity's gain is added.
+    Its peer emitted the wave one transit earlier. Waves are velocities along +x: at an end, velocity of the node =
+    arriving + emitted wave. On the way half of gravity's gain is added.
     """
 
     node: int
@@ -102,7 +105,10 @@ class EndRecord(ctypes.Structure):
 
 @record
 class ContactRecord(ctypes.Structure):
-    """A contact of two nodes; those of a junction stand in the order in which their forces are found."""
+    """A contact of two nodes.
+
+    Contacts of a junction stand in the order in which their forces are found.
+    """
 
     left: int  # node
     right: int

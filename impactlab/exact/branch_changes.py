@@ -1,6 +1,6 @@
-"""Changes of branch, compiled separately: the first end of a branch that is met, and the branch after it.
+"""Changes of branch: the end that is met first, and the next branch.
 
-Laws are tables here (`impactlab.contact.branches`); none is known by name.
+They are compiled separately. Laws are tables here (`impactlab.contact.branches`); none is known by name.
 """
 
 from __future__ import annotations
@@ -39,7 +39,10 @@ typeof: Any = numba.typeof
 
 @EXACT_PART
 def threshold(m: MarchArrays, c: int, until: Array) -> float:
-    """Return the value that the quantity of an end passes, moved by the memory of the law."""
+    """Return the value that the quantity of an end passes.
+
+    The memory of the law moves it.
+    """
     contact = m.contacts[c]
     kept = contact.set if until[OF] == APPROACH else contact.largest
     return float(until[VALUE] + until[REMEMBERED] * kept)
@@ -47,7 +50,10 @@ def threshold(m: MarchArrays, c: int, until: Array) -> float:
 
 @EXACT_PART
 def beyond(m: MarchArrays, j: int, c: int, until: Array, n: int) -> float:
-    """Write how far the quantity of an end is short of its value, to the trial row; return the tolerance of zero."""
+    """Write the distance of a quantity to its value; return its tolerance.
+
+    It is written to the trial row.
+    """
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     base, nodes = junction.first_node, junction.nodes
     a, b = contact.left - base, contact.right - base
@@ -87,7 +93,10 @@ def find(m: MarchArrays, j: int, n: int) -> None:
 
 @EXACT_INLINE
 def change(m: MarchArrays) -> None:
-    """Take the contact of the event found to its next branch; the kind of the event becomes that of the change."""
+    """Take the contact of the event found to its next branch.
+
+    The kind of the event becomes that of the change.
+    """
     state = m.state[0]
     contact = m.contacts[state.contact]
     until = m.stack[contact.branch][UNTIL + WIDE * (state.kind - CHANGE) :]

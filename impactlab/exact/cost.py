@@ -1,6 +1,7 @@
-"""Cost of the exact solver, predicted: operations of the first intervals, extrapolated as a power of time.
+"""Predicted cost of the exact solver by extrapolation in time.
 
-Intervals and multiplications are counted, not seconds: the same scene always has the same prediction.
+Operations of the first intervals are counted and extrapolated as a power of time. Intervals and multiplications are
+counted, not seconds: the same scene always has the same prediction.
 """
 
 from __future__ import annotations
@@ -88,7 +89,10 @@ def begin(scene: Scene, method: Method) -> StartedMarch:
 
 
 def _extrapolated(counts: list[tuple[float, float]], duration: float) -> float:
-    """Return the seconds of the whole march by the power of time that its last two counts show."""
+    """Return the predicted time of the whole march [s].
+
+    It follows from the power of time that the last two counts show.
+    """
     reached, cost = counts[-1]
     before, less = counts[-2] if len(counts) > 1 else (0.0, 0.0)
     power = 1.0

@@ -1,4 +1,7 @@
-"""Event detection of a junction, compiled: the first downward zero crossing of a force or a gap in an interval."""
+"""Event detection of a junction: first downward zero crossings in an interval.
+
+Crossings are those of forces or gaps; the code is compiled.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,10 @@ MIN_TOUCH = 10.0
 
 @EXACT_PART
 def least_force(m: MarchArrays, j: int, c: int, n: int) -> float:
-    """Return the force below which contact c counts as unloaded [N]: rounding, a stiff spring's too."""
+    """Return the force below which contact c counts as unloaded [N].
+
+    It covers rounding, also that of a stiff spring.
+    """
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     none = ZERO_TOL * state.fastest * contact.impedance
     if contact.stiffness >= 0.0:
@@ -42,9 +48,10 @@ def increase_if_rigid(m: MarchArrays, c: int) -> float:
 
 @EXACT_PART
 def stays_unloaded(m: MarchArrays, j: int, c: int, n: int, place: float) -> bool:
-    """Return whether faces that meet at a place in [-1, 1] approach too slowly for a force after it.
+    """Return whether faces approach too slowly for a force after they meet.
 
-    The force of a touch is the speed of approach times the impedance of the faces; a face with mass is rigid.
+    They meet at a place in [-1, 1]. The force of a touch is the speed of approach times the impedance of the faces; a
+    face with mass is rigid.
     """
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     base = junction.first_node
@@ -67,10 +74,10 @@ def stays_unloaded(m: MarchArrays, j: int, c: int, n: int, place: float) -> bool
 
 @EXACT_PART
 def first_crossing_of(m: MarchArrays, base: int, c: int, n: int, floor: float) -> float:
-    """Return where the trial row of contact c first crosses zero downwards in [-1, 1], 2 for never.
+    """Return the first downward zero of a contact's trial row.
 
-    Hard faces with a gap within rounding may part at the start and meet later. Closed at the start, they would pull at
-    once, and open and close infinitely often.
+    It is in [-1, 1], or 2 for never. Hard faces with a gap within rounding may part at the start and meet later. Closed
+    at the start, they would pull at once, and open and close infinitely often.
     """
     contact, trial = m.contacts[c], m.stack[MAX_DEPTH]
     place = first_crossing(trial, n, floor, m.stack)
@@ -85,7 +92,10 @@ def first_crossing_of(m: MarchArrays, base: int, c: int, n: int, floor: float) -
 
 @EXACT_INLINE
 def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -> bool:
-    """Return whether hard faces without mass are in contact without a force: they count as open."""
+    """Return whether hard faces without mass are in contact without a force.
+
+    Such faces count as open.
+    """
     contact = m.contacts[c]
     if contact.closed == 0 or contact.stiffness >= 0.0 or m.nodes[contact.left].bare == 0:
         return False
@@ -97,7 +107,10 @@ def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -
 
 @EXACT_INLINE
 def next_change_of_contact(m: MarchArrays, j: int, n: int) -> float:
-    """Return the place in [-1, 1] of the first closing or opening, or end of a spring's overlap, 2 for none."""
+    """Return the place in [-1, 1] of the first change of a contact.
+
+    It is a closing, an opening, or the end of a spring's overlap; 2 for none.
+    """
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
     nodes = junction.nodes

@@ -1,7 +1,8 @@
-"""Energy balance of a march at its end, compiled: of scenes without gravity, dashpots in contacts and branches of laws.
+"""Energy balance of a march at its end, compiled.
 
-Digits that a march loses change an energy, and that change stays: in a body, or in the loss of a dashpot. So where the
-balance closes to rounding at the end, the energies over time, which take longer than a short march, are not needed.
+It is for scenes without gravity, dashpots in contacts and branches of laws. Digits that a march loses change an energy,
+and that change stays: in a body, or in the loss of a dashpot. So where the balance closes to rounding at the end, the
+energies over time, which take longer than a short march, are not needed.
 """
 
 from __future__ import annotations
@@ -19,7 +20,10 @@ from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_PART
 
 @EXACT_PART
 def energy_at(m: MarchArrays, t: float) -> float:
-    """Return the energy of all bodies and springs at time t [J]; each wave is inside its rod for one transit."""
+    """Return the energy of all bodies and springs at time t [J].
+
+    Each wave is inside its rod for one transit.
+    """
     total = 0.0
     for e in range(len(m.ends)):
         end = m.ends[e]
@@ -40,7 +44,10 @@ def energy_at(m: MarchArrays, t: float) -> float:
 
 @EXACT_ENTRY
 def end_error(m: MarchArrays) -> float:
-    """Return the error of the balance at the end over the larger of initial energy and work; inf without either."""
+    """Return the relative error of the energy balance at the end.
+
+    It is relative to the larger of initial energy and work; inf without either.
+    """
     t, start, work, lost = m.state[0].duration, energy_at(m, 0.0), 0.0, 0.0
     for n in range(len(m.nodes)):
         node = m.nodes[n]
@@ -54,7 +61,10 @@ def end_error(m: MarchArrays) -> float:
 
 
 def error_at_end(log: Log) -> float:
-    """Return the error of the balance at the end of a march, relative; inf where it is not found in this way."""
+    """Return the relative error of a march's energy balance at its end.
+
+    It is inf where it cannot be found in this way.
+    """
     plain = float(log.state["gravity"]) == 0.0 and not log.names and not log.junctions["loaded"].any()
     if not plain or (log.contacts["damping"] > 0.0).any() or (log.contacts["branch"] >= 0).any():
         return math.inf

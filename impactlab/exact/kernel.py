@@ -34,7 +34,10 @@ WEIGHTS_AT[COUNTS] = np.cumsum(WIDTH_OF[COUNTS] ** 2) - WIDTH_OF[COUNTS] ** 2
 
 
 def _weights(m: int) -> Array:
-    """Return the weights of m values in m coefficients, with zeros to full lanes; shape (width, width)."""
+    """Return the weights of m values in m coefficients.
+
+    Zeros fill full lanes; the shape is (width, width).
+    """
     weights = np.zeros((WIDTH_OF[m], WIDTH_OF[m]))
     weights[:m, :m] = COSINES[np.outer((2 * np.arange(m) + 1) * (ROOM // m), np.arange(m)) % (4 * ROOM)] * (2.0 / m)
     weights[:, 0] /= 2.0
@@ -63,7 +66,10 @@ def value(a: Array, n: int, x: float) -> float:
 
 @EXACT_PART
 def chopped(a: Array, n: int, floor: float) -> int:
-    """Return how many coefficients of a[:n] are needed when those at the end below the floor are dropped."""
+    """Return how many coefficients remain when small ones are dropped.
+
+    Those at the end of a[:n] that are below the floor are dropped.
+    """
     while n > 1 and abs(a[n - 1]) <= floor:
         n -= 1
     return n
@@ -77,10 +83,11 @@ def each_in_all(lanes: Array, place: int) -> Array:
 
 @EXACT_PART
 def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
-    """Write the coefficients of the series on [low, high] of its interval; return how many. ``out`` has ROOM places.
+    """Write the coefficients of a series on [low, high]; return their number.
 
-    The series is taken at the zeros of a Chebyshev polynomial (Clenshaw) and the values are transformed back. Eight
-    points go side by side, in one vector register: the recurrence of one waits for itself at every term.
+    The interval is a part of [-1, 1]; ``out`` has ROOM places. The series is taken at the zeros of a Chebyshev
+    polynomial (Clenshaw) and the values are transformed back. Eight points go side by side, in one vector register: the
+    recurrence of one waits for itself at every term.
     """
     m = FEWEST
     while m < n or ROOM % m != 0:
@@ -113,7 +120,10 @@ def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
 
 @EXACT_PART
 def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
-    """Write n + 1 coefficients of first + integral from the left end; half is half the length of the piece."""
+    """Write the n + 1 coefficients of first + integral of a series.
+
+    The integral is from the left end; half is half the length of the piece.
+    """
     total = 0.0
     for k in range(1, n + 1):
         before = 2.0 * a[0] if k == 1 else a[k - 1]
@@ -125,10 +135,10 @@ def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
 
 @EXACT_PART
 def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array) -> None:
-    """Solve y' = -rate y + b on [-1, 1], y(-1) = first, rate >= 0.
+    """Solve y' = -rate y + b on [-1, 1] with y(-1) = ``first``.
 
-    The tau method, with so many coefficients: backward elimination y_k = p_k y_{k-1} + r_k (Olver, Miller). All p_k
-    are negative, so nothing cancels.
+    The rate is not negative. The tau method, with so many coefficients: backward elimination y_k = p_k y_{k-1} + r_k
+    (Olver, Miller). All p_k are negative, so nothing cancels.
     """
     c = r = g = q = 0.0
     sign = -1.0 if order % 2 == 0 else 1.0  # of the last coefficient at -1
@@ -175,7 +185,10 @@ def without_layer(rate: float, b: Array, first: float, n: int, floor: float, y: 
 
 @EXACT_PART
 def split(part: Array, early: Array, late: Array, floor: float) -> None:
-    """Write the two halves of a part: the late one in its place, the early one on top of it."""
+    """Write the two halves of a part.
+
+    The late one takes its place, the early one stands on top of it.
+    """
     middle = 0.5 * (part[LOW] + part[HIGH])
     size = int(part[SIZE])
     early[SIZE] = chopped(early, restrict(part, size, -1.0, 0.0, early), 1e-3 * floor)
@@ -189,9 +202,10 @@ def split(part: Array, early: Array, late: Array, floor: float) -> None:
 
 @EXACT_PART
 def zero(f: Array, n: int) -> float:
-    """Return the zero of a series that decreases on [-1, 1] from above zero to below it.
+    """Return the zero of a decreasing series on [-1, 1].
 
-    Newton's steps inside a bracket that only shrinks; where one leaves it, or gains less than halving, it is halved.
+    The series falls from above zero to below it. Newton's steps inside a bracket that only shrinks; where one leaves
+    it, or gains less than halving, it is halved.
     """
     above, below = -1.0, 1.0
     x, before = 0.0, 2.0

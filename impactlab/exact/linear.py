@@ -51,11 +51,10 @@ def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> No
 
 @ALLOCATING_PART
 def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
-    """Write y_k = p_k y_{k-1} + r_k, n rows of n + 1 entries per k.
+    """Write y_k = p_k y_{k-1} + r_k; return False where that would lose digits.
 
-    Return False where that would lose digits.
-
-    Pivots are sought within a block only: where functions swing fast, a block may be nearly singular and p_k is large.
+    There are n rows of n + 1 entries per k. Pivots are sought within a block only: where functions swing fast, a block
+    may be nearly singular and p_k is large.
     """
     for i in range(n):
         for m in range(n):
@@ -87,9 +86,10 @@ def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
 
 @ALLOCATING_PART
 def recurrence(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> bool:
-    """Solve as `system` does, in a time linear in ``order``; return False where that would lose digits.
+    """Solve as `system` does, in a time linear in ``order``.
 
-    Backward elimination y_k = p_k y_{k-1} + r_k (Olver, Miller) on blocks of n, as `kernel.relax` on one function.
+    Return False where that would lose digits. Backward elimination y_k = p_k y_{k-1} + r_k (Olver, Miller) on blocks of
+    n, as `kernel.relax` on one function.
     """
     p: Array = table(order * n, n + 1)
     if not steps_down(a, b, n, order, p):
@@ -123,9 +123,9 @@ def recurrence(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -
 
 @EXACT_INLINE
 def solved(a: Array, force: Array, first: Array, y: Array, speed: float, spent: Array) -> bool:
-    """Solve y' = a y + force with as many coefficients as needed; return whether ORDER of them are enough.
+    """Solve y' = a y + force; return whether ORDER coefficients are enough.
 
-    The number of multiplications, about, is added to spent[0, 0].
+    As many are taken as needed. The number of multiplications, about, is added to spent[0, 0].
     """
     n = len(a)
     needed = 1

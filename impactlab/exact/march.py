@@ -1,8 +1,9 @@
-"""The march of the exact solver, compiled: junctions advance from break to break, events are found by root isolation.
+"""The march of the exact solver: junctions advance from break to break.
 
-A junction is a set of nodes that contacts may tie together. The rest of the scene acts on it only by arriving waves,
-emitted at the other ends one transit earlier; so junctions advance one by one, the one furthest behind first. Springs
-are solved by a function that is compiled separately and called by address: scenes without springs never compile it.
+Events are found by root isolation; the code is compiled. A junction is a set of nodes that contacts may tie together.
+The rest of the scene acts on it only by arriving waves, emitted at the other ends one transit earlier; so junctions
+advance one by one, the one furthest behind first. Springs are solved by a function that is compiled separately and
+called by address: scenes without springs never compile it.
 """
 
 from __future__ import annotations
@@ -37,7 +38,10 @@ MAX_BURST = 64  # events within 1e3 merge tolerances; more count as infinitely m
 
 @EXACT_PART
 def horizon(m: MarchArrays, j: int) -> float:
-    """Return the time [s] up to which every wave that arrives at junction j is one piece."""
+    """Return the end of the present pieces of junction j's arriving waves [s].
+
+    Up to this time, every wave that arrives is one piece.
+    """
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     until = state.duration
@@ -51,7 +55,10 @@ def horizon(m: MarchArrays, j: int) -> float:
 
 @EXACT_PART
 def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
-    """Write the waves that arrive at the ends of junction j on [t0, t1]; return the number of coefficients."""
+    """Write the waves arriving at junction j; return their number of coefficients.
+
+    They arrive at its ends on [t0, t1].
+    """
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     longest = 1
@@ -83,7 +90,10 @@ def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
 
 @EXACT_PART
 def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
-    """Write the record of junction j on [t0, t1] and move the junction to its end."""
+    """Write the record of junction j on [t0, t1].
+
+    The junction is moved to its end.
+    """
     state, junction = m.state[0], m.junctions[j]
     nodes, ends = junction.nodes, junction.ends
     last = len(m.pieces) // len(m.junctions) * j + junction.records - 1
@@ -123,7 +133,10 @@ def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
 
 @EXACT_PART
 def apply_event(m: MarchArrays, j: int, t: float) -> bool:
-    """Open or close the contact of the event found, or change its branch; return False if events accumulate."""
+    """Apply the event found; return False if events accumulate.
+
+    It opens or closes a contact, or changes its branch.
+    """
     state, junction = m.state[0], m.junctions[j]
     event, contact = m.events[state.events], m.contacts[state.contact]
     if state.kind >= CHANGE:
@@ -196,7 +209,10 @@ def furthest_behind(m: MarchArrays) -> int:
 
 @EXACT_ENTRY
 def advance(m: MarchArrays) -> int:
-    """Advance all junctions to the end; return a status: DONE, an array that is full, or the reason of a stop."""
+    """Advance all junctions to the end; return a status.
+
+    It is DONE, an array that is full, or the reason of a stop.
+    """
     state = m.state[0]
     while True:
         j = furthest_behind(m)
@@ -230,10 +246,16 @@ def prepared(log: Log) -> Log:
 
 
 def _largest(values: Array) -> float:
-    """Return the largest value, -1 of none; of few values numpy takes five times as long."""
+    """Return the largest value; -1 for no values.
+
+    For few values numpy takes five times as long.
+    """
     return float(max(values.tolist(), default=-1.0))
 
 
 def march(log: Log) -> int:
-    """Advance all junctions to the end; return a status: DONE, an array that is full, or the reason of a stop."""
+    """Advance all junctions to the end; return a status.
+
+    It is DONE, an array that is full, or the reason of a stop.
+    """
     return int(entered_with_table(advance, log.memory))

@@ -21,7 +21,10 @@ MAX_POINTS = 36  # of a merged piece: half the capacity, so that it can still be
 
 @EXACT_PART
 def jump_floor(m: MarchArrays, j: int, row: int, n: int) -> float:
-    """Return the largest jump of a row that merging may remove; negative for rows that are integrals of others."""
+    """Return the largest jump of a row that merging may remove.
+
+    It is negative for rows that are integrals of others.
+    """
     state, junction = m.state[0], m.junctions[j]
     nodes, ends = junction.nodes, junction.ends
     if row < nodes or 2 * nodes <= row < 2 * nodes + ends:
@@ -33,9 +36,10 @@ def jump_floor(m: MarchArrays, j: int, row: int, n: int) -> float:
 
 @EXACT_PART
 def needed_without_jump(m: MarchArrays, at: int, size: int, row: Array, n: int, widths: Array, floor: float) -> int:
-    """Return how many coefficients two neighbouring series need above the floor, 0 where value or slope jump.
+    """Return how many coefficients two neighbouring series need together.
 
-    The earlier one is pool[at : at + size], the later one row[:n]; ``widths`` are their lengths.
+    Coefficients above the floor count; 0 where value or slope jump. The earlier one is pool[at : at + size], the later
+    one row[:n]; ``widths`` are their lengths.
     """
     before = after = 0.0
     rise = fall = 0.0
@@ -61,7 +65,10 @@ def needed_without_jump(m: MarchArrays, at: int, size: int, row: Array, n: int, 
 def resampled(
     m: MarchArrays, old: PieceRecord, row: int, t0: float, t1: float, n: int, points: int, floor: float
 ) -> bool:
-    """Write a row over both pieces into the table of waves; return whether so many points hold it to the floor."""
+    """Write a row over both pieces into the table of waves.
+
+    Return whether so many points represent it to within the floor.
+    """
     out = m.waves[row]
     m.state[0].work += points * (n + points)
     at, size = old.offset + row * old.size, old.size
@@ -115,7 +122,10 @@ def stretched(m: MarchArrays, old: PieceRecord, nodes: int, ends: int, height: i
 
 @EXACT_PART
 def joined(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> int:
-    """Write the rows of the last piece and of [t0, t1] as one; return its coefficients, 0 for no merger."""
+    """Write the rows of the last piece and [t0, t1] as one.
+
+    Return its number of coefficients, 0 for no merger.
+    """
     junction = m.junctions[j]
     nodes, ends = junction.nodes, junction.ends
     height = junction.rows

@@ -1,4 +1,7 @@
-"""Motion of the nodes of a junction over one interval, compiled: groups held by contacts, velocities, all rows."""
+"""Motion of the nodes of a junction over one interval, compiled.
+
+It solves groups held by contacts, velocities, and all rows of a record.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,10 @@ LAYER_TOL = 2.0e-14  # of the largest velocity: a smaller layer is rounding
 
 @EXACT_PART
 def group_nodes(m: MarchArrays, j: int, longest: int) -> bool:
-    """Join the nodes that hard contacts hold together, with their masses and loads; return whether springs act."""
+    """Join the nodes that hard contacts hold together.
+
+    Their masses and loads are added up. Return whether springs act.
+    """
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
     tied = False
@@ -79,7 +85,10 @@ def tail(a: Array, n: int) -> float:
 
 @EXACT_PART
 def solve_group(m: MarchArrays, j: int, i: int, half: float, longest: int) -> int:
-    """Write the velocity of a group with mass, that of node i; return its coefficients, 0 where not resolved."""
+    """Write the velocity of a group with mass; return its coefficients.
+
+    The group is that of node i; 0 where not resolved.
+    """
     state, node = m.state[0], m.nodes[i]
     group, base = m.nodes[node.group], m.junctions[j].first_node
     load, out = m.load[node.group - base], m.rows[node.group - base]
@@ -110,7 +119,10 @@ def solve_group(m: MarchArrays, j: int, i: int, half: float, longest: int) -> in
 
 @EXACT_PART
 def solve_nodes(m: MarchArrays, j: int, half: float, longest: int) -> int:
-    """Write the velocities of the nodes of junction j; return their number of coefficients, 0 where not resolved."""
+    """Write the velocities of junction j's nodes; return their number of coefficients.
+
+    It is 0 where not resolved.
+    """
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
     tied = group_nodes(m, j, longest)
@@ -152,7 +164,10 @@ def solve_nodes(m: MarchArrays, j: int, half: float, longest: int) -> int:
 
 @EXACT_PART
 def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
-    """Write the force of a hard contact: balance of its massless face with rods, spring, dashpot, other contacts."""
+    """Write the force of a hard contact, by balance of its face.
+
+    On the massless face act rods, spring, dashpot and other contacts.
+    """
     junction = m.junctions[j]
     base, first_end = junction.first_node, junction.first_end
     nodes, ends = junction.nodes, junction.ends
@@ -182,7 +197,10 @@ def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
 
 @EXACT_PART
 def fill_rows(m: MarchArrays, j: int, half: float, longest: int, n: int) -> int:
-    """Write all rows of a record after the velocities of its nodes; return the number of coefficients."""
+    """Write the remaining rows of a record; return the number of coefficients.
+
+    The velocities of its nodes are known.
+    """
     junction = m.junctions[j]
     base, first_end = junction.first_node, junction.first_end
     nodes, ends = junction.nodes, junction.ends

@@ -20,7 +20,10 @@ SPAN_COLUMNS = 5
 
 @EXACT_PART
 def peak_in(m: MarchArrays, r: int, row: int, best: float) -> float:
-    """Return the largest value of a row in piece r, or the best so far if that is larger."""
+    """Return the largest value of a row in piece r.
+
+    If the best so far is larger, it is returned.
+    """
     piece = m.pieces[r]
     at = piece.offset + row * piece.size
     a = m.pool[at : at + piece.size]
@@ -71,7 +74,10 @@ def derivatives(a: Array, n: int, y: float) -> tuple[float, float]:
 
 @EXACT_PART
 def finish_span(m: MarchArrays, span: Array, peaks: bool) -> None:
-    """Write impulse and, on request, peak force of a period of contact, over all pieces that reach into it."""
+    """Write impulse and, on request, peak force of a contact period.
+
+    All pieces that reach into the period count.
+    """
     c = int(span[CONTACT])
     j = m.nodes[m.contacts[c].left].junction
     junction = m.junctions[j]
@@ -92,13 +98,19 @@ def finish_span(m: MarchArrays, span: Array, peaks: bool) -> None:
 
 @EXACT_ENTRY
 def finish_spans(m: MarchArrays, spans: Array) -> None:
-    """Write impulse and peak force of every period of contact, rows (contact, start, stop, impulse, peak)."""
+    """Write impulse and peak force of every period of contact.
+
+    Rows are (contact, start, stop, impulse, peak).
+    """
     for k in range(len(spans)):
         finish_span(m, spans[k], True)
 
 
 def finished(memory: MarchArrays, periods: Sequence[tuple[int, float, float]]) -> list[tuple[float, float]]:
-    """Return impulse [N s] and peak force [N] of each period (contact of the network, start [s], stop [s])."""
+    """Return impulse [N s] and peak force [N] of each period.
+
+    A period is (contact of the network, start [s], stop [s]).
+    """
     spans = np.zeros((len(periods), SPAN_COLUMNS))
     spans[:, :IMPULSE] = periods
     entered_with_table(finish_spans, memory, spans)

@@ -1,4 +1,7 @@
-"""Exact solution of uniform rods, rigid masses and walls, from event to event: d'Alembert waves in Chebyshev pieces."""
+"""Exact solution of rods, masses and walls: d'Alembert waves, Chebyshev pieces.
+
+It goes from event to event.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,10 @@ MAX_INTERVALS = 30_000_000  # some minutes, as an interval takes 0.5 to 10 us
 
 
 class Network:
-    """The network of a scene: the log made first serves the first march, copies the next ones."""
+    """The network of a scene with its log.
+
+    The log made first serves the first march, copies the next ones.
+    """
 
     def __init__(self, scene: Scene, method: Method) -> None:
         self._run = scene, method
@@ -52,7 +58,10 @@ class Network:
         self._kept: Log | None = None  # to copy
 
     def log(self) -> Log:
-        """Return a log that no march has written into; nothing is copied for a scene that is run once."""
+        """Return a log that no march has written into.
+
+        Nothing is copied for a scene that is run once.
+        """
         with contextlib.suppress(IndexError):
             return self._first.pop()
         self._kept = self._kept or build(*self._run)[1]
@@ -69,7 +78,10 @@ def network(scene: Scene, method: Method) -> tuple[NetworkLayout, Log]:
 
 
 def serves(scene: Scene, method: Method) -> str | None:
-    """Return None if `solve` supports the bodies, contacts and laws, else the reason in one sentence."""
+    """Return None if `solve` supports a scene, else the reason.
+
+    The reason is one sentence about its bodies, contacts or laws.
+    """
     try:
         built(scene, method)
     except (CaseError, PairingError) as error:
@@ -133,7 +145,10 @@ def solve(
 def marched(
     run: Simulation, layout: NetworkLayout, log: Log, whole: bool, progress: Progress | None, begun: StartedMarch | None
 ) -> ContinuousHistory | ThinnedHistory:
-    """Return the history of a march to the end; the other arguments are those of `solve`."""
+    """Return the history of a march to the end.
+
+    The other arguments are those of `solve`.
+    """
     scene = run.scene
     thinner: Thinner | None = None
     log.state["most"] = log.state["intervals"] + INTERVALS_PER_CHECK

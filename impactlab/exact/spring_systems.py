@@ -21,7 +21,10 @@ typeof: Any = numba.typeof
 
 @ALLOCATING_PART
 def number_groups(m: MarchArrays, j: int) -> tuple[int, int]:
-    """Number the groups that can move, those with mass first; return how many have mass, and how many move."""
+    """Number the groups that can move, those with mass first.
+
+    Return how many have mass, and how many move.
+    """
     junction = m.junctions[j]
     moving = 0
     heavy = 0
@@ -40,7 +43,10 @@ def number_groups(m: MarchArrays, j: int) -> tuple[int, int]:
 
 @ALLOCATING_PART
 def gather(m: MarchArrays, j: int, damp: Array, stiff: Array, b: Array, first: Array) -> None:
-    """Write damping, stiffness and loads of the groups, and in first[0] the velocities of those with mass."""
+    """Write damping, stiffness and loads of the groups.
+
+    The velocities of those with mass are written to first[0].
+    """
     junction = m.junctions[j]
     base = junction.first_node
     for i in range(base, junction.last_node):
@@ -76,7 +82,10 @@ def gather(m: MarchArrays, j: int, damp: Array, stiff: Array, b: Array, first: A
 
 @EXACT_INLINE
 def combined(damp: Array, stiff: Array, heavy: int, moving: int, half: float) -> Array:
-    """Return the velocity of each group as a combination of the unknowns and of the loads of groups without mass."""
+    """Return the velocities of groups as combinations of unknowns and loads.
+
+    The loads are those of groups without mass.
+    """
     light, n = moving - heavy, moving + heavy
     combine: Array = table(moving, n + light)
     for i in range(heavy):
@@ -111,7 +120,10 @@ def add_row(a: Array, force: Array, at: int, factor: float, row: Array, n: int, 
 def write_equations(
     m: MarchArrays, j: int, half: float, damp: Array, stiff: Array, combine: Array, b: Array, a: Array, force: Array
 ) -> None:
-    """Write the matrix and the load of the unknowns: balances of groups with mass, then rates of displacements."""
+    """Write the matrix and the load of the unknowns.
+
+    Balances of groups with mass come first, then rates of displacements.
+    """
     junction = m.junctions[j]
     moving, n = len(combine), len(a)
     heavy = n - moving
@@ -149,11 +161,12 @@ def write_motion(m: MarchArrays, j: int, half: float, combine: Array, y: Array, 
 
 
 def coupled(m: MarchArrays, j: int, half: float) -> None:
-    """Velocities and displacements of groups tied by springs: m V' + D V + K U = load, U' = V.
+    """Solve for the motion of groups of nodes tied by springs.
 
-    Unknowns are the velocities of the groups with mass and U/half of all that can move; velocities of groups without
-    mass follow from them. U is returned as solved: integrating the velocity of a group on a stiff spring would multiply
-    rounding by that stiffness. ``state.resolved`` is 1 if the series converged.
+    Velocities and displacements obey m V' + D V + K U = load, U' = V. Unknowns are the velocities of the groups with
+    mass and U/half of all that can move; velocities of groups without mass follow from them. U is returned as solved:
+    integrating the velocity of a group on a stiff spring would multiply rounding by that stiffness. ``state.resolved``
+    is 1 if the series converged.
     """
     state = m.state[0]
     heavy, moving = number_groups(m, j)

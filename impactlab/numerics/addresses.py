@@ -1,8 +1,8 @@
-"""Functions passed to the compiled loop as addresses, so that a new part needs no recompilation of the loop.
+"""Functions passed to the compiled loop as addresses.
 
-With compilation on, an address is that of a C function made by numba (or of a C callback into Python) and `call` is a
-machine call. With NUMBA_DISABLE_JIT=1, and inside `interpreted`, an address is the number of a Python function and
-`call` looks it up.
+A new part needs no recompilation of the loop. With compilation on, an address is that of a C function made by numba (or
+of a C callback into Python) and `call` is a machine call. With NUMBA_DISABLE_JIT=1, and inside `interpreted`, an
+address is the number of a Python function and `call` looks it up.
 """
 
 from __future__ import annotations
@@ -61,7 +61,10 @@ before_compiling: list[Callable[[Callable[..., Any]], None]] = []
 
 
 class _Mode(threading.local):
-    """Whether plans of this thread are checked and never run, and whether it runs kernels as plain Python."""
+    """Whether plans of this thread are only checked, and kernels interpreted.
+
+    Plans that are only checked never run; interpreted kernels run as plain Python.
+    """
 
     trial = interpreting = False
 
@@ -109,7 +112,10 @@ else:
 
 
 def in_python(function: Any) -> Any:
-    """Return a compiled function as plain Python, with all that it calls; other functions as they are."""
+    """Return a compiled function as plain Python, with its callees.
+
+    Other functions are returned as they are.
+    """
     if function is call:
         return call_in_python
     inner = getattr(function, "py_func", function)
@@ -139,9 +145,10 @@ def in_trial() -> bool:
 
 @contextlib.contextmanager
 def interpreted(unknowns: int) -> Iterator[None]:
-    """In a trial, run the kernels of a body with few unknowns as plain Python: they differ by rounding alone.
+    """Run kernels of few unknowns as plain Python within a trial.
 
-    Loading compiled code takes a fifth of a second. Addresses that are made inside hold only there.
+    Results differ by rounding alone. Loading compiled code takes a fifth of a second. Addresses that are made inside
+    hold only there.
     """
     _mode.interpreting = _mode.trial and unknowns <= MAX_UNKNOWNS
     try:
@@ -151,7 +158,10 @@ def interpreted(unknowns: int) -> Iterator[None]:
 
 
 def log_compiling(entry: Any) -> None:
-    """Log, once in a session, that compiled code is made first, if that of a function is not on disk."""
+    """Log once in a session that compiled code is made first.
+
+    This is done if that of a function is not on disk.
+    """
     if COMPILED and parent_process() is None and not _logged and not is_kept(entry):
         _logged.append(True)
         LOG.warning("compiling code for this kind of run (once per machine, up to a minute) ...")
@@ -193,7 +203,10 @@ def load(entry: Any, signature: tuple[Any, ...]) -> None:
 
 
 def announce_compiling(entry: Any) -> None:
-    """Call the functions in `before_compiling` for one that is compiled next, if it is not on disk."""
+    """Call the functions in `before_compiling` for one compiled next.
+
+    They are not called if it is on disk.
+    """
     if not is_kept(entry):
         for each in before_compiling:
             each(entry)
@@ -205,9 +218,10 @@ def is_loaded(entry: Any) -> bool:
 
 
 def compiled(function: Callable[..., None], signature: Any, allocates: bool = True) -> Any:
-    """Return the C function of a Python one, from the disk cache where it can be kept there.
+    """Return the C function of a Python one.
 
-    One with a signature of its own may make arrays, unless it is said that it allocates nothing.
+    It comes from the disk cache where it can be kept there. One with a signature of its own may make arrays, unless
+    ``allocates`` is False.
     """
     known = _compiled.get((function, id(signature)))  # signatures are constants; comparing them takes far longer
     if known is not None:
@@ -235,7 +249,10 @@ def _compiled_now(function: Callable[..., None], signature: Any, allocates: bool
 
 
 def is_missing(function: Callable[..., None], signature: Any, allocates: bool = True) -> bool:
-    """Return whether a C function is neither loaded nor on disk, where it could be kept."""
+    """Return whether a C function is neither loaded nor on disk.
+
+    False where it could not be kept on disk.
+    """
     if (function, id(signature)) in _compiled:
         return False
     made = _callback(function, signature, _options_of(signature, allocates))
@@ -263,9 +280,10 @@ def _callback(function: Callable[..., None], signature: Any, options: dict[str, 
 
 
 def _c_function(function: Callable[..., None], signature: Any, options: dict[str, Any]) -> Any:
-    """Return a C function; without numba's runtime for objects, which counts references at every slice of an array.
+    """Return a C function, if possible without numba's runtime for objects.
 
-    Code that makes arrays of its own needs that runtime, and is compiled again with it.
+    The runtime counts references at every slice of an array. Code that makes arrays of its own needs that runtime, and
+    is compiled again with it.
     """
     made = _callback(function, signature, options)
     if before_compiling and not _is_on_disk(made):
@@ -281,7 +299,10 @@ def _c_function(function: Callable[..., None], signature: Any, options: dict[str
 
 
 def _place(function: Callable[..., None], error: Exception) -> str:
-    """Return file and line of the name that a compilation did not find, else of the function."""
+    """Return file and line of a name that a compilation missed.
+
+    Else they are those of the function.
+    """
     code = function.__code__
     missing = error.args[0] if isinstance(error, KeyError) else None
     used = (each.positions for each in dis.get_instructions(function) if missing and each.argval == missing)

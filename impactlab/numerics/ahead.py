@@ -1,6 +1,7 @@
-"""Compiling ahead: functions that a run will need are compiled by other processes when a first one is not on disk.
+"""Compiling ahead: other processes compile functions that a run will need.
 
-Code that knows the kernels needed next names them by `ahead`. Nothing is done where all of them are on disk.
+They do so when a first one is not on disk. Code names the kernels that it needs next by `ahead`. Nothing is
+done where all of them are on disk.
 """
 
 from __future__ import annotations
@@ -26,7 +27,10 @@ MOST = 8  # at most: a run seldom lacks more kernels that take long, and each pr
 
 
 class Kernel(NamedTuple):
-    """A compiled function that is needed soon: called from Python with arguments of some types, or by address."""
+    """A compiled function that is needed soon.
+
+    It is called from Python with arguments of some types, or by address.
+    """
 
     function: Callable[..., Any]
     signature: Any
@@ -77,7 +81,10 @@ def queue() -> CompileQueue:
 
 
 def before_compiling(function: Callable[..., Any]) -> None:
-    """Hand kernels that are needed soon to other processes, and wait where one of them compiles this function."""
+    """Hand kernels that are needed soon to other processes.
+
+    Wait where one of them compiles this function.
+    """
     if processes() == 1:
         return
     given, _coming[:] = list(_coming), []
@@ -107,7 +114,10 @@ def is_entry(kernel: Kernel) -> bool:
 
 
 def request_of(kernel: Kernel) -> Request | None:
-    """Return a kernel as another process understands it, None where that would not find it by its name."""
+    """Return a kernel as a request to another process.
+
+    None where that would not find it by its name.
+    """
     function = plain(kernel.function)
     request = Request(function.__module__, function.__qualname__, is_entry(kernel), kernel.signature, kernel.allocates)
     try:

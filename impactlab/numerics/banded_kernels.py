@@ -1,6 +1,7 @@
-"""Banded symmetric matrices in compiled code: forces and energies of springs, factors L D L^T, solutions.
+"""Banded symmetric matrices in compiled code: L D L^T factors, solutions, springs.
 
-Bands below the diagonal are flat. A stiffness stands as springs: to the ground (the sums of its rows), then its bands.
+Of springs, forces and energies are computed. Bands below the diagonal are flat. A stiffness stands as springs: to the
+ground (the sums of its rows), then its bands.
 """
 
 from __future__ import annotations
@@ -58,9 +59,10 @@ def solve(n: int, bandwidth: int, factors: Array, x: Array) -> None:
 
 @HELPER
 def factorise(n: int, bandwidth: int, factors: Array, springs: Array) -> None:
-    """Replace a matrix, its diagonal and the bands below it, by 1/D and the bands of L of its L D L^T.
+    """Replace a banded matrix by the factors of its L D L^T.
 
-    Three bands are those of `impactlab.numerics.three_bands`.
+    The diagonal becomes 1/D, the bands below it become those of L. Three bands are those of
+    `impactlab.numerics.three_bands`.
 
     ``factors`` has room for n numbers more: the runs of equal rows of a tridiagonal matrix, as `write_runs` finds them
     for these springs.
@@ -100,7 +102,10 @@ def factorise(n: int, bandwidth: int, factors: Array, springs: Array) -> None:
 def add_matrix(
     n: int, factor: float, bandwidth: int, matrix: Array, as_springs: bool, diagonal: Array, lower: Array
 ) -> None:
-    """Add a factor times a matrix (flat bands, or springs) to a diagonal and the bands below it."""
+    """Add a factor times a matrix to a banded matrix.
+
+    The matrix is flat bands, or springs; it is added to a diagonal and the bands below it.
+    """
     for i in range(n):
         diagonal[i] += factor * matrix[i]
     for offset in range(1, bandwidth + 1):
@@ -140,10 +145,10 @@ def in_motion(n: int, bandwidth: int, masses: Array, v: Array) -> float:
 
 @HELPER
 def solve_narrow(n: int, below: Array, above: Array, inverse: Array, x: Array) -> None:
-    """Solve with L D L^T of at most four bands, in place: the last four values stay in registers.
+    """Solve with L D L^T of at most four bands, in place.
 
-    Four entries a row, from beside the diagonal outwards: ``below`` of the rows of L, ``above`` of its columns;
-    ``inverse`` that of D.
+    The last four values stay in registers. Four entries a row, from beside the diagonal outwards: ``below`` of the rows
+    of L, ``above`` of its columns; ``inverse`` that of D.
     """
     one, two, three, four = 0.0, 0.0, 0.0, 0.0
     for j in range(n):
@@ -159,7 +164,10 @@ def solve_narrow(n: int, below: Array, above: Array, inverse: Array, x: Array) -
 
 @HELPER
 def solve_by_rows(n: int, band: int, factor: Array, x: Array) -> None:
-    """Solve with a banded Cholesky factor by rows, which end with the inverse of their diagonal, in place."""
+    """Solve with a banded Cholesky factor by rows, in place.
+
+    Rows end with the inverse of their diagonal.
+    """
     for j in range(n):
         total, row = x[j], j * (band + 1)
         for k in range(max(0, band - j), band):

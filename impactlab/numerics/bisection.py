@@ -1,4 +1,4 @@
-"""Bisection of a yes or no answer."""
+"""Bisection of a condition that is true or false."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Callable
 
 
 def bisected(differs: Callable[[float], bool], same: float, other: float, halvings: int) -> tuple[float, float]:
-    """Return the two places between which an answer changes, as near as so many halvings bring them.
+    """Return two close places between which a property changes (bisection).
 
     Parameters
     ----------
     differs : callable
-        Whether a place has another answer than ``same``.
+        Whether the condition at a place differs from that at ``same``.
     same, other : float
-        Places without and with another answer.
+        Places without and with such a difference.
     halvings : int
         How often the interval is halved, at most.
     """

@@ -44,14 +44,20 @@ FAULTS = (EOFError, pickle.UnpicklingError, ValueError, TypeError, AttributeErro
 
 
 def fingerprint(function: Callable[..., Any], options: Mapping[str, Any]) -> str:
-    """Return a digest of a kernel: bytecode, options, and all functions and constants that it takes from elsewhere."""
+    """Return a digest of a kernel's code and its dependencies.
+
+    These are bytecode, options, and all functions and constants that it takes from elsewhere.
+    """
     seen: dict[int, Any] = {}
     parts = [f"numba {numba.__version__} llvmlite {llvmlite.__version__} numpy {np.__version__}", _text(options, seen)]
     return hashlib.sha256("\n".join([*parts, _text(function, seen)]).encode()).hexdigest()
 
 
 def _text(value: Any, seen: dict[int, Any], names: tuple[str, ...] = ()) -> str:
-    """Return a value as text that differs where the compiled code may differ, the same in every process."""
+    """Return a value as text for a digest of compiled code.
+
+    It differs where the code may differ, and is the same in every process.
+    """
     match value:
         case None | bool() | int() | float() | complex() | str() | bytes() | np.generic():
             return f"{type(value).__name__} {value!r}"
@@ -126,7 +132,10 @@ pickled: Any = dumps
 
 
 class KernelFile:
-    """The files of one kernel: one for each signature and processor, in numba's folder for it."""
+    """The files of one kernel, one per signature and processor.
+
+    They are in numba's folder for it.
+    """
 
     def __init__(self, folder: Path, base: str, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
         self.folder, self.base, self._function, self._options = folder, base, function, options
@@ -134,7 +143,10 @@ class KernelFile:
 
     @property
     def fingerprint(self) -> str:
-        """Digest of the kernel; computed at its first compilation, when all functions that it calls are defined."""
+        """Digest of the kernel, computed at its first compilation.
+
+        All functions that it calls are defined then.
+        """
         self._print = self._print or fingerprint(self._function, self._options)
         return self._print
 
@@ -147,7 +159,10 @@ class KernelFile:
         return self._place(key)[0].is_file()
 
     def read(self, key: Any) -> bytes | None:
-        """Return the kernel under a key of numba's, pickled; None if there is none, or it is damaged or another's."""
+        """Return the pickled kernel under a key of numba's; None without one.
+
+        None, too, if it is damaged or of another kernel.
+        """
         path, identity = self._place(key)
         try:
             data = path.read_bytes()
@@ -156,7 +171,10 @@ class KernelFile:
         return data[DIGEST:] if data[:DIGEST] == hashlib.sha256(identity + data[DIGEST:]).digest() else None
 
     def save(self, key: Any, value: Any) -> None:
-        """Store a compiled kernel in place of its older versions; if that fails it is not stored."""
+        """Store a compiled kernel in place of its older versions.
+
+        If that fails it is not stored.
+        """
         path, identity = self._place(key)
         payload: bytes = pickled(value)
         draft = path.with_name(f"{path.name}.{os.getpid()}.{uuid4().hex[:8]}.tmp")
@@ -190,7 +208,10 @@ class KernelFile:
 
 
 def folder_of(module: str, source: Path, beside: Path) -> Path:
-    """Return the folder for the kernels of a module by its source; ``beside`` is the one that numba would take."""
+    """Return the folder for the kernels of a module.
+
+    It follows from its source; ``beside`` is the one that numba would take.
+    """
     shared = os.environ.get("NUMBA_CACHE_DIR")
     if shared:
         return Path(shared, "impactlab", module)
@@ -266,7 +287,10 @@ class NoCache(Nothing):  # type: ignore[misc] # numba has types in some versions
 
 
 def cache_of(function: Callable[..., Any], options: Mapping[str, Any]) -> Any:
-    """Return the disk cache of a function; one that stores nothing if there is no file, as at a prompt."""
+    """Return the disk cache of a function.
+
+    It stores nothing if there is no file, as at a prompt.
+    """
     try:
         return KernelCache(function, options)
     except (RuntimeError, OSError):
@@ -275,9 +299,10 @@ def cache_of(function: Callable[..., Any], options: Mapping[str, Any]) -> Any:
 
 
 class LaterCache:
-    """The disk cache of a function, made when it is first asked for: a command uses few of the functions it imports.
+    """The disk cache of a function, made on first use.
 
-    To make one, numba writes a file into its folder and removes it.
+    A command uses few of the functions that it imports. To make one, numba writes a file into its folder and removes
+    it.
     """
 
     def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
@@ -304,7 +329,10 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def digest_of(made: Any) -> str:
-    """Return the digest of a function that numba made: that of its files, if it is kept on disk."""
+    """Return the digest of a function that numba made.
+
+    It is that of its files, if it is kept on disk.
+    """
     files = getattr(made._cache, "_cache_file", None)
     return files.fingerprint if isinstance(files, KernelFile) else fingerprint(made.py_func, made.targetoptions)
 
@@ -316,6 +344,9 @@ def is_missing(entry: Any) -> bool:
 
 
 def is_kept(entry: Any) -> bool:
-    """Return whether the present kernel is on disk, so that its first call does not compile it."""
+    """Return whether the present kernel is on disk.
+
+    Its first call then does not compile it.
+    """
     files = getattr(getattr(entry, "_cache", None), "_cache_file", None)
     return isinstance(files, KernelFile) and files.exists()

@@ -1,7 +1,7 @@
-"""Forces of a chain of springs at given displacements, along the runs of equal rows of its factors.
+"""Forces of a chain of springs at given displacements.
 
-Forces come from differences of displacements, so that a body far from its start feels no rounding of its travel: no sum
-is reordered here.
+They are computed along the runs of equal rows of its factors. Forces come from differences of displacements, so that a
+body far from its start feels no rounding of its travel: no sum is reordered here.
 """
 
 from __future__ import annotations
@@ -13,14 +13,20 @@ from impactlab.types import Array
 
 @IN_ORDER
 def write_equal_forces(count: int, spring: float, u: Array, force: Array) -> None:
-    """Write the forces on a run of equal nodes; ``u`` (count + 2,) holds the neighbours as well."""
+    """Write the forces on a run of equal nodes [N].
+
+    ``u`` (count + 2,) holds the neighbours as well.
+    """
     for i in range(count):
         force[i] = spring * ((u[i] - u[i + 1]) + (u[i + 2] - u[i + 1]))
 
 
 @IN_ORDER
 def write_unequal_forces(count: int, ground: Array, bands: Array, u: Array, force: Array) -> None:
-    """Write the forces on nodes that differ; ``u`` (count + 2,) and ``bands`` (count + 1,) begin one node before."""
+    """Write the forces on nodes that differ [N].
+
+    ``u`` (count + 2,) and ``bands`` (count + 1,) begin one node before.
+    """
     for i in range(count):
         here = u[i + 1]
         force[i] = -ground[i] * here - (bands[i] * (u[i] - here) + bands[i + 1] * (u[i + 2] - here))
@@ -28,9 +34,10 @@ def write_unequal_forces(count: int, ground: Array, bands: Array, u: Array, forc
 
 @IN_ORDER
 def write_chain_forces(springs: Array, runs: Array, u: Array, force: Array) -> None:
-    """Write the forces of springs (to the ground, then between neighbours, less than zero; flat) on all nodes.
+    """Write the forces of springs on all nodes [N].
 
-    There are at least two nodes; the runs are those of `impactlab.numerics.chain_solve.write_runs` with these springs.
+    Springs are flat: to the ground, then between neighbours, less than zero. There are at least two nodes; the runs are
+    those of `impactlab.numerics.chain_solve.write_runs` with these springs.
     """
     n = u.size
     ground, bands = window(springs, 0, n), window(springs, n, n)

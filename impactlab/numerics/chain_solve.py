@@ -44,11 +44,12 @@ def is_like(one: float, other: float) -> bool:
 
 @HELPER
 def write_runs(n: int, pivot: Array, lower: Array, springs: Array, runs: Array) -> None:
-    """Write the runs of a factorised chain: their number, then the rows of each, negative where the rows differ.
+    """Write the runs of equal rows of a factorised chain.
 
-    ``pivot`` holds 1/D, ``lower`` the band of L, ``springs`` those to the ground and between neighbours (2 n,), or
-    nothing. In an even run factors and springs are equal, those on its left included, and none goes to the ground. So
-    the first and the last row never belong to one. ``runs`` has room for n >= 2 entries.
+    First is their number, then the rows of each, negative where the rows differ. ``pivot`` holds 1/D, ``lower`` the
+    band of L, ``springs`` those to the ground and between neighbours (2 n,), or nothing. In an even run factors and
+    springs are equal, those on its left included, and none goes to the ground. So the first and the last row never
+    belong to one. ``runs`` has room for n >= 2 entries.
     """
     count, first, same = 0, 0, 1
     for i in range(1, n):
@@ -86,7 +87,10 @@ def scanned_down(s: Array, one: Array, two: Array, four: Array) -> Array:
 
 @HELPER
 def forward_even(count: int, factor: float, before: float, x: Array) -> float:
-    """Substitute forward along a run of equal rows, x_i += factor x_{i-1}; return the last value."""
+    """Substitute forward along a run of equal rows; return the last value.
+
+    It is x_i += factor x_{i-1}.
+    """
     squared = factor * factor
     one, two, four = all_lanes(factor), all_lanes(squared), all_lanes(squared * squared)
     eight = four * four
@@ -106,7 +110,10 @@ def forward_even(count: int, factor: float, before: float, x: Array) -> float:
 
 @HELPER
 def back_even(count: int, factor: float, pivot: float, after: float, x: Array) -> float:
-    """Substitute back along a run of equal rows, x_i = pivot x_i + factor x_{i+1}; return the first value."""
+    """Substitute back along a run of equal rows; return the first value.
+
+    It is x_i = pivot x_i + factor x_{i+1}.
+    """
     squared = factor * factor
     one, two, four = all_lanes(factor), all_lanes(squared), all_lanes(squared * squared)
     eight, scale = four * four, all_lanes(pivot)
@@ -173,7 +180,10 @@ def back_each(count: int, lower: Array, pivot: Array, after: float, x: Array) ->
 
 @HELPER
 def solve_chain(pivot: Array, lower: Array, runs: Array, x: Array) -> None:
-    """Solve a factorised tridiagonal system of at least two rows in place; the runs are those of `write_runs`."""
+    """Solve a factorised tridiagonal system in place.
+
+    It has at least two rows; the runs are those of `write_runs`.
+    """
     value, done = x[0], 1
     for run in range(int(runs[0])):
         size = int(abs(runs[1 + run])) - (1 if run == 0 else 0)  # the first row stands already

@@ -1,7 +1,8 @@
-"""A queue of functions that other processes compile and keep on disk while this one compiles, too.
+"""A queue of functions that other processes compile.
 
-Each of some threads has a process (`impactlab.numerics.compile_worker`), hands it one function after the other, and
-ends it when nothing waits. A process that does not start or dies costs only time: its code is compiled here.
+They are kept on disk; this process compiles others at the same time. Each of some threads has a process
+(`impactlab.numerics.compile_worker`), hands it one function after the other, and ends it when nothing waits. A process
+that does not start or dies costs only time: its code is compiled here.
 """
 
 from __future__ import annotations
@@ -65,9 +66,10 @@ class CompileQueue:
             self._changed.notify_all()
 
     def before(self, module: str, name: str) -> None:
-        """Return when no other process compiles a function, which is on disk then, or not begun at all.
+        """Wait until no other process compiles a function.
 
-        Until then this process compiles the code that waits. A process that does not answer is waited for `PATIENCE_S`.
+        It is then on disk, or not begun at all. Until then this process compiles the code that waits. A process that
+        does not reply is waited for `PATIENCE_S`.
         """
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
@@ -80,7 +82,7 @@ class CompileQueue:
                     self._changed.wait(end - time.monotonic())
                     continue
                 spare = self._waiting.pop(0)
-            with contextlib.suppress(Exception):  # whoever needs it compiles it again, and reports
+            with contextlib.suppress(Exception):  # its next caller compiles it again, and reports
                 self._compile_here(spare)
 
     def _serve(self) -> None:

@@ -1,6 +1,6 @@
 """A process that compiles functions and keeps them on disk: ``python -m impactlab.numerics.compile_worker``.
 
-It reads pickled requests of `impactlab.numerics.compile_queue` from its input and answers each with a line.
+It reads pickled requests of `impactlab.numerics.compile_queue` from its input and writes a line for each.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from impactlab.numerics.compile_queue import Request
 def serve() -> None:
     """Compile the requests of the input until it ends."""
     asked, answers = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # prints of a compiler are no answer
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # prints of a compiler are not such a line
     while True:
         try:
             request = Request(*pickle.load(asked))  # noqa: S301 - from the process that started this one

@@ -33,16 +33,25 @@ EXACTLY = {"_nrt": False, "error_model": "numpy"}  # no sum reordered; a divisio
 
 
 class OnceCompiled(CPUDispatcher):
-    """A function that is compiled once for its types; numba compiles one more for each constant that it is given."""
+    """A function that is compiled once for its types.
+
+    Numba compiles one more for each constant that it is given.
+    """
 
     def compile(self, sig: Any) -> Any:
-        """Compile a function for a signature as a part of its callers, or read it from disk."""
+        """Compile a function for a signature as a part of its callers.
+
+        It is read from disk if it is there.
+        """
         context: Any = self.targetctx
         with as_parts(context.codegen()), named_by(digest_of(self)):
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return the template of a call from compiled code, with the types of constants in place of their values."""
+        """Return the template of a call from compiled code.
+
+        It has the types of constants in place of their values.
+        """
         return super().get_call_template(tuple(map(general, args)), {name: general(each) for name, each in kws.items()})
 
 
@@ -74,7 +83,10 @@ def copied(function: Function) -> Function:
 
 
 def called_plain(function: Function) -> Function:
-    """Return a function that compiled code calls, one body for all of its callers; from Python a plain function."""
+    """Return a function that compiled code calls, with one body.
+
+    All of its callers share the body; from Python it is a plain function.
+    """
     made: Any = PART(function)
     if made is not function:  # not with compilation switched off
         made.__class__ = PlainFromPython

@@ -13,7 +13,9 @@ MANY_BODIES = 200  # bodies or contacts, from which the collector takes as long 
 
 
 class GarbageCollectionPaused:
-    """A context in which nothing is collected; where the collector is off already it stays off.
+    """A context without garbage collection.
+
+    Where the collector is off already it stays off.
 
     Parameters
     ----------

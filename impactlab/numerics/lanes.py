@@ -1,8 +1,9 @@
-"""Eight neighbours of a flat array in one vector register, for sweeps in which each value needs the one before it.
+"""SIMD lanes: eight neighbours of a flat array in one vector register.
 
-A compiler leaves such a sweep to scalar code, where every value waits for the last one. Written with whole registers,
-eight values wait once (`impactlab.numerics.chain_solve`). In plain Python lanes are arrays of eight values; compiled,
-they add, subtract and multiply as numbers do, and a product that is added is not rounded before.
+They serve sweeps in which each value needs the one before it. A compiler leaves such a sweep to scalar code, where
+every value waits for the last one. Written with whole registers, eight values wait once
+(`impactlab.numerics.chain_solve`). In plain Python lanes are arrays of eight values; compiled, they add, subtract and
+multiply as numbers do, and a product that is added is not rounded before.
 """
 
 from __future__ import annotations
@@ -83,12 +84,18 @@ def earlier_four(lanes: Array) -> Array:
 
 
 def after_last(before: Array, lanes: Array) -> Array:
-    """Return the lanes moved on by one, with the last one of the lanes before them in the first."""
+    """Return the lanes moved on by one.
+
+    The last one of the lanes before them is in the first.
+    """
     return np.append(before[-1:], lanes[:-1])
 
 
 def before_first(lanes: Array, after: Array) -> Array:
-    """Return the lanes moved back by one, with the first one of the lanes after them in the last."""
+    """Return the lanes moved back by one.
+
+    The first one of the lanes after them is in the last.
+    """
     return np.append(lanes[1:], after[:1])
 
 
@@ -153,7 +160,10 @@ class _LanesModel(_models.PrimitiveModel):  # type: ignore[misc, name-defined]
 
 
 def _known(function: Callable[..., Any], result: Any, given: Sequence[Any], generate: Callable[..., Any]) -> None:
-    """Tell numba the types of a function and the code that it stands for: ``generate(context, builder, values)``."""
+    """Register the types of a function and its code with numba.
+
+    The code is ``generate(context, builder, values)``.
+    """
 
     def resolved(*kinds: Any) -> Any:
         same = (
@@ -191,7 +201,10 @@ def _store(context: Any, builder: Any, values: Any) -> None:
 
 
 def _shuffled(places: list[int]) -> Callable[..., Any]:
-    """Return the code for lanes taken from these places of the lanes, followed by eight zeros."""
+    """Return the code for lanes taken from these places.
+
+    Places are those of the lanes, followed by eight zeros.
+    """
     return lambda _, builder, values: builder.shuffle_vector(values[0], _ZERO, ir.Constant(_PLACES, places))
 
 

@@ -1,4 +1,7 @@
-"""Addresses of contact laws: of compiled code, or of a callback into a law in plain Python whose errors are kept."""
+"""Addresses of contact laws, compiled or as callbacks into Python.
+
+A callback keeps the errors of a law in plain Python.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,10 @@ from impactlab.types import Port, Reply
 
 
 class LawAddress:
-    """The address of a law's `respond`, and the objects that must live as long as it may be called.
+    """The address of a law's `respond`, and the objects it needs.
 
-    A law that stays plain Python is called back; its exception is kept in ``raised`` and the reply marked failed.
+    These must live as long as it may be called. A law that stays plain Python is called back; its exception is kept in
+    ``raised`` and the reply marked failed.
     """
 
     def __init__(self, respond: Callable[[Any, Any], None], as_compiled: bool) -> None:
@@ -48,12 +52,18 @@ class LawAddress:
 
 
 def held(kind: type[ctypes.Structure], name: str) -> Any:
-    """Return a property for a field that is a record or an array; its object is made once."""
+    """Return a property for a record or array field.
+
+    Its object is made once.
+    """
     return property(attrgetter(f"_{name}"), getattr(kind, name).__set__)
 
 
 class PortAtHand(Port):
-    """A port whose sides and arrays are made once: making them at every access dominates the time of plain Python."""
+    """A port whose sides and arrays are made once.
+
+    Making them at every access dominates the time of plain Python.
+    """
 
     left, right = held(Port, "left"), held(Port, "right")
     readings, memory, parameters = held(Port, "readings"), held(Port, "memory"), held(Port, "parameters")

@@ -1,4 +1,7 @@
-"""C structures laid out by their annotations: records that compiled code and plain Python read under the same names."""
+"""C structures laid out by their annotations.
+
+They are records that compiled code and plain Python read under the same names.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ Record = TypeVar("Record", bound=ctypes.Structure)
 
 
 def record(kind: type[Record]) -> type[Record]:
-    """Lay out a C structure by its annotations, in their order: numbers, other records, and room for some numbers."""
+    """Lay out a C structure by its annotations, in their order.
+
+    Fields are numbers, other records, and room for some numbers.
+    """
     fields: list[tuple[str, Any]] = []
     for name, hint in get_type_hints(kind, include_extras=True).items():
         if hint is float:

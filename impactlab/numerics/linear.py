@@ -1,4 +1,7 @@
-"""Gauss elimination in compiled code: small dense systems, and banded ones with full rows at the end."""
+"""Gauss elimination in compiled code, for dense and banded systems.
+
+Dense systems are small, banded ones may have full rows at the end.
+"""
 
 from __future__ import annotations
 
@@ -13,17 +16,20 @@ MIN_PIVOT = 1e-12  # of a matrix with entries of order 1: below, only a sum of u
 
 @INLINE
 def first_column(row: int, band: int, size: int, width: int) -> int:
-    """Return the column of a banded matrix that the first stored entry of a row belongs to."""
+    """Return the column of a row's first stored entry.
+
+    The matrix is banded.
+    """
     return min(max(0, row - band), size - width)
 
 
 @PART
 def solve_banded(system: Array, size: int, band: int) -> None:
-    """Solve a banded linear system in place, its right-hand side in the column after the matrix.
+    """Solve a banded linear system in place by Gauss elimination.
 
-    Row i holds the columns from ``first_column`` on, ``width`` = min(3 band + 1, size) of them: pivoting by rows moves
-    entries up to two bands to the right of the diagonal. A full matrix is one with a band of its size. Unknowns that
-    the system leaves undetermined are zero.
+    Its right-hand side is in the column after the matrix. Row i holds the columns from ``first_column`` on, ``width`` =
+    min(3 band + 1, size) of them: pivoting by rows moves entries up to two bands to the right of the diagonal. A full
+    matrix is one with a band of its size. Unknowns that the system leaves undetermined are zero.
     """
     width = min(3 * band + 1, size)
     known = width
@@ -58,7 +64,10 @@ def solve_banded(system: Array, size: int, band: int) -> None:
 
 @ALLOCATING_PART
 def reaches(w: Array, size: int) -> NDArray[np.int64]:
-    """Return one past the last entry of each row of w[:, :size], never before its diagonal."""
+    """Return one past the last entry of each row.
+
+    Rows are those of w[:, :size]; it is never before the diagonal.
+    """
     reach = np.zeros(size, np.int64)
     for i in range(size):
         reach[i] = size
@@ -79,11 +88,11 @@ def exchange(w: Array, size: int, columns: int, one: int, other: int, reach: NDA
 
 @ALLOCATING_PART
 def solve_bordered(w: Array, size: int, columns: int, band: int, tail: int) -> None:
-    """Solve w[:, :size] x = w[:, size:columns] in place, for a banded matrix with full rows at its end.
+    """Solve a banded system with full rows at its end in place.
 
-    Row pivoting. Rows before size - tail hold zeros left of their band; pivots are sought ``band`` rows below the
-    diagonal and in the full rows. No row is read beyond its last entry, which pivoting moves. The solution is written
-    to w[:, size:columns].
+    It is w[:, :size] x = w[:, size:columns]. Row pivoting. Rows before size - tail hold zeros left of their band;
+    pivots are sought ``band`` rows below the diagonal and in the full rows. No row is read beyond its last entry, which
+    pivoting moves. The solution is written to w[:, size:columns].
     """
     reach = reaches(w, size)
     for c in range(size):

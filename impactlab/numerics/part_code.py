@@ -2,7 +2,7 @@
 
 Numba makes machine code of every function that it compiles, also of a part, which it then copies into each caller and
 optimises there once more. A part needs the second alone, so that compiling takes three quarters of the time. Where a
-part has a wrapper for Python after all, its machine code is made when that is first asked for.
+part has a wrapper for Python after all, its machine code is made when that is first needed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,10 @@ SHORT = 12  # hexadecimal digits of a digest in a name
 
 
 class WithoutEnvironments:
-    """Numba's code generator for a part: it has no code of its own that could look for its Python environment."""
+    """Numba's code generator for a part.
+
+    It has no code of its own that could look for its Python environment.
+    """
 
     def __init__(self, generator: Any) -> None:
         self._generator = generator
@@ -40,7 +43,10 @@ class WithoutEnvironments:
 
 
 class PartLibrary(Library):  # type: ignore[misc] # numba has types in some versions
-    """Code of a part and of all that it calls, as intermediate code until machine code is asked for."""
+    """Code of a part and its callees as intermediate code.
+
+    It stays so until machine code is needed.
+    """
 
     _waits = False
 
@@ -60,7 +66,10 @@ class PartLibrary(Library):  # type: ignore[misc] # numba has types in some vers
         self._finalized = self._waits = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Return the address of a function, 0 if it is not here: that of the wrapper which a part does not have."""
+        """Return the address of a function, 0 if not here.
+
+        That is the case for the wrapper which a part does not have.
+        """
         self._ensure_finalized()
         if self._waits:
             if not any(each.name == name and not each.is_declaration for each in self._final_module.functions):
@@ -94,7 +103,10 @@ class PartLibrary(Library):  # type: ignore[misc] # numba has types in some vers
 
 @contextlib.contextmanager
 def as_parts(generator: Any) -> Iterator[None]:
-    """Make code parts of the functions that a generator of numba compiles or loads inside, one thread at a time."""
+    """Make code parts of the functions that numba compiles inside.
+
+    They may also be loaded by the generator; one thread at a time is inside.
+    """
     with compiler_lock:
         before = generator._library_class
         generator._library_class = PartLibrary
@@ -106,11 +118,12 @@ def as_parts(generator: Any) -> Iterator[None]:
 
 @contextlib.contextmanager
 def named_by(digest: str) -> Iterator[None]:
-    """Name the function that is compiled inside by a digest of its content, in hexadecimal digits.
+    """Name the function that is compiled inside by its digest.
 
-    Numba numbers functions in the order in which a process compiles them. Of a part that another process has compiled,
-    too, a caller would then hold two copies under two names, and its machine code, and the last bits of its sums, would
-    follow from the order in which code was compiled. Functions that are compiled for the one inside keep numbers.
+    This is a digest of its content, in hexadecimal digits. Numba numbers functions in the order in which a process
+    compiles them. Of a part that another process has compiled, too, a caller would then hold two copies under two
+    names, and its machine code, and the last bits of its sums, would follow from the order in which code was compiled.
+    Functions that are compiled for the one inside keep numbers.
     """
     with compiler_lock:
         before = Identity._unique_ids

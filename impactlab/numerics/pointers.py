@@ -51,13 +51,19 @@ FORMS = {"vv": _vv, "vvv": _vvv, "vvvv": _vvvv, "vf": _vf}  # by arguments: vect
 
 
 def form_of(arguments: Sequence[Any]) -> str:
-    """Return the form of a kernel whose arrays are handed over as pointers; empty if they are not."""
+    """Return the form of a kernel whose arrays are pointers.
+
+    The text is empty if they are not handed over so.
+    """
     form = "".join({VECTOR: "v", types.float64: "f"}.get(each, "?") for each in arguments)
     return form if form in FORMS else ""
 
 
 def by_pointers(kernel: Kernel, form: str, options: dict[str, Any]) -> Kernel:
-    """Return a function that takes pointers and sizes and runs the kernel, which is copied into it."""
+    """Return a function that takes pointers and runs the kernel.
+
+    It takes sizes, too; the kernel is copied into it.
+    """
     return FORMS[form](numba.njit(inline="always", **options)(kernel))
 
 

@@ -28,10 +28,10 @@ class FirstException:
 
 
 class keep_raised:  # noqa: N801 - a context, as those of contextlib
-    """Keep the first exception that compiled functions raise inside, and call ``react`` at each, in place of printing.
+    """Keep the first exception that compiled functions raise inside.
 
-    Other threads, and other exceptions that cannot be raised, keep the hook that was there before. The value of the
-    context is a `FirstException`.
+    ``react`` is called at each, in place of printing. Other threads, and other exceptions that cannot be raised, keep
+    the hook that was there before. The value of the context is a `FirstException`.
     """
 
     def __init__(self, react: Callable[[], None]) -> None:

@@ -1,4 +1,7 @@
-"""Slopes inside cells of time of which the means are known, as of forces over steps."""
+"""Slope limiting: slopes inside cells of time with known means.
+
+Such are forces over steps.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,10 @@ MIN_MEANS = 3  # cells; with fewer a slope is not distinguishable from a jump
 
 
 def slopes(middles: Array, means: Array) -> Array:
-    """Return the slope of a quantity in each cell of time, shape (n,), from the middles of cells and its means.
+    """Return the slope of a quantity in each cell, shape (n,).
 
-    Zero beside a jump from rest, at an extremum and in chatter, so that values stay between those of neighbours.
+    It follows from the middles of cells of time and its means. Zero beside a jump from rest, at an extremum and in
+    chatter, so that values stay between those of neighbours.
 
     References
     ----------

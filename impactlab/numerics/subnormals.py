@@ -1,8 +1,9 @@
-"""Numbers below 2.2e-308, which have fewer digits: a processor takes a hundred times as long over each of them.
+"""Subnormal numbers, below 2.2e-308, flushed to zero in steps.
 
-The coordinates of damped modes fade away into this range when nothing excites them, and a mesh is in it some
-way ahead of a wave. Steps of bodies take such numbers for zero. Contact laws do not: of two numbers that differ the
-difference may be taken for zero, and a law may divide by it.
+They have fewer digits, and a processor takes a hundred times as long over each of them. The coordinates of damped modes
+fade away into this range when nothing excites them, and a mesh is in it some way ahead of a wave. Steps of bodies take
+such numbers for zero. Contact laws do not: of two numbers that differ the difference may be taken for zero, and a law
+may divide by it.
 """
 
 from __future__ import annotations

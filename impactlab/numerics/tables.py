@@ -1,8 +1,9 @@
-"""Named tuples of arrays handed to compiled code as one pointer, to a table of their addresses and shapes.
+"""Named tuples of arrays as one pointer in compiled code.
 
-Numba passes a tuple of arrays as seven words or more for each of them: with some fifty arrays every call moves hundreds
-of words, and most of the time of a compilation goes into them. Of a table compiled code reads the words that it needs.
-They do not change while it runs, and are declared so to LLVM (`invariant.load`): they are read once before a loop.
+It points to a table of their addresses and shapes. Numba passes a tuple of arrays as seven words or more for each of
+them: with some fifty arrays every call moves hundreds of words, and most of the time of a compilation goes into them.
+Of a table compiled code reads the words that it needs. They do not change while it runs, and are declared so to LLVM
+(`invariant.load`): they are read once before a loop.
 
 The tuple itself is unchanged: from Python compiled functions take it as it is, and plain Python reads its fields.
 """
@@ -35,7 +36,10 @@ typed, taken, lowered, modelled, resolved = cast(
 
 
 class TableType(TypeClass):  # type: ignore[misc] # numba has types in some versions
-    """The type of a table: the names and the types of its fields, and the word at which each begins."""
+    """The type of a table: names, types and places of fields.
+
+    A place is the word at which a field begins.
+    """
 
     def __init__(self, name: str, fields: tuple[tuple[str, Any], ...]) -> None:
         self.fields, self.places, self.words = fields, {}, 0
@@ -46,7 +50,10 @@ class TableType(TypeClass):  # type: ignore[misc] # numba has types in some vers
 
 
 def by_table(kind: Kind) -> Kind:
-    """Return a named tuple of C arrays and integers, which compiled functions from now on take as a table."""
+    """Return a named tuple that compiled functions take as a table.
+
+    It has C arrays and integers.
+    """
     if not COMPILED:
         return kind
     known: dict[tuple[Any, ...], TableType] = {}
@@ -91,14 +98,20 @@ if COMPILED:
             return table.places.get(field, (0, None))[1]
 
     def word_at(builder: Any, table: Any, place: int, of: Any = WORD) -> Any:
-        """Return a word of a table as an integer or a pointer; none changes in a function that has the table."""
+        """Return a word of a table as an integer or a pointer.
+
+        No word changes in a function that has the table.
+        """
         at = builder.gep(table, [ir.Constant(WORD, place)], inbounds=True)
         word = builder.load(at if of is WORD else builder.bitcast(at, of.as_pointer()))
         word.set_metadata("invariant.load", builder.module.add_metadata([]))
         return word
 
     def field_of(context: Any, builder: Any, kind: TableType, table: Any, field: str) -> Any:
-        """Return a field of a table: an array over memory that it does not own, or an integer."""
+        """Return a field of a table.
+
+        It is an array over memory that it does not own, or an integer.
+        """
         from numba.np.arrayobj import get_itemsize, populate_array
 
         place, of = kind.places[field]
@@ -117,7 +130,10 @@ if COMPILED:
         return made._getvalue()
 
     def table_of(kind: TableType, given: Any, c: Any) -> Any:
-        """Write the table of a named tuple that a compiled function is called with from Python."""
+        """Write the table of a named tuple handed over from Python.
+
+        It is an argument of a compiled function.
+        """
         builder = c.builder
         words = Room(builder, WORD, size=kind.words)
 

@@ -1,4 +1,7 @@
-"""Linear algebra on one thread: eigenvectors differ in their last bits with the number of threads."""
+"""Linear algebra on one thread, for reproducible results.
+
+Eigenvectors differ in their last bits with the number of threads.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,10 @@ from threadpoolctl import ThreadpoolController
 
 @cache
 def _controller() -> ThreadpoolController:
-    """Return the controller of the thread pools; to find them it reads the maps of the process, 2 ms each time."""
+    """Return the controller of the thread pools.
+
+    To find them it reads the maps of the process, 2 ms each time.
+    """
     import scipy.linalg  # noqa: F401 - loads its own library of linear algebra
 
     return ThreadpoolController()

@@ -1,8 +1,9 @@
-"""Systems of three bands below the diagonal, as of beams: factors from both ends, solution, and forces of springs.
+"""Factorisation of three-band systems, as of beams, from both ends.
 
-Rows are eliminated from both ends towards three rows in the middle, which no two outer rows of different sides couple:
-two chains run side by side and take half the time of one. A band stands where that of the matrix stands, the entry
-between rows i and i + k at i: of the upper side it belongs to row i, of the lower side to row i + k.
+Solutions and forces of springs are computed, too. Rows are eliminated from both ends towards three rows in the middle,
+which no two outer rows of different sides couple: two chains run side by side and take half the time of one. A band
+stands where that of the matrix stands, the entry between rows i and i + k at i: of the upper side it belongs to row i,
+of the lower side to row i + k.
 """
 
 from __future__ import annotations
@@ -16,7 +17,10 @@ MIN_ROWS = 9  # rows: three on each side and three in the middle
 
 @HELPER
 def eliminate(n: int, row: int, way: int, reach: int, pivot: Array, bands: Array) -> None:
-    """Eliminate a row from up to three next ones, further on (way 1) or back (-1)."""
+    """Eliminate a row from up to three next ones.
+
+    They are further on (way 1) or back (-1).
+    """
     inverse = 1.0 / pivot[row]
     for far in range(1, reach + 1):
         given = bands[(far - 1) * n + min(row, row + way * far)]
@@ -31,7 +35,10 @@ def eliminate(n: int, row: int, way: int, reach: int, pivot: Array, bands: Array
 
 @HELPER
 def factorise_three(n: int, pivot: Array, bands: Array) -> None:
-    """Replace a matrix, its diagonal and three bands, by 1/D and its factors from both ends."""
+    """Replace a matrix of three bands by factors from both ends.
+
+    The diagonal becomes 1/D.
+    """
     middle = (n - 3) // 2
     for row in range(middle):
         eliminate(n, row, 1, 3, pivot, bands)
@@ -43,7 +50,10 @@ def factorise_three(n: int, pivot: Array, bands: Array) -> None:
 
 @IN_ORDER
 def solve_three(n: int, pivot: Array, bands: Array, x: Array) -> None:
-    """Solve a system of at least nine rows that is factorised from both ends, in place; values stay in registers."""
+    """Solve a system that is factorised from both ends, in place.
+
+    It has at least nine rows; values stay in registers.
+    """
     one, two, three = window(bands, 0, n), window(bands, n, n), window(bands, 2 * n, n)
     middle, sides = (n - 3) // 2, n - 3 - (n - 3) // 2  # rows above and below the middle three
     far, near, here = 0.0, 0.0, 0.0
@@ -105,9 +115,10 @@ def solve_three(n: int, pivot: Array, bands: Array, x: Array) -> None:
 
 @IN_ORDER
 def write_three_band_forces(n: int, springs: Array, u: Array, force: Array) -> None:
-    """Write the forces of springs (to the ground, then three bands less than zero or not; flat) at displacements u.
+    """Write the forces of springs at displacements u [N].
 
-    All bands in one pass over the inner rows; of at least seven rows.
+    Springs are flat: to the ground, then three bands, less than zero or not. All bands in one pass over the inner rows;
+    of at least seven rows.
     """
     ground, one = window(springs, 0, n), window(springs, n, n)
     two, three = window(springs, 2 * n, n), window(springs, 3 * n, n)

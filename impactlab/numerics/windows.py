@@ -19,7 +19,10 @@ CONSTANT = types.Array(types.float64, 1, "C", readonly=True)  # of a module
 
 
 def window(values: Array, first: int, size: int) -> Array:
-    """Return a view of ``size`` values from an index on; the range must lie inside the array."""
+    """Return a view of ``size`` values from an index on.
+
+    The range must lie inside the array.
+    """
     return values[first : first + size]
 
 

@@ -1,1 +1,1 @@
-"""Errors of a run from runs of other resolutions: for the automatic choice and for converged references."""
+"""Error estimates from several runs, for the automatic choice and converged references."""

@@ -1,4 +1,4 @@
-"""The automatic choice: the cheapest run within a tolerance, with the record of all that was tried."""
+"""The automatic choice: the cheapest run within a tolerance, with its record."""
 
 from __future__ import annotations
 
@@ -100,7 +100,10 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
 
 
 def _mostly(level: Level) -> str:
-    """Return which quantity has the error of a run, for people, and how it is left out."""
+    """Return as text which quantity has the error of a run.
+
+    The text also names the key that leaves it out.
+    """
     if not level.worst:
         return ""
     return f", of the {level.worst}; solve.tolerance_on names the quantities that count"
@@ -112,7 +115,10 @@ def _stepped(request: Simulation) -> Iterator[Study]:
 
 
 def _ladder(tried: list[Outcome], others: Iterable[Study], seconds: float, why: str) -> list[Candidate]:
-    """Return the candidates that were tried, those that were not, and why the exact solver does not apply."""
+    """Return the candidates that were tried and those that were not.
+
+    The reason why the exact solver does not apply is the last.
+    """
     beside = [candidate(study, None, "not run", longer(study.seconds, seconds)) for study in others]
     return [*(outcome() for outcome in tried), *beside, *not_served(why)]
 

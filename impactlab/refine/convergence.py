@@ -29,7 +29,7 @@ Pairs = Mapping[tuple[int, int], float]
 
 
 class Distance(NamedTuple):
-    """One quantity of several runs: its name, for people, and how far apart they are in it."""
+    """One quantity of several runs: its name and the distances between them."""
 
     of: str
     pairs: Pairs
@@ -65,7 +65,10 @@ class Level:
 
 
 class Reach(NamedTuple):
-    """How far a description gets, by its declared order or the lower one that its runs show."""
+    """Fineness and error of a description's finest run, and the fineness needed.
+
+    The order is the declared one, or the lower one that its runs show.
+    """
 
     fineness: int  # of the finest run
     error: float  # estimated error of that run
@@ -153,7 +156,9 @@ def finest_error(pairs: Pairs, fineness: Sequence[float], order: float) -> Estim
 
 
 def error_of_two(distance: float, coarse: float, fine: float, order: float, share: float = MIN_ORDER_SHARE) -> float:
-    """Return the error of the finer of two levels by the lowest order that an estimate assumes.
+    """Return the error of the finer of two levels.
+
+    It follows from the lowest order that an estimate assumes.
 
     Parameters
     ----------

@@ -41,7 +41,10 @@ def candidates(studies: list[Study], chosen: Study, best: Level) -> list[Outcome
 
 
 def longer(seconds: float, chosen: float) -> str:
-    """Return the reason why a description was not run, of predicted times of solving [s], for people."""
+    """Return as text why a description was not run.
+
+    The reason is its predicted time of solving [s], beside that of the chosen one.
+    """
     return f"predicted to solve for {1e3 * seconds:.2g} ms, the chosen one for {1e3 * chosen:.2g} ms"
 
 

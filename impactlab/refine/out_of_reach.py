@@ -1,4 +1,7 @@
-"""Tolerances out of reach: the least cost of keeping one, by the declared order, and the best that a budget gives."""
+"""Tolerances out of reach: the least cost, and the best within budget.
+
+The least cost of keeping a tolerance follows from the declared order.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ class Best(NamedTuple):
 
 
 def in_common(description: Description) -> float:
-    """Return the least error that all runs of a description have in common, however fine; known before any run."""
+    """Return the least error that all runs of a description have in common.
+
+    It remains however fine the runs are, and is known before any run.
+    """
     return description.unseen(description.max_fineness, None)
 
 
@@ -33,16 +39,20 @@ def reason_in_common(error: float) -> str:
 
 
 def needed_s(study: Study) -> float:
-    """Return the least predicted seconds of solving with which a study may keep the tolerance; 0 if not known yet."""
+    """Return the least predicted solving time for the tolerance [s].
+
+    It is 0 if not known yet.
+    """
     if study.reach is None:
         return 0.0
     return study.description.seconds(_whole(study, study.reach.needed))
 
 
 def within(study: Study, seconds: float) -> Best:
-    """Return the best that a study may reach where all its runs solve for so long [s].
+    """Return the best that a study may reach within a time [s].
 
-    The order may not show, so that the estimate takes the safety of the description.
+    All its runs solve for so long together. The order may not show, so that the estimate takes the safety of the
+    description.
     """
     description, reach = study.description, study.reach
     assert reach is not None  # noqa: S101 - asked of studies out of reach alone
@@ -71,9 +81,10 @@ def reason(study: Study, seconds: float) -> str:
 def refusal(
     tolerance: float, studies: Sequence[Study], best: tuple[Study, Level] | None, seconds: float
 ) -> CaseError | None:
-    """Return the error of a tolerance out of reach of all studies, with the best that could be reached.
+    """Return the error of a tolerance out of reach of all studies.
 
-    None where no study ended for that reason; ``best`` is None where none could be run.
+    Its text states the best that could be reached. None where no study ended for that reason; ``best`` is None where
+    none could be run.
     """
     ended = [study for study in studies if study.closed.startswith(OUT_OF_REACH)]
     if not ended:
@@ -94,7 +105,10 @@ def refusal(
 
 
 def _promised(study: Study, seconds: float) -> Best:
-    """Return the best that a study may reach; one that was not run is ended for the error that its runs share."""
+    """Return the best that a study may reach.
+
+    A study that was not run has ended for the error that its runs share.
+    """
     if study.reach is not None:
         return within(study, seconds)
     return Best(study.description.name, in_common(study.description), 0.0)

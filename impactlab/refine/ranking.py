@@ -1,4 +1,4 @@
-"""Which study comes next and which run is preferred: by predicted time of solving, and by stated error."""
+"""Ranking of studies by predicted solving time, and of runs by error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ MIN_GAIN = 2.0  # predicted, over a run that keeps the tolerance, of another des
 
 
 def priority(study: Study) -> float:
-    """Return the predicted cost that orders studies: seconds of solving, and a tenth of those of setting up a level."""
+    """Return the predicted cost that orders studies [s].
+
+    It is the time of solving, and a tenth of that of setting up a level.
+    """
     description = study.description
     if not description.unit:
         return study.seconds / EXACT_ADVANTAGE
@@ -26,7 +29,10 @@ def priority(study: Study) -> float:
 
 
 def is_sure(studies: list[Study], met: tuple[Study, Level] | None) -> bool:
-    """Return whether no other description can solve much faster than a run that keeps the tolerance, or will do so."""
+    """Return whether no other description can solve much faster.
+
+    It is compared with a run that keeps the tolerance, or with one that will.
+    """
     if met is not None:  # where `is_worth_trying` would allow none of them, none need be described
         least_s = MIN_GAIN * (spent_s(studies) + LEAST_TRIAL_S) / MAX_CHOOSING
         return _solving_s(met) <= max(MAX_SURE_S, least_s)
@@ -34,16 +40,20 @@ def is_sure(studies: list[Study], met: tuple[Study, Level] | None) -> bool:
 
 
 def begins_alone(studies: list[Study]) -> bool:
-    """Return whether the first run of the preferred description says what it costs to keep the tolerance."""
+    """Return whether the preferred description's first run shows its further cost.
+
+    This is the cost of keeping the tolerance.
+    """
     if len(studies) != 1 or studies[0].levels or studies[0].closed or studies[0].takes_two:
         return False
     return math.isfinite(studies[0].description.alone)
 
 
 def is_worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study]) -> bool:
-    """Return whether a study promises a much cheaper run than one within the tolerance, and trying it costs little.
+    """Return whether a study promises a much cheaper run, tried at little cost.
 
-    All trials together may take `MAX_CHOOSING` times the solving of the chosen run.
+    The run is compared with one within the tolerance. All trials together may take `MAX_CHOOSING` times the solving of
+    the chosen run.
     """
     if study is best[0]:  # its estimate includes the errors of its run
         return True
@@ -61,7 +71,10 @@ def best_of(study: Study, best: tuple[Study, Level] | None, tolerance: float) ->
 
 
 def _better(one: tuple[Study, Level], best: tuple[Study, Level], tolerance: float) -> bool:
-    """Return whether a run is to be preferred: within the tolerance the cheaper one, else the one with less error."""
+    """Return whether a run is to be preferred.
+
+    Within the tolerance it is the cheaper one, else the one with less error.
+    """
     finer = one[1].error < best[1].error
     if max(one[1].error, best[1].error) <= tolerance:
         return _solving_s(one) < _solving_s(best) * (SAME_COST_RATIO if finer else 1.0 / SAME_COST_RATIO)

@@ -1,4 +1,7 @@
-"""The search for the cheapest run within a tolerance: trials, finer and finer, within a budget of time."""
+"""The search for the cheapest run within a tolerance.
+
+Trials become finer and finer within a budget of time.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ FINER = 3  # times the fineness of a level that failed is that of the next: the 
 
 
 def is_taken_at_once(exact: Description | None) -> bool:
-    """Return whether the exact march is predicted to cost no more than the least of any run with steps."""
+    """Return whether the exact march costs no more than any stepped run.
+
+    Both costs are predicted; that of the steps is the least possible.
+    """
     return exact is not None and exact.seconds(0) <= EXACT_ADVANTAGE * FIXED_S
 
 
@@ -116,7 +122,10 @@ def _holds(best: tuple[Study, Level], tolerance: float, failed: list[ImpactlabEr
 
 
 def _succeeds(study: Study, request: Simulation, failed: list[ImpactlabError], progress: Progress | None) -> bool:
-    """Run the next level and return whether it came to its end; a study whose levels fail is closed."""
+    """Run the next level and return whether it was completed.
+
+    A study whose levels fail is closed.
+    """
     try:
         _tried(study, request, progress)
     except StepError as error:
@@ -131,17 +140,20 @@ def _succeeds(study: Study, request: Simulation, failed: list[ImpactlabError], p
 
 
 def _failed(study: Study, fineness: int, error: StepError) -> None:
-    """Set the level after one that failed: a finer one, a few times; none after an exact run."""
+    """Set the level after a failed one: a finer one.
+
+    This is done a few times; no level follows a failed exact run.
+    """
     study.failures += 1
     study.next = study.description.whole(FINER * fineness)
     study.closed = f"failed: {error.text}" if study.failures > MAX_FAILURES or not study.description.unit else ""
 
 
 def _tried(study: Study, request: Simulation, progress: Progress | None) -> None:
-    """Run the next level, the first time one that is coarser, too; estimate errors and set the next fineness.
+    """Run the next level, estimate errors and set the next fineness.
 
-    The finer one comes first where its modes are of use to the coarser one. Where the records of one run state its
-    error, it is alone, and says how fine the next one must be.
+    The first time a coarser level is run, too. The finer one comes first where its modes are of use to the coarser one.
+    Where the records of one run state its error, it is alone, and gives the next fineness.
     """
     description = study.description
     if not description.unit:
@@ -172,7 +184,10 @@ def _tried(study: Study, request: Simulation, progress: Progress | None) -> None
 
 
 def show_order(study: Study, request: Simulation) -> None:
-    """Run a third level below two, so that errors are estimated by the order that a description shows."""
+    """Run a third, coarser level to show the order of convergence.
+
+    Errors are then estimated by it.
+    """
     if len(study.levels) != 2 or not study.description.unit:
         return
     below = study.description.coarser(study.levels[0].fineness)[1]
@@ -182,13 +197,19 @@ def show_order(study: Study, request: Simulation) -> None:
 
 
 def _cost_of_trial(study: Study) -> float:
-    """Return the predicted seconds of solving the next level, and the coarser one that the first one needs."""
+    """Return the predicted time of solving the next level [s].
+
+    The first level needs a coarser one, which is included.
+    """
     first = study.description.unit and not study.levels
     return study.seconds + (study.description.seconds(study.description.coarser(study.next)[0]) if first else 0.0)
 
 
 def _affordable(study: Study, seconds: float) -> int | None:
-    """Return a fineness near the largest whose trial takes so long [s], at most the next one; None where none does."""
+    """Return about the largest fineness whose trial is within a time [s].
+
+    It is at most the next one; None where no trial is.
+    """
     description, fineness = study.description, study.next
     while fineness >= description.min_fineness:
         trial = Study(description, description.whole(fineness), study.levels)
@@ -199,7 +220,10 @@ def _affordable(study: Study, seconds: float) -> int | None:
 
 
 def beyond_budget(study: Study, left: float) -> str:
-    """Return why the next level of a study is not run, as text; ``left`` is the rest of the budget [s]."""
+    """Return as text why the next level of a study is not run.
+
+    ``left`` is the rest of the budget [s].
+    """
     needed = f"would take {_cost_of_trial(study):.2g} s of solving"
     if left < BUDGET_S:
         return f"{needed}, and {max(left, 0.0):.2g} s are left of the {BUDGET_S:g} s that a choice may take"

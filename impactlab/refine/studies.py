@@ -24,9 +24,10 @@ def studies_of(request: Simulation) -> tuple[list[Study], str]:
 
 
 def in_turn(request: Simulation, served: tuple[Description | None, str] | None = None) -> tuple[Iterator[Study], str]:
-    """Return a study of every description, each made when it is asked for, and why the exact solver does not apply.
+    """Return studies of all descriptions, and why the exact solver is excluded.
 
-    The preferred one is the first; ``served`` is the exact solver where it has been sought.
+    Each study is made when it is needed. The preferred one is the first; ``served`` is the exact solver where it has
+    been sought.
     """
     descriptions, why = suitable.in_turn(request, served)
     error = allowed(request.method)
@@ -34,7 +35,10 @@ def in_turn(request: Simulation, served: tuple[Description | None, str] | None =
 
 
 def begun(description: Description, error: float) -> Study:
-    """Return a study of a description for an error, the fineness of its first run and the one wanted."""
+    """Return a study with its first fineness for an error.
+
+    The fineness wanted is noted.
+    """
     if not description.unit:
         return Study(description, 0)
     start = description.start_for(error)
@@ -45,7 +49,10 @@ def begun(description: Description, error: float) -> Study:
 
 
 def _cheap(description: Description, start: int) -> int:
-    """Return the first fineness of a description: no finer than a run that is cheap, as its prediction may be wrong."""
+    """Return the first fineness of a description.
+
+    It is no finer than a run that is cheap, as its prediction may be wrong.
+    """
     most = FIRST_ALIKE_S if description.alike else FIRST_S
     if description.seconds(start) <= most:
         return start
@@ -63,9 +70,10 @@ def _predicted(study: Study, fineness: int) -> float:
 
 
 def learn(studies: list[Study], tolerance: float) -> None:
-    """Begin untried descriptions as much finer as the tried ones, at their best, are wrong beyond their predictions.
+    """Begin untried descriptions finer by the prediction errors of tried ones.
 
-    The cause is mostly common to all: a contact that rises faster than predicted, or touches again.
+    The smallest ratio of error to prediction is taken. The cause is mostly common to all: a contact that rises faster
+    than predicted, or touches again.
     """
     known = [study for study in studies if study.reach is not None]
     if not known:

@@ -1,6 +1,6 @@
-"""A run of the automatic choice: set up and stepped, its balances checked only if it is chosen.
+"""A run of the automatic choice, checked only if it is chosen.
 
-Of several runs one is the answer, and the checks of a run take as long as the steps of a short one.
+Of several runs one is chosen, and the checks of a run take as long as the steps of a short one.
 """
 
 from __future__ import annotations
@@ -27,9 +27,10 @@ Check = Callable[[], None]  # of a run, once; raises `StepError` where it broke 
 def run(
     made: Simulation, progress: Progress | None, begun: StartedMarch | None, like: Simulation | None
 ) -> tuple[AbstractHistory, Check]:
-    """Return the history of a run without warnings, and its check, which is left to be called.
+    """Return the history of a run without warnings, and its check.
 
-    It raises as `impactlab.simulate.driver.run` does, except for what the check raises; ``begun``, ``like`` as there.
+    The check is left to be called. It raises as `impactlab.simulate.driver.run` does, except for what the check raises;
+    ``begun``, ``like`` as there.
     """
     began = clock.perf_counter()
     if (like is None or like is made) and is_exact(*made):

@@ -1,4 +1,7 @@
-"""A drawing of a scene with beams: beams lie along x with their supports, their strikers stand below or above."""
+"""A drawing of a scene with beams, their supports and strikers.
+
+Beams lie along x, their strikers stand below or above.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,10 @@ def _ends(beam: Beam, width: float) -> tuple[tuple[End, float, int], tuple[End, 
 
 
 def _met(scene: Scene, beam: Beam, y: float, width: float, number: int) -> str:
-    """Return the partner of a beam in a contact: a ball, the end of a rod, or a stop, below or above it."""
+    """Return the drawing of a beam's partner in a contact.
+
+    It is a ball, the end of a rod, or a stop, below or above the beam.
+    """
     contact = scene.contacts[number]
     for here, there, side in ((contact.right, contact.left, 1), (contact.left, contact.right, -1)):
         if here.body != beam.name:
@@ -69,7 +75,10 @@ def _met(scene: Scene, beam: Beam, y: float, width: float, number: int) -> str:
 
 
 def _ground(x: float, y: float, side: int) -> str:
-    """Return a stop: a line along x with hatching on the side away from the beam."""
+    """Return a stop: a line with hatching away from the beam.
+
+    The line is along x.
+    """
     lines = [f'<path d="M{x - 20:.1f} {y:.1f}H{x + 20:.1f}" class="line"/>']
     lines += [f'<path d="M{x - 20 + 8 * i:.1f} {y + side * 8:.1f}l8 {-side * 8}" class="thin"/>' for i in range(5)]
     return "".join(lines)

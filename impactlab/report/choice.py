@@ -1,4 +1,7 @@
-"""The automatic choice for people and scripts: the lines of a summary, and the document of ``impactlab choose``."""
+"""The automatic choice as summary lines, and as `impactlab choose` document.
+
+Lines are for people, the document is for scripts.
+"""
 
 from __future__ import annotations
 
@@ -23,10 +26,11 @@ HEADINGS = ("candidate", "predicted", "estimated", "measured", "predicted ms", "
 
 
 def choose(label: str, request: Simulation, physics: Simulation) -> dict[str, Any]:
-    """Return the choice as a run makes it, and every description refined until it keeps the tolerance.
+    """Return the choice of a run, and all descriptions refined to tolerance.
 
-    Where a description does so in two runs, which show no order, a third and coarser one shows it. Of runs that the
-    choice has made, too, the estimates are those of the choice, by the runs it had then.
+    Each description is refined until it keeps the tolerance. Where a description does so in two runs, which show no
+    order, a third and coarser one shows it. Of runs that the choice has made, too, the estimates are those of the
+    choice, by the runs it had then.
 
     ``physics`` are the scene and the laws that errors refer to. Measured errors are the largest relative ones of the
     quantities that count; None without a reference.

@@ -1,4 +1,7 @@
-"""Several runs of one case side by side: the document that ``--json`` prints, and its table as plain text."""
+"""Several runs of one case side by side, as document and table.
+
+``--json`` prints the document; the table is plain text.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ from impactlab.report.summary import SCHEMA_VERSION, has_numbers
 def comparison(
     case_name: str, reference_name: str | None, rows: Iterable[tuple[str, Mapping[str, Any]]]
 ) -> dict[str, Any]:
-    """Return several summaries of one case side by side, ready for JSON; failed rows stay in it."""
+    """Return several summaries of one case side by side, for JSON.
+
+    Failed rows stay in it.
+    """
     return {
         "schema_version": SCHEMA_VERSION,
         "case": case_name,
@@ -45,20 +51,27 @@ COLUMNS: Mapping[str, str] = {
 
 
 def units_of(comparison: Mapping[str, Any]) -> dict[str, str]:
-    """Return the columns with their units: times in round trips T, in s of a scene without rods and beams."""
+    """Return the columns with their units.
+
+    Times are in round trips T, in s of a scene without rods and beams.
+    """
     in_trips = any(row["summary"].get("round_trip") for row in comparison["rows"])
     return {name: "s" if unit == "T" and not in_trips else unit for name, unit in COLUMNS.items()}
 
 
 def solution_words(reference: str) -> str:
-    """Return the reference of errors in words: a converged solution, or the exact one under any of its names."""
+    """Return the reference of errors in words.
+
+    It is a converged solution, or the exact one under any of its names.
+    """
     return "a converged solution" if reference == "converged" else "the exact solution"
 
 
 def table_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return one row per method, keys as in `COLUMNS`; text, number or None, in the units of `units_of`.
+    """Return one row per method, with keys as in `COLUMNS`.
 
-    A row that failed has ``failure`` and nothing else but its name.
+    Values are text, number or None, in the units of `units_of`. A row that failed has ``failure`` and nothing else but
+    its name.
     """
     return [_table_row(row["name"], row["summary"]) for row in comparison["rows"]]
 
@@ -93,13 +106,19 @@ def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def model_label(model: Mapping[str, Any]) -> str:
-    """Return a model in few letters: ``modal 100/40`` is 40 modes of a mesh of 100 elements."""
+    """Return a short label of a model.
+
+    ``modal 100/40`` is 40 modes of a mesh of 100 elements.
+    """
     sizes = [str(model[key]) for key in ("elements", "modes") if model.get(key) is not None]
     return f"{model['kind']} {'/'.join(sizes)}".strip()
 
 
 def in_round_trips(time: float | None, summary: Mapping[str, Any]) -> float | None:
-    """Return a time [s] of a summary in T; None where there is no time or no T."""
+    """Return a time [s] of a summary in round trips T.
+
+    None where there is no time or no T.
+    """
     return None if time is None or not summary.get("round_trip") else time / float(summary["round_trip"])
 
 
@@ -108,7 +127,10 @@ def _percent(share: float | None) -> float | None:
 
 
 def cell(value: Any) -> str:
-    """Return a table cell as text: three significant digits (four places near one), a dash for None."""
+    """Return a table cell as text; a dash for None.
+
+    Numbers have three significant digits (four places near one).
+    """
     match value:
         case None | "":
             return "–"
@@ -134,7 +156,10 @@ def headings(comparison: Mapping[str, Any]) -> list[str]:
 
 
 def cells(row: Mapping[str, Any]) -> list[str]:
-    """Return a row of `table_rows` as text; the opening with four digits, shares of rounding without any."""
+    """Return a row of `table_rows` as text.
+
+    The opening has four digits, shares of rounding have none.
+    """
     texts = {name: cell(row[name]) for name in COLUMNS}
     texts |= {
         name: f"<{cell(ROUNDING)}"
@@ -151,11 +176,11 @@ NARROW = ("loss", "first opening", "dt", "steps", "integrator", "model", "gain",
 
 
 def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
-    """Return the comparison as aligned plain text: one line per method, failed ones with their reason.
+    """Return the comparison as aligned plain text, one line per method.
 
-    A warning that all methods share is a matter of the case: it stands once, below. ``width`` is that of the terminal
-    in characters; columns that do not fit are left out and named, except for warnings, which then stand below, too.
-    None: all columns.
+    Failed methods have their reason. A warning that all methods share is a matter of the case: it stands once, below.
+    ``width`` is that of the terminal in characters; columns that do not fit are left out and named, except for
+    warnings, which then stand below, too. None: all columns.
     """
     rows = table_rows(comparison)
     codes = [row["warnings"].split(", ") for row in rows if "failure" not in row]
@@ -191,7 +216,10 @@ def _no_errors(comparison: Mapping[str, Any]) -> list[str]:
 
 
 def _aligned(rows: Sequence[Mapping[str, Any]], names: Sequence[str], headed: Sequence[str]) -> list[str]:
-    """Return headings, a rule and the rows of `table_rows` as aligned lines; ``headed`` are those of all columns."""
+    """Return headings, a rule and rows as aligned lines.
+
+    Rows are those of `table_rows`; ``headed`` are the headings of all columns.
+    """
     places = [list(COLUMNS).index(name) for name in names]
     body = [[row["method"], row["failure"]] if "failure" in row else [cells(row)[i] for i in places] for row in rows]
     full = [[headed[i] for i in places], *(line for line in body if len(line) == len(names))]

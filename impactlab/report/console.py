@@ -75,7 +75,10 @@ def print_json(document: Any) -> None:
 
 @contextlib.contextmanager
 def progress() -> Iterator[Callable[[str, float], None]]:
-    """Give a function of (label, fraction done) that draws a bar with the time left, on a terminal only."""
+    """Yield a function of (label, fraction done) that draws a progress bar.
+
+    The bar has the time left, and is drawn on a terminal only.
+    """
     if not sys.stderr.isatty():
         yield lambda _label, _fraction: None
         return
@@ -199,7 +202,10 @@ def verdict_text(document: Mapping[str, Any]) -> str:
 
 
 def tree_text(tree: Any, indent: int = 0, derived: bool = False) -> str:
-    """Return nested plain values as indented text, in the manner of a case file; derived values with their units."""
+    """Return nested plain values as indented text, like a case file.
+
+    Derived values have their units.
+    """
     pad = "  " * indent
     lines = []
     for key, value in tree.items():
@@ -233,7 +239,10 @@ def _shortened(
     name: str,
     impulse: Callable[[Mapping[str, Any]], float | None],
 ) -> list[str]:
-    """Return one line per entry; of many the first and last ones, and a count of those between with their impulses."""
+    """Return one line per entry, the first and last of many.
+
+    A count of those between has their impulses.
+    """
     if len(entries) <= MAX_LINES:
         return [line(entry) for entry in entries]
     between = entries[FIRST_LINES : len(entries) - LAST_LINES]
@@ -245,7 +254,10 @@ def _shortened(
 
 
 def _at_end(bodies: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return one line per body; of many the first and last ones, and the range of each quantity of those between."""
+    """Return one line per body, the first and last of many.
+
+    For those between, the range of each quantity is given.
+    """
 
     def line(name: str) -> str:
         return f"  at end    {name}: " + ", ".join(_state(key, value) for key, value in bodies[name].items())
@@ -264,7 +276,10 @@ def _at_end(bodies: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def few_of(names: Sequence[str]) -> list[str]:
-    """Return names as they are, of many the first and last ones with the number of those between."""
+    """Return names as they are, the first and last of many.
+
+    The number of those between stands in their place.
+    """
     if len(names) <= MAX_LINES:
         return list(names)
     rest = f"... {len(names) - FIRST_LINES - LAST_LINES} more (all of them: --json)"

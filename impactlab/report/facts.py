@@ -39,7 +39,10 @@ def si(value: float, unit: str) -> str:
 
 
 def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, str]]:
-    """Return the bodies, contacts and scales of a scene as (name, words); ``links`` are names of contacts or sums."""
+    """Return bodies, contacts and scales of a scene as (name, words).
+
+    ``links`` are names of contacts or sums.
+    """
     facts = list(_once((name, _body(body)) for name, body in scene.bodies.items()))
     of_contacts: list[tuple[str, str]] = []
     by_name: dict[str, list[Contact]] = {}
@@ -66,13 +69,19 @@ def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, st
 
 
 def joined_in(scene: Scene, method: Method) -> set[str]:
-    """Return the names of the contacts of a scene that are joined from the start; of several of one name, that name."""
+    """Return the names of the contacts that are joined from the start.
+
+    Several contacts of one name have that name.
+    """
     laws = zip(scene.contacts, laws_of(scene, method), strict=True)
     return {contact.group or contact.name for contact, law in laws if law.two_sided}
 
 
 def _once(facts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Yield facts of bodies or contacts, those of many in a row that are alike as one: ``bead_1 to bead_50``."""
+    """Yield facts of bodies or contacts, many alike as one.
+
+    Those of many in a row are named ``bead_1 to bead_50``.
+    """
     for words, alike in itertools.groupby(facts, lambda fact: fact[1]):
         names = [name for name, _ in alike]
         if len(names) < MIN_ALIKE:
@@ -153,20 +162,30 @@ def _turning(body: Body) -> str:
 def _end(end: End) -> str:
     units = {"spring": "N/m", "dashpot": "N·s/m", "mass": "kg"}
     held = f"{end.kind} {si(end.value, units[end.kind])}" if end.kind in units else end.kind
+    if end.rotational:
+        held += f" and {si(end.rotational, 'N m/rad')}"
+    if end.unbounded:
+        held = f"infinite ({held})"
     if end.load is not None:
         return f"{held} under a force over time"
     return f"{held} under {si(end.force, 'N')}" if end.force else held
 
 
 def units_of(history: AbstractHistory) -> list[Units]:
-    """Return the units of the options of the laws of a run, in the order of its contacts."""
+    """Return the units of the laws' options in a run.
+
+    They are in the order of its contacts.
+    """
     laws = laws_of(history.scene, history.method if history.choice is None else history.choice.method)
     units = {key: _units(law) for key, law in {id(law): law for law in laws}.items()}  # once: a chain shares its law
     return [units[id(law)] for law in laws]
 
 
 def _units(part: Any) -> Units:
-    """Return the units of the options of a part, those of a record of options by their names."""
+    """Return the units of a part's options by name.
+
+    Those of a record of options are by its own names.
+    """
     found: dict[str, Any] = {}
     for field in dataclasses.fields(part):
         value, unit = getattr(part, field.name), field.metadata.get("unit", "1")
@@ -222,7 +241,10 @@ def _options(part: Mapping[str, Any], units: Units = NO_UNITS) -> str:
 
 
 def _value(value: Any, unit: Any = "") -> str:
-    """Return the value of an option in words; ``unit`` is its unit, or those of the options in it."""
+    """Return the value of an option in words.
+
+    ``unit`` is its unit, or those of the options in it.
+    """
     if isinstance(value, Mapping):
         inside = unit if isinstance(unit, Mapping) else {}
         if "kind" in value:
@@ -299,7 +321,10 @@ def instant(time: float) -> str:
 
 
 def table_caption(reference: str) -> str:
-    """Return the meaning of the columns of the table; ``reference`` is exact, converged or empty for none."""
+    """Return the meaning of the columns of the table.
+
+    ``reference`` is exact, converged or empty for none.
+    """
     errors = (
         f"Mass, face and impulse are errors against the {reference} solution: relative L2 of the displacements over "
         "the run, and relative of the total impulse; the smallest are marked. "

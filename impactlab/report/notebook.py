@@ -1,4 +1,7 @@
-"""How cases, runs and comparisons show themselves: HTML for notebooks, and figures of signals and waves."""
+"""Notebook views of cases, runs and comparisons as HTML and figures.
+
+Figures are of signals and waves.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +58,10 @@ def plot(history: AbstractHistory, *channels: str, start: float = 0.0, end: floa
 
 
 def _check(history: AbstractHistory, channel: str, view: tuple[float, float]) -> None:
-    """Refuse a channel that a run does not have, or that has no values, as the force of an impulse law."""
+    """Raise `ImpactlabError` for a channel without values in a run.
+
+    A run may not have it, or it may have no values, as the force of an impulse law.
+    """
     quantity = str(channel).partition(":")[0]
     names = sorted(history.channels(), key=lambda name: not name.startswith(f"{quantity}:"))  # like ones first
     found = signals.sampled(history, channel, np.linspace(*view, 101)) if ":" in str(channel) else None
@@ -72,7 +78,10 @@ def _check(history: AbstractHistory, channel: str, view: tuple[float, float]) ->
 
 
 def plot_comparison(rows: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory]) -> Figure:
-    """Return the signals of several methods over time, a panel for each place, with their references."""
+    """Return the signals of several methods over time, with references.
+
+    The figure has a panel for each place.
+    """
     if not rows:
         raise ImpactlabError("no method ended, so there is nothing to draw", remedy="Print the comparison for reasons.")
     shown = signals.shown(traces(rows, references))
@@ -104,7 +113,9 @@ def plot_xt(history: AbstractHistory) -> Figure:
 def signals_of(
     shown: Sequence[Trace], scene: Scene, *, compared: bool, view: tuple[float, float] | None = None
 ) -> Figure:
-    """Return a figure of the first few signals of histories, over the whole run or a view of it [s].
+    """Return a figure of the first few signals of histories.
+
+    It is over the whole run or a view of it [s].
 
     Raises
     ------

@@ -1,4 +1,7 @@
-"""Output folders, written beside under a temporary name and renamed: a reader sees all or nothing."""
+"""Output folders, written under a temporary name and renamed.
+
+A reader sees all files or none.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,10 @@ def check_target(folder: Path) -> None:
 
 
 def check_writable(folder: Path) -> None:
-    """Raise `CaseError` unless a folder, or the nearest one above it that exists, takes new files: before a run."""
+    """Raise `CaseError` unless a folder can be written.
+
+    If it does not exist, the nearest one above it is checked, before a run.
+    """
     place = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
     try:
         new_draft(place, "check").rmdir()
@@ -54,7 +60,10 @@ def check_writable(folder: Path) -> None:
 
 @contextlib.contextmanager
 def output_folder(folder: Path) -> Iterator[Path]:
-    """Give a temporary folder to write in; on success it takes the place of ``folder``, else nothing remains."""
+    """Yield a temporary folder that takes the place of ``folder``.
+
+    It does so on success, else nothing remains.
+    """
     check_target(folder)
     target = folder.absolute()
     sweep(target.parent)
@@ -77,12 +86,18 @@ def output_folder(folder: Path) -> Iterator[Path]:
 
 
 def new_draft(parent: Path, name: str) -> Path:
-    """Return a new folder in which an output of that name is made; its own name has host and process."""
+    """Return a new folder for an output of that name.
+
+    Its own name has host and process.
+    """
     return Path(tempfile.mkdtemp(prefix=f".{name[:100]}{DRAFT}{_host()}-{os.getpid()}.", dir=parent))
 
 
 def sweep(parent: Path) -> None:
-    """Delete the drafts in a folder that killed processes left behind; those at work keep theirs."""
+    """Delete the drafts in a folder that killed processes left.
+
+    Processes at work keep theirs.
+    """
     for path in parent.glob(f".*{DRAFT}*"):
         host, _, number = path.name.rpartition(DRAFT)[2].partition(".")[0].rpartition("-")
         with contextlib.suppress(OSError):
@@ -108,7 +123,10 @@ def _is_running(number: int) -> bool:
 
 
 def files_in(folder: Path, part: str = "") -> set[str]:
-    """Return the names of the files in a folder, relative to it, or those of one file or folder in it."""
+    """Return the names of files in a folder, relative to it.
+
+    With ``part``, those of one file or folder in it.
+    """
     top = folder / part
     if part and (top.is_symlink() or top.is_file()):
         return {part}
@@ -116,7 +134,7 @@ def files_in(folder: Path, part: str = "") -> set[str]:
 
 
 def written_in(folder: Path, manifest: str = MANIFEST) -> set[str]:
-    """Return the names of the files that impactlab wrote into a folder, as it recorded them."""
+    """Return the names of the files that impactlab recorded in a folder."""
     names = folder / manifest
     return set(names.read_text(encoding="utf-8").splitlines()) if names.is_file() else set()
 

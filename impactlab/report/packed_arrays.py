@@ -1,4 +1,7 @@
-"""Arrays of a page as one text: quantised to 16 bit, differenced, split into bytes, deflated, base64."""
+"""Arrays of a page as one text by delta coding.
+
+They are quantised to 16 bit, differenced, split into bytes, deflated, and coded in base64.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,10 @@ class Packer:
         self._size = 0
 
     def add(self, values: Array, levels: int) -> Packed:
-        """Return the place of an array, which loses its shape; its values are kept to (max - min)/(levels - 1)."""
+        """Return the place of an array, which loses its shape.
+
+        Its values are kept to (max - min)/(levels - 1).
+        """
         flat = np.asarray(values, float).ravel()
         known = flat[np.isfinite(flat)]
         low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)

@@ -1,4 +1,7 @@
-"""The page of a run or a comparison: one HTML file that needs nothing else, on the screen or on paper."""
+"""The page of a run or a comparison: one HTML file.
+
+It needs no other file, on the screen or on paper.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ class PageFigure(NamedTuple):
     caption: str  # how to read it
     draw: Callable[[], Figure]  # in the width in use
     has_live_twin: bool = False  # True: hidden on the screen where the script draws the same
-    is_printed: bool = True  # False: drawn where all figures are asked for; the page shows it live alone
+    is_printed: bool = True  # False: drawn where all figures are requested; the page shows it live alone
 
 
 class Page(NamedTuple):
@@ -53,7 +56,10 @@ class Page(NamedTuple):
 
 
 def file_of(case: str, *, variant: bool = True) -> str:
-    """Return the words that name a case on the command line: ``a.yaml``, or ``a.yaml --variant b`` of ``a/b``."""
+    """Return the words that name a case on the command line.
+
+    They are ``a.yaml``, or ``a.yaml --variant b`` of ``a/b``.
+    """
     stem, _, name = case.partition("/")
     return f"{stem}.yaml --variant {name}" if name and variant else f"{stem}.yaml"
 
@@ -63,7 +69,7 @@ def write_page(
 ) -> None:
     """Write ``index.html``, the figures as files, ``case.yaml`` and ``citations.bib`` into a folder.
 
-    ``left_out`` says which part of the scene is drawn, where it is not all of it.
+    ``left_out`` states the part of the scene that is drawn, where it is not all of it.
     """
     folder = out_dir / "figures"
     folder.mkdir()
@@ -114,7 +120,10 @@ def write_page(
 
 
 def _write_sources(folder: Path, provenance: Provenance) -> list[tuple[str, str]]:
-    """Write the case and its sources into a folder; return the names and contents of these files."""
+    """Write the case and its sources into a folder.
+
+    Return the names and contents of these files.
+    """
     written = []
     for name, content, text in (
         ("case.yaml", "the case as it was run", provenance.case_yaml),
@@ -127,7 +136,10 @@ def _write_sources(folder: Path, provenance: Provenance) -> list[tuple[str, str]
 
 
 def _facts(page: Page, scene: Scene, left_out: str) -> list[tuple[str, str]]:
-    """Return the facts of a scene, and which part of it and of its forces is drawn."""
+    """Return the facts of a scene, and the part that is drawn.
+
+    The part is of the scene and of its forces.
+    """
     others = "history.npz has all" if page.command == "run" else "a run of a method writes all into history.npz"
     forces = words_on_figures([trace.history for trace in page.traces], others)
     links = {link.name for trace in page.traces for link in trace.history.links}
@@ -151,7 +163,10 @@ def _commands(page: Page, provenance: Provenance) -> list[str]:
 
 
 def rendered(package: str, template: str, **values: Any) -> str:
-    """Return a page from a template of a package; its includes stand in that package or in this one."""
+    """Return a page from a template of a package.
+
+    Its includes stand in that package or in this one.
+    """
     from jinja2 import Environment, FunctionLoader, StrictUndefined
     from markupsafe import Markup
 

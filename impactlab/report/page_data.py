@@ -1,4 +1,7 @@
-"""The data of a page, drawn by its script: JSON with all arrays in one packed text."""
+"""The data of a page: JSON with arrays in one packed text.
+
+The script of the page draws them.
+"""
 
 from __future__ import annotations
 
@@ -32,9 +35,10 @@ MAX_EVENTS = 4000  # of a history that the page draws; chatter beyond them would
 
 
 def page_data(traces: Sequence[Trace], scene: Scene, *, compared: bool) -> str:
-    """Return the data of the histories of a page as JSON, safe inside a script element of HTML.
+    """Return the data of a page as JSON.
 
-    Curves have as many values, films as many frames and places, as `MAX_DATA` allows.
+    It is safe inside a script element of HTML. Curves have as many values, films as many frames and places, as
+    `MAX_DATA` allows.
     """
     histories = shown(traces)
     films = [frames(trace.history, scene) for trace in histories]
@@ -111,7 +115,10 @@ def _method(trace: Trace) -> dict[str, Any]:
 def _film(
     trace: Trace, film: Frames, scene: Scene, packer: Packer, names: Sequence[str], levels: int, every: int
 ) -> dict[str, Any]:
-    """Return the motion of one history: motion and load of its bodies, periods of contact, events."""
+    """Return the film of one history for a page.
+
+    It has motion and load of its bodies, periods of contact, and events.
+    """
     history = trace.history
     numbers = {name: number for number, name in enumerate(names)}  # a page of many contacts draws a part of them
     shown = [span for span in history.contacts if span.contact in numbers][:MAX_EVENTS]
@@ -148,6 +155,9 @@ def _bodies(made: Frames, packer: Packer, levels: int, every: int) -> dict[str, 
 
 
 def _kept(values: Array, packer: Packer, levels: int, every: int, across: int) -> list[Any]:
-    """Return frames, places and values of a field, thinned in both directions; a few places stay as they are."""
+    """Return frames, places and values of a field, thinned.
+
+    It is thinned in both directions; a few places stay as they are.
+    """
     thin = values[::every, :: across if values.shape[1] % across == 1 and values.shape[1] > FEW else 1]
     return [*thin.shape, packer.add(thin, levels)]

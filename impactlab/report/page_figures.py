@@ -16,7 +16,7 @@ from impactlab.report.page import PageFigure
 from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 
-MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page that was not asked for all
+MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page without all of them
 
 
 def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
@@ -108,7 +108,9 @@ def _on_instruments(panels: Sequence[Panel]) -> str:
 def histories_of(
     shown: Sequence[Trace], scene: Scene, force: str, dark: str, notes: Mapping[str, str] | None = None
 ) -> list[PageFigure]:
-    """Return the figures over time: force and gap of each contact, displacements, and how far they stray.
+    """Return the figures over time of forces, gaps, displacements and differences.
+
+    Each contact has a force and a gap.
 
     Parameters
     ----------
@@ -170,7 +172,10 @@ def _on_pieces(contact: NamedContact) -> str:
 
 
 def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> list[PageFigure]:
-    """Return the load along each rod, beam and shaft at the snapshots, where the case has some."""
+    """Return figures of the load along elastic bodies at snapshots.
+
+    There are none where the case has no snapshots.
+    """
     plates = []
     for number, (name, body) in enumerate(scene.elastic.items() if scene.snapshots else ()):
         load = fields.load_of(body)
@@ -201,7 +206,10 @@ def waves(histories: Sequence[AbstractHistory], scene: Scene) -> list[PageFigure
 
 
 def force_notes(comparison: Mapping[str, Any], several: bool) -> dict[str, str]:
-    """Return the text above the panel of each method: its error of the force away from jumps."""
+    """Return the text above the panel of each method.
+
+    It is its error of the force away from jumps.
+    """
     words, notes = "off jumps, worst contact" if several else "off jumps", {}
     for row in comparison["rows"]:
         error = (row["summary"].get("errors") or {}).get("force_away_from_jumps")

@@ -12,7 +12,10 @@ from impactlab.cite import cite
 
 
 class Provenance(NamedTuple):
-    """Where a result comes from, in texts: of a case, or as a file kept them."""
+    """Where a result comes from, as texts.
+
+    They are those of a case, or those that a file kept.
+    """
 
     title: str = ""
     source: str = ""
@@ -24,7 +27,10 @@ class Provenance(NamedTuple):
 
 
 def of_case(case: Case, command: str = "") -> Provenance:
-    """Return the provenance of a run of a case, dated now, or at ``SOURCE_DATE_EPOCH`` where that is set."""
+    """Return the provenance of a run of a case.
+
+    It is dated now, or at ``SOURCE_DATE_EPOCH`` where that is set.
+    """
     return Provenance(case.title, case.source, command, case.to_yaml(), cite(case).bibtex, date=now())
 
 

@@ -83,7 +83,10 @@ def write_run(
 
 
 def _data(folder: Path, scene: Scene, data: Callable[[], None] | None) -> list[tuple[str, str]]:
-    """Return the files of data in the folder, ``history.nc`` among them if it is to come, each with its content."""
+    """Return the files of data in the folder with their contents.
+
+    ``history.nc`` is among them if it is to come.
+    """
     known = [
         ("history.nc", "channels, fields and case, for xarray and `impactlab report`"),
         ("contacts.csv", "the periods of contact"),

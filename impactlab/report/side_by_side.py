@@ -15,10 +15,11 @@ _calls: list[Callable[[], Any]] = []  # of the run in progress: copied with the 
 
 
 def side_by_side(calls: Sequence[Callable[[], R]]) -> list[R]:
-    """Return the results of calls, which must be picklable, in their order; exceptions are raised here.
+    """Return the results of calls in their order, computed in parallel.
 
-    Each core takes its share in a copy of this process (fork). Where the system has no copies, on one core, or beside
-    other threads, whose locks a copy would inherit, the calls run one after the other.
+    Results must be picklable; exceptions are raised here. Each core takes its share in a copy of this process (fork).
+    Where the system has no copies, on one core, or beside other threads, whose locks a copy would inherit, the calls
+    run one after the other.
     """
     cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else 1
     if min(cores, len(calls)) < 2 or threading.active_count() > 1 or multiprocessing.current_process().daemon:

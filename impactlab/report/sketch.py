@@ -1,12 +1,17 @@
-"""A drawing of the scene as SVG for the page: bodies on a line, how they are held, which way they move."""
+"""A drawing of the scene as SVG for the page.
+
+Bodies stand on a line, with their supports and the directions of their motion.
+"""
 
 from __future__ import annotations
 
 import math
 from html import escape
 
+import numpy as np
+
 from impactlab.report.beam_sketch import beam_sketch
-from impactlab.scene.bodies import Body, Mass, MechanismBody, WaveBody
+from impactlab.scene.bodies import Body, End, Mass, MechanismBody, WaveBody
 from impactlab.scene.problem import Scene
 
 HEIGHT, MIDDLE = 120.0, 52.0  # of the drawing, and of the axis of the bodies
@@ -14,7 +19,10 @@ MASS, WALL, ROD, GAP, MARGIN = 52.0, 14.0, 420.0, 26.0, 56.0  # widths
 
 
 def sketch(scene: Scene) -> str:
-    """Return the drawing, or nothing for a scene whose bodies neither stand end to end nor strike beams."""
+    """Return the drawing of a scene; empty where there is none.
+
+    Bodies must stand end to end or strike beams.
+    """
     if any(isinstance(body, MechanismBody) for body in scene.bodies.values()):
         return ""
     if drawn := beam_sketch(scene):
@@ -30,7 +38,7 @@ def sketch(scene: Scene) -> str:
             x += GAP
         if isinstance(body, WaveBody):
             width = max(90.0, ROD * body.length / longest)
-            parts.append(_rod(body, x, width, tallest))
+            parts.append(_rod(body, x, width, tallest, scene.duration))
         elif isinstance(body, Mass):
             width = MASS
             parts.append(f'<rect x="{x:.1f}" y="{MIDDLE - 26}" width="{width}" height="52" rx="3" class="mass"/>')
@@ -56,7 +64,10 @@ def _apart(scene: Scene, left: str, right: str) -> bool:
 
 
 def _chain(scene: Scene) -> list[Body]:
-    """Return the bodies from left to right where each contact joins the end of one to that of the next, else none."""
+    """Return the bodies from left to right where they form a chain.
+
+    Each contact must join the end of one to that of the next, else there are none.
+    """
     after: dict[str, str] = {}
     for contact in scene.contacts:
         left, right = scene.bodies[contact.left.body], scene.bodies[contact.right.body]
@@ -75,8 +86,11 @@ def _chain(scene: Scene) -> list[Body]:
     return [scene.bodies[name] for name in names]
 
 
-def _rod(rod: WaveBody, x: float, width: float, tallest: float) -> str:
-    """Return a rod or a shaft: its segments as high as their impedance, and the supports of its ends."""
+def _rod(rod: WaveBody, x: float, width: float, tallest: float, duration: float) -> str:
+    """Return the drawing of a rod or a shaft.
+
+    Its segments are as high as their impedance; the supports of its ends are drawn.
+    """
     parts, at, half = [], x, 15.0
     for segment in rod.segments:
         half = 8.0 + 8.0 * math.sqrt(segment.impedance / tallest)
@@ -95,7 +109,7 @@ def _rod(rod: WaveBody, x: float, width: float, tallest: float) -> str:
             parts.append(_held(end.kind, place, side))
         if end.is_loaded:
             high = 24.0 if end.kind in ("spring", "dashpot") else 0.0  # beside the spring or dashpot
-            parts.append(_push(end.force or 1.0, place, side, MIDDLE - high))
+            parts.append(_push(end, duration, place, side, MIDDLE - high))
     return "".join(parts)
 
 
@@ -132,12 +146,19 @@ def _hatch(x: float, side: int, half: float) -> str:
     return "".join(lines)
 
 
-def _push(force: float, x: float, side: int, y: float) -> str:
-    """Return the arrow of a force on an end, outside the rod, with its size above."""
+def _push(end: End, duration: float, x: float, side: int, y: float) -> str:
+    """Return the arrow of a force on an end.
+
+    It is outside the rod, with the size above; a force over time is F(t), with the direction of its largest value.
+    """
+    force, words = end.force, f"{abs(end.force):g} N"
+    if end.load is not None:
+        values = end.load.sampled(duration).forces
+        force, words = float(values[np.abs(values).argmax()]), "F(t)"
     along = 1 if force > 0 else -1
     near, far = x + 4.0 * side, x + 38.0 * side
     tail, tip = (far, near) if along == -side else (near, far)
-    text = f'<text x="{(near + far) / 2:.1f}" y="{y - 8}" text-anchor="middle">{abs(force):g} N</text>'
+    text = f'<text x="{(near + far) / 2:.1f}" y="{y - 8}" text-anchor="middle">{words}</text>'
     return (
         f'<path d="M{tail:.1f} {y}H{tip:.1f}" class="move"/>'
         f'<path d="M{tip:.1f} {y}l{-8 * along} -4v8z" class="head"/>{text}'

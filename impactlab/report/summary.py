@@ -129,9 +129,10 @@ def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict
 
 
 def method(history: AbstractHistory) -> dict[str, Any]:
-    """Return the models, laws and integrator of the history, and its step [s]; None where it does not use one.
+    """Return the models, laws, integrator and step [s] of a history.
 
-    ``stepping`` says how a run with a step and without an integrator is stepped: by its models.
+    None stands for an integrator or a step that it does not use. ``stepping`` states how a run with a step and without
+    an integrator is stepped: by its models.
     """
     used = history.method if history.choice is None else history.choice.method
     found: dict[str, Any] = {
@@ -162,7 +163,10 @@ def _contact(span: ContactSpan) -> dict[str, Any]:
 
 
 def final(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
-    """Return the state of the bodies at the end: position [m] and velocity of rigid ones, momentum, energy [J]."""
+    """Return the state of the bodies at the end.
+
+    It is position [m] and velocity of rigid bodies, momentum, and energy [J].
+    """
     bodies = {name: _final(history, body) for name, body in scene.bodies.items() if body.moves}
     return {"time": history.duration, "bodies": bodies}
 
@@ -182,7 +186,10 @@ def _final(history: AbstractHistory, body: Body) -> dict[str, Any]:
 
 
 def energy(history: AbstractHistory) -> dict[str, Any]:
-    """Return the energy of bodies and contacts at both ends, the work of loads, the balance, the losses booked [J]."""
+    """Return the energies of a run at both ends [J].
+
+    They are those of bodies and contacts, the work of loads, the balance, and the losses booked.
+    """
     book, ends = history.energy, history.energy_ends()
     return {
         "initial": ends.initial,
@@ -196,12 +203,18 @@ def energy(history: AbstractHistory) -> dict[str, Any]:
 
 
 def rotation(scene: Scene) -> dict[str, Any]:
-    """Return the steady state of each body that turns, and whether its momentum is not checked for that; else empty."""
+    """Return the steady state of each body that turns; else empty.
+
+    It states whether the momentum of a body is not checked for that reason.
+    """
     free = {name: not body.is_held and body.softening > 0.0 for name, body in scene.bodies.items()}
     return {name: {**facts, "momentum_unchecked": free[name]} for name, facts in steady_facts(scene).items()}
 
 
 def _ranges(history: AbstractHistory, channel: str) -> dict[str, float]:
-    """Return the least, the largest and the last value of a channel, in its SI unit."""
+    """Return the least, largest and last value of a channel.
+
+    They are in its SI unit.
+    """
     least, largest = extremes(history, channel)
     return {"min": least, "max": largest, "final": history.at_end(channel)}

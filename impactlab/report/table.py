@@ -34,9 +34,12 @@ def page_headings(comparison: Mapping[str, Any]) -> list[tuple[str, str, bool]]:
 
 
 def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the rows of the page's table: name and failure, or name, under, warnings, cells (of `Cell`)."""
+    """Return the rows of the page's table.
+
+    A row has name and failure, or name, under, warnings, and cells (of `Cell`).
+    """
     rows = table_rows(comparison)
-    stepped = [row for row in rows if row["dt"] is not None]  # the exact answer would only win against itself
+    stepped = [row for row in rows if row["dt"] is not None]  # the exact solution would only win against itself
     best = {name: min((row[name] for row in stepped if row[name] is not None), default=None) for name in JUDGED}
     page: list[dict[str, Any]] = []
     for row in rows:
@@ -80,7 +83,10 @@ def _safe(line: Sequence[str]) -> list[str]:
 
 
 def comma_separated(comparison: Mapping[str, Any]) -> str:
-    """Return the table as CSV with full digits; a missing value is an empty cell, a failure stands last."""
+    """Return the table as CSV with full digits.
+
+    A missing value is an empty cell, a failure stands last.
+    """
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow([*headings(comparison), "failure"])

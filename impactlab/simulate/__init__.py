@@ -1,4 +1,4 @@
-"""The run of a scene: pairing, the plan, the driver, and the checks of a finished history."""
+"""The run of a scene: pairing, plan, driver, and checks of its history."""
 
 from __future__ import annotations
 

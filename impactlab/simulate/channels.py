@@ -1,4 +1,7 @@
-"""Recorded histories: channels read as stairs or as lines, forces with slopes inside steps, fields at snapshots."""
+"""Recorded histories: channels as steps or lines, fields at snapshots.
+
+Forces have slopes inside steps.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,7 @@ class Probed(NamedTuple):
 
 
 def probed(scene: Scene) -> Iterator[Probed]:
-    """Yield the channels of probes, of ends of gauges, of loaded ends and of rigid masses."""
+    """Yield the channels of probes, gauge ends, loaded ends and rigid masses."""
     for probe in scene.recorded_probes:
         yield Probed(probe.channel, probe.body, probe.x, *scene.bodies[probe.body].reading(probe.quantity))
     for name, channel, x, quantity in scene.own_channels:
@@ -80,7 +83,10 @@ class AbstractRecordedHistory(AbstractHistory):
         self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
 
     def facts_of(self, contact: Contact) -> ContactFacts:
-        """Return the facts of a contact that checks read; all runs of a plan share them."""
+        """Return the facts of a contact that checks read.
+
+        All runs of a plan share them.
+        """
         known = self._facts.get(contact.name)
         if known is None:
             known = ContactFacts(self.scene, self.method, self.built, self.dt, contact)
@@ -88,7 +94,10 @@ class AbstractRecordedHistory(AbstractHistory):
         return known
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the fields of a copy, pickled or not: all is read, and the memory of the run stays behind."""
+        """Return the fields of a copy, without the memory of the run.
+
+        All records are read first, for copies and pickles alike.
+        """
         _ = self.recorded, self.events, self.contacts, self.energy, self.links
         times = self._snapshots
         numbers = range(len(times))
@@ -110,7 +119,10 @@ class AbstractRecordedHistory(AbstractHistory):
 
     @abstractmethod
     def motion(self, number: int, body: str, velocities: bool) -> Array:
-        """Return the displacements or velocities of a body's coordinates at a snapshot, shape (n_dof,); see `_row`."""
+        """Return displacements or velocities of a body's coordinates at a snapshot.
+
+        The shape is (n_dof,); see `_row`.
+        """
 
     @abstractmethod
     def memories(self) -> Sequence[Sequence[float]]:
@@ -137,10 +149,10 @@ class AbstractRecordedHistory(AbstractHistory):
         return np.asarray(np.maximum(sloped, np.minimum(mean, 0.0)))  # beyond the last step a force that falls is zero
 
     def _step_at(self, times: Array, t: Array) -> NDArray[np.int64]:
-        """Return the number of the value of a stepped channel that holds at times t [s], same shape.
+        """Return the numbers of a stepped channel's values at times t [s].
 
-        A value holds on [time before, its own time): at a jump the value after it is given. Many contacts are mostly
-        read at the same instants one after the other: the last ones are kept.
+        They have the shape of t. A value holds on [time before, its own time): at a jump the value after it is given.
+        Many contacts are mostly read at the same instants one after the other: the last ones are kept.
         """
         kept = self._located
         if kept is not None and t.size >= MIN_LOCATED and kept[0] is times and np.array_equal(kept[1], t):
@@ -222,10 +234,11 @@ class AbstractRecordedHistory(AbstractHistory):
         return Field(places.copy(), factor * values)
 
     def _press(self, values: Array, places: Array, body: str, time: float) -> None:
-        """Set displacements at faces that a contact presses in beyond their coordinates: those of their channels.
+        """Set displacements at faces that a contact presses in beyond their coordinates.
 
-        The channel of a run that keeps every step is as exact as the coordinates; in others it counts at faces without
-        mass alone, where the compliance beyond the coordinates is large.
+        They are those of the channels of the faces. The channel of a run that keeps every step is as exact as the
+        coordinates; in others it counts at faces without mass alone, where the compliance beyond the coordinates is
+        large.
         """
         built = self.built[body]
         for x in {x for _, each in self.scene.met_by(body) for x in each.places_on(body)}:
@@ -245,7 +258,10 @@ class AbstractRecordedHistory(AbstractHistory):
             raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(self.built)}", remedy="Name one of these.")
 
     def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> FieldRows:
-        """Return places and the rows of a quantity there; those of the body's own grid, and of the last x, are kept."""
+        """Return places and the rows of a quantity there.
+
+        Those of the body's own grid, and of the last x, are kept.
+        """
         key, kept = (body, read, x is None), self._along.get((body, read, x is None))
         if kept is not None and x is None:
             return kept
@@ -258,7 +274,10 @@ class AbstractRecordedHistory(AbstractHistory):
         return kept
 
     def _row(self, body: str, x: float, read: Quantity) -> Array:
-        """Return a row over the coordinates of a body, of one with phases over those open, then those closed."""
+        """Return a row over the coordinates of a body.
+
+        Of a body with phases, these are the coordinates while open, then those while closed.
+        """
         _, model, system = self.built[body]
         rows = [model.row(x, read)] + ([] if system.phases is None else [system.phases.closed.row(x, read)])
         return np.concatenate(rows)
@@ -294,7 +313,10 @@ def rows_of(dense: Sequence[Array]) -> Rows:
 
 
 def _to_have(time: float, times: Array) -> str:
-    """Return the remedy for a field at a time without a snapshot; of many snapshots the nearest one is named."""
+    """Return the remedy for a field at a time without a snapshot.
+
+    Of many snapshots the nearest one is named.
+    """
     if len(times) <= MAX_LISTED:
         return "Add the time to 'snapshots', or give equal ones: snapshots: {count: 200}."
     nearest = float(times[np.argmin(np.abs(times - time))])

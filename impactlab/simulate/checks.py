@@ -1,4 +1,4 @@
-"""Checks of a finished run: its energy, its momentum, and the warnings that need its history."""
+"""Checks of a finished run: energy, momentum, and warnings from its history."""
 
 from __future__ import annotations
 
@@ -96,7 +96,10 @@ def add_warnings(history: AbstractHistory) -> None:
 
 
 def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]:
-    """Give a warning of a ``loss``, a share of the reference energy, that goes on through a run of many steps."""
+    """Yield a warning of a loss that continues through many steps.
+
+    ``loss`` is a share of the reference energy.
+    """
     steps, balance = history.duration / (history.dt or history.duration), history.energy.balance
     late = float(balance[balance.size // 2] - balance[-1])
     if steps >= LONG_RUN and late > STEADY * loss * reference_energy(history):
@@ -120,9 +123,10 @@ def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def closed_within_steps(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield a warning for each law of a plugin whose contacts all begin and end within one step.
+    """Yield warnings for plugin laws whose contacts last at most one step.
 
-    That is what the loop sees of a law which presses the faces and never sets `in_contact`.
+    All contacts of such a law begin and end within one step. So does one that presses the faces and never sets
+    `in_contact`.
     """
     laws = history.method.laws
     if history.dt is None or all(map(is_built_in, set(map(type, laws.values())))):
@@ -149,12 +153,15 @@ def is_built_in(kind: type[AbstractContactLaw]) -> bool:
 
 
 def own_laws(laws: Iterable[AbstractContactLaw]) -> str:
-    """Return the names of the laws that do not come with impactlab, quoted; empty if all do."""
+    """Return the names of laws from outside impactlab, quoted; empty if none."""
     return ", ".join(sorted({f"'{kind_of(law)}'" for law in laws if not is_built_in(type(law))}))
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield a warning where changes of coordinates with a contact dropped a large share of the energy."""
+    """Yield a warning where changes of coordinates dropped a large energy share.
+
+    Coordinates change with a contact.
+    """
     energy, changes = history.dropped
     share = energy / reference_energy(history)
     if share > DROPPED_WARN:
@@ -179,7 +186,10 @@ def never_closed(history: AbstractRecordedHistory, contacts: Sequence[Contact]) 
 
 
 def extent(values: Array) -> float:
-    """Return the difference of the largest and the smallest value, at least one; `np.ptp` takes twice as long."""
+    """Return the difference of the largest and the smallest value.
+
+    There must be a value; `np.ptp` takes twice as long.
+    """
     return float(np.maximum.reduce(values) - np.minimum.reduce(values))
 
 
@@ -249,7 +259,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
 
 
 def bound_of(assembly: Assembly, history: AbstractRecordedHistory) -> float:
-    """Return the largest energy gain that the parts of a run declare, over the initial energy."""
+    """Return the largest declared energy gain of a run over its initial energy."""
     bound = assembly.layout.plan.energy_bound
     models = [body.model for body in assembly.layout.built.values() if isinstance(body.model, MechanismModel)]
     if models:
@@ -271,14 +281,18 @@ def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
 
 
 def stiffer_link(history: AbstractRecordedHistory) -> str | None:
-    """Return the remedy for the first link of a mechanism that bends too far, or None."""
+    """Return the remedy for the first link that bends too far.
+
+    None where no link of a mechanism does.
+    """
     return next((f"{bent}. {STIFFER_LINK}" for bent in mechanisms.too_bent(history)), None)
 
 
 def pushed_out(history: AbstractRecordedHistory) -> str | None:
-    """Return the remedy for the first contact that overlaps at the start under a law that holds positions, or None.
+    """Return the remedy for the first initial overlap that a law closes.
 
-    Such a law closes the gap within a step: the speed that it gives is the overlap over the step.
+    It is one under a law that holds positions; None where there is none. Such a law closes the gap within a step: the
+    speed that it gives is the overlap over the step.
     """
     for contact in history.scene.contacts:
         gap = history.recorded[f"gap:{contact.name}"].values[0] if contact.overlap_allowed else 0.0
@@ -319,7 +333,7 @@ def check_gain(history: AbstractHistory, bound: float, remedy: Callable[[], str]
 
 
 def beyond(history: AbstractHistory, share: float, allowed: float) -> bool:
-    """Return whether a share of the reference energy is more than is allowed and rounding leaves.
+    """Return whether a share of the reference energy exceeds limit and rounding.
 
     Rounding is that of the energies of all bodies, and of meshes that are displaced as a whole.
     """

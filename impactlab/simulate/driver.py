@@ -1,4 +1,7 @@
-"""A run of a scene under a method: by the exact solver, or in steps. The code of each is loaded where it is used."""
+"""A run of a scene under a method: exact, or in steps.
+
+The code of each is loaded where it is used.
+"""
 
 from __future__ import annotations
 

@@ -23,7 +23,10 @@ UNUSED = Warned("integrator_unused", "the continuous model needs no integrator; 
 
 
 def check(scene: Scene, method: Method) -> tuple[Warned, ...]:
-    """Return the warnings of a run that the exact solver takes on; raise `CaseError` where it cannot."""
+    """Return the warnings of an exact run.
+
+    Raises `CaseError` where the exact solver cannot take it on.
+    """
     check_records(scene, scene.records)
     with quietly(), in_precision("the contacts of the scene", "contacts"):
         bonds_of(scene, method)
@@ -51,7 +54,10 @@ def run(scene: Scene, method: Method, progress: Progress | None, begun: StartedM
 
 
 def _not_stepped(method: Method) -> Iterator[Warned]:
-    """Yield a warning for each key of steps given to a run without steps; points_per_period may be for its methods."""
+    """Yield a warning for each key of steps in an exact run.
+
+    points_per_period is not among them, as methods of the run may use it.
+    """
     step = method.step
     if step.dt is not None:
         yield Warned("step_unused", f"the exact solver takes no steps, and ignores the dt of {step.dt:.6g} s")
@@ -63,7 +69,10 @@ def _not_stepped(method: Method) -> Iterator[Warned]:
 
 
 def _exactly_hard(method: Method) -> Iterator[Warned]:
-    """Yield a warning for each law that approximates a hard contact, which the exact solver solves itself."""
+    """Yield a warning for each law that approximates a hard contact.
+
+    The exact solver solves such a contact itself.
+    """
     for name, law in method.laws.items():
         if law.hard and not law.is_the_contact:
             text = f"{name}: the exact solver solves the hard contact itself, and does not use law '{kind_of(law)}'"
@@ -71,7 +80,10 @@ def _exactly_hard(method: Method) -> Iterator[Warned]:
 
 
 def _not_counted(method: Method) -> Iterator[Warned]:
-    """Yield a warning for each body whose model counts modes or elements in a run that takes no steps."""
+    """Yield a warning for each model with modes or elements.
+
+    A run that takes no steps ignores them.
+    """
     for name, model in method.models.items():
         if isinstance(model, Continuous) and (model.modes is not None or model.elements is not None):
             text = f"'{name}': the exact solver takes no steps, and ignores modes and elements"

@@ -1,4 +1,7 @@
-"""Rounding errors of meshes whose bodies are displaced as a whole: their forces cancel, all except the last digits."""
+"""Rounding errors of meshes whose bodies are displaced as a whole.
+
+Their forces cancel, all except the last digits.
+"""
 
 from __future__ import annotations
 
@@ -25,10 +28,11 @@ NOTHING = Rounded(0.0, 0.0)
 
 
 def rounded(history: AbstractRecordedHistory, time: float) -> dict[str, Rounded]:
-    """Return the momentum and energy that rounding may give bodies on meshes over [0, time], by name.
+    """Return momentum and energy by rounding of bodies on meshes, by name.
 
-    The displacement u0 + v t of a body at first and by its flight is multiplied by the stiffness k of its slow motion
-    and the share ``mesh_rounding`` of it that remains as a force. The energy E of a body bounds v = sqrt(2 E/m).
+    They are bounds over [0, time]. The displacement u0 + v t of a body at first and by its flight is multiplied by the
+    stiffness k of its slow motion and the share ``mesh_rounding`` of it that remains as a force. The energy E of a body
+    bounds v = sqrt(2 E/m).
     """
     found = {}
     for body, model in modelled(history.scene, history.method):

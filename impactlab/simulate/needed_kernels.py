@@ -1,4 +1,7 @@
-"""Compiled functions that a run will need, known before its set-up: they are compiled side by side if not on disk."""
+"""Compiled functions that a run will need, known before its set-up.
+
+They are compiled side by side if not on disk.
+"""
 
 from __future__ import annotations
 
@@ -50,9 +53,9 @@ def type_of_arrays() -> Any:
 
 
 def of_steps(scene: Scene, method: Method) -> Iterator[Kernel]:
-    """Yield the kernels of a run in steps that do not depend on its bodies, those that take longest first.
+    """Yield the kernels of a stepped run that no body determines.
 
-    An exact run has none.
+    Those that take longest to compile come first. An exact run has none.
     """
     if is_exact(scene, method):
         return

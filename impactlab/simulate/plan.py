@@ -94,7 +94,10 @@ class Plan:
 
     @property
     def known_bodies(self) -> KnownBodies | None:
-        """Its bodies, which plans of other scenes take over where they are the same; None where they are large."""
+        """Its bodies for plans of other scenes; None where they are large.
+
+        Other plans take over those that are the same.
+        """
         if not 0 < len(self.built) <= MAX_COMPARED or self.body_numbers > MAX_KEPT:
             return None
         steppers = {} if self.pushes or self.start_forces else self.steppers
@@ -157,7 +160,10 @@ def checked_step(dt: float) -> float:
 
 
 def fitted_step(dt: float, built: dict[str, BuiltBody]) -> float:
-    """Return the longest step [s] with the least misfit of self-stepping bodies, of these one that breaks few waves."""
+    """Return the longest step with the least misfit of self-stepping bodies [s].
+
+    If several have the least misfit, it is one that breaks few waves.
+    """
     own = [body.model for body in built.values() if isinstance(body.model, AbstractSelfStepping)]
     if not own:
         return dt
@@ -178,7 +184,10 @@ def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:
 
 
 def is_stepped(scene: Scene, own: Collection[str]) -> bool:
-    """Return whether an integrator steps anything but rigid masses beside bodies that step by themselves (``own``)."""
+    """Return whether an integrator steps more than rigid masses.
+
+    Bodies in ``own`` step by themselves.
+    """
     turning = any(body.changes for body in scene.bodies.values())
     return turning or not scene.elastic or any(name not in own for name in scene.elastic)
 
@@ -189,7 +198,10 @@ def _by_default(scene: Scene, method: Method) -> bool:
 
 
 def check_yielding(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> None:
-    """Raise `CaseError` where a wall meets a face that drives alone move, under a law that needs a motion."""
+    """Raise `CaseError` where a wall meets a face that drives alone move.
+
+    It is raised for laws that need a motion of the faces.
+    """
     mechanisms = {name: body.model for name, body in built.items() if isinstance(body.model, MechanismModel)}
     if not mechanisms:
         return
@@ -336,7 +348,10 @@ def _started(
     integrator: AbstractIntegrator,
     dt: float,
 ) -> tuple[Method, tuple[Start, ...]]:
-    """Return the method with the laws that act in the place of those given, and how they start, contact by contact."""
+    """Return the method with acting laws, and how these start by contact.
+
+    Acting laws may replace those given.
+    """
     laws, found = {}, []
     alike: dict[tuple[int, ...], tuple[AbstractContactLaw, Start]] = {}  # contacts of like beads under one law
     for number, contact in enumerate(scene.contacts):

@@ -1,4 +1,7 @@
-"""Slides of mechanisms: whether a run ended because a link stood across its slide and reached no further."""
+"""Slides of mechanisms, and runs that end out of their reach.
+
+A slide is out of reach where a link stands across it.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +17,20 @@ REACH_FURTHER = "Move the slide, or give longer links or a shorter run."
 
 
 def slid(scene: Scene) -> Iterator[tuple[str, float]]:
-    """Yield each body with a slide, and the number of the reading that is the angle of the link on it."""
+    """Yield each body with a slide, and its link's angle reading.
+
+    The reading is given by number.
+    """
     for name, body in scene.bodies.items():
         if body.sliding:
             yield name, next(x for channel, x, _ in body.recorded if channel == f"angle:{body.sliding}")
 
 
 def out_of_reach(history: AbstractRecordedHistory, *, ended: bool = False) -> str | None:
-    """Return when and at which angle a link of a mechanism reached no further to its slide; None where none did.
+    """Return as text when and where a slide came out of reach.
 
-    Only angles that are no longer finite count; of a run that ``ended`` early, also the last ones.
+    A link of a mechanism reached no further; None where none did. Only angles that are no longer finite count; of a run
+    that ``ended`` early, also the last ones.
     """
     for name, body in history.scene.bodies.items():
         if not body.sliding:

@@ -1,4 +1,7 @@
-"""A run in steps: the step loop in chunks, or an adaptive march; then the checks of its history."""
+"""A run in steps: the step loop, or an adaptive march, then checks.
+
+The loop runs in chunks.
+"""
 
 from __future__ import annotations
 
@@ -45,9 +48,10 @@ FIRST_CHUNK = 4_000_000  # steps times entries of the state: a few milliseconds
 
 
 class Prepared:
-    """The plan of a run, and the arrays of its loop: those made first serve the first run, copies the next ones.
+    """The plan of a run, and the arrays of its loop.
 
-    Threads may run the same case at once: each gets arrays of its own.
+    Those made first serve the first run, copies the next ones. Threads may run the same case at once: each gets arrays
+    of its own.
     """
 
     bodies: ClassVar[KnownBodies | None] = None  # of the plan before
@@ -63,7 +67,10 @@ class Prepared:
         self._kept: Assembly | None = None  # to copy
 
     def _assembly(self, known: KnownBodies | None = None) -> Assembly | None:
-        """Return new arrays; those of another mass or velocity follow from the ones of the scene before."""
+        """Return new arrays.
+
+        Those of another mass or velocity follow from the arrays of the scene before.
+        """
         plan = self.plan
         if plan.dt is None or plan.integrator is None:
             return None
@@ -86,7 +93,10 @@ class Prepared:
         return None if kept is None else kept.again()
 
     def kept(self) -> Assembly | None:
-        """Return arrays to copy, which no run may write into; None where a run has no loop."""
+        """Return arrays to copy; None where a run has no loop.
+
+        No run may write into them.
+        """
         if self._kept is None:  # two threads may both make them: either serves
             self._kept = next(self._first, None) or self._assembly()
         return self._kept
@@ -96,7 +106,10 @@ ready = KeepsResults(Prepared, lambda made: made.can_repeat)
 
 
 def prepared_like(like: Simulation, scene: Scene, method: Method) -> tuple[Plan, Assembly | None]:
-    """Return plan and arrays of a run, with those of another one, rewritten for its step, where they serve."""
+    """Return plan and arrays of a run, from another one's where possible.
+
+    The other arrays are rewritten for the step.
+    """
     known, is_same = ready(*like), scene is like.scene and method is like.method
     plan, assembly = known.plan, known.kept() if known.can_repeat else None
     if assembly is not None and is_same:
@@ -159,9 +172,11 @@ def run(
 def step_through(
     plan: Plan, assembly: Assembly, progress: Progress | None, began: float, with_warnings: bool
 ) -> tuple[RecordedHistory, int]:
-    """Take all steps of a run whose set-up ``began`` at a reading of the clock [s].
+    """Take all steps of a run; return its history and status.
 
-    Return its history, whose balances are not checked yet, and the status with which the loop ended.
+    Its set-up ``began`` at a reading of the clock [s]. The balances of the history are not checked yet; the status is
+    that with which the loop ended. Return its history, whose balances are not checked yet, and the status with which
+    the loop ended.
     """
     assert plan.integrator is not None  # noqa: S101 - a plan without steps has no arrays
     if progress is not None:

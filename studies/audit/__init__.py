@@ -1,1 +1,4 @@
-"""Random scenes against programs that share no code with impactlab: how far tolerances and references hold."""
+"""Audit of tolerances and references on random scenes.
+
+They are compared with programs that share no code with impactlab.
+"""

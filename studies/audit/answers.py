@@ -1,4 +1,4 @@
-"""Which independent program answers a scene."""
+"""The independent program for a scene."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from studies.audit.truth import NotKnownError
 
 
 def is_smooth(doc: Doc) -> bool:
-    """Return whether a scene has beams or damped rods, whose waves do not keep their shape."""
+    """Return whether a scene has beams or damped rods.
+
+    Their waves do not keep their shape.
+    """
     for body in doc["bodies"].values():
         if body["kind"] == "beam" or "damping" in body:
             return True
@@ -21,7 +24,7 @@ def is_smooth(doc: Doc) -> bool:
 
 
 def solve(doc: Doc, judged: Sequence[str] = JUDGED) -> Truth:
-    """Return the independent answer, refined in the quantities of `judged`; `NotKnownError` where there is none."""
+    """Return the independent solution, refined in the quantities of `judged`; `NotKnownError` where there is none."""
     return smooth.solve(doc, judged) if is_smooth(doc) else truth.solve(doc, judged)
 
 

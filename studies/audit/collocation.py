@@ -1,4 +1,7 @@
-"""One step of a network by Gauss collocation: points, waves that arrive, contacts in their present state."""
+"""One step of a network by Gauss collocation.
+
+It has collocation points, waves that arrive, and contacts in their present state.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from studies.audit.tables import STAGES, Array, gauss
 
 OPEN, PRESSED, SLACK = 0, 1, 2
 POINTS, WEIGHTS, LAGRANGE, COLLOCATION, TOP = gauss()
-# Of what the march alone calls: without a way in from Python, which takes a sixth of the compiling.
+# Of functions that the march alone calls: without a way in from Python, which takes a sixth of the compiling.
 CALLED: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 INNER = njit(cache=True, **CALLED)
 
@@ -131,7 +134,10 @@ def respond(net, stage, mode, approach, t, step):  # type: ignore[no-untyped-def
 
 @INNER
 def gather(net, stage, t, step, count, times, steps, waves, hints):  # type: ignore[no-untyped-def]
-    """Fill the waves that arrive at the stages of a step from the pieces stored so far."""
+    """Fill the waves that arrive at the stages of a step.
+
+    They are read from the pieces stored so far.
+    """
     stage.pushed[:] = 0.0
     for e in range(net.node.size):
         piece = e // 2
@@ -207,7 +213,10 @@ def at(values, theta):  # type: ignore[no-untyped-def]
 
 @INNER
 def slopes(values, theta):  # type: ignore[no-untyped-def]
-    """Return the first and second derivative by theta of the polynomial through values at the stages."""
+    """Return the first two derivatives of a polynomial by theta.
+
+    It is the polynomial through values at the stages.
+    """
     first, second = 0.0, 0.0
     for j in range(STAGES):
         for k in range(1, STAGES):

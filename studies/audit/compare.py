@@ -1,4 +1,4 @@
-"""Relative errors of one answer against the truth: displacements, impulses, peak forces."""
+"""Relative errors of one run against the truth: displacements, impulses, peak forces."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ class Answer(Protocol):
 
 @dataclass
 class Truth:
-    """Displacements and forces at the middles of equal cells, impulses and jumps; how well all that is known."""
+    """Reference values of a run, and their uncertainty.
+
+    They are displacements and forces at the middles of equal cells, impulses and jumps.
+    """
 
     times: Array
     displacements: dict[str, Array]  # channel -> (samples,)
@@ -35,14 +38,17 @@ class Truth:
     impulses: dict[str, float]
     peaks: dict[str, float]
     jumps: dict[str, list[tuple[float, float]]]  # contact -> (time, size)
-    drift: dict[str, Array]  # channel -> motion of the centre of mass of what its body touches
+    drift: dict[str, Array]  # channel -> motion of the centre of mass of all bodies that its body touches
     round_trip: float
     contacts: int
     uncertainty: dict[str, float] = field(default_factory=dict)  # by quantity, relative
 
 
 def errors(found: Answer, truth: Truth, tolerance: float) -> dict[str, float]:
-    """Return errors by quantity: in the frame of the centre of mass, in that of the ground, impulses, peak forces."""
+    """Return errors by quantity.
+
+    They are displacements in the frame of the centre of mass and in that of the ground, impulses, and peak forces.
+    """
     return {
         "displacement": displacement(found, truth, True),
         "displacement_ground": displacement(found, truth, False),
@@ -52,7 +58,10 @@ def errors(found: Answer, truth: Truth, tolerance: float) -> dict[str, float]:
 
 
 def displacement(found: Answer, truth: Truth, within: bool) -> float:
-    """Return the largest relative L2 error of the displacements; the scale is the motion less that of its frame."""
+    """Return the largest relative L2 error of the displacements.
+
+    The scale is the motion less that of its frame.
+    """
     worst, most = 0.0, max((float(np.linalg.norm(u)) for u in truth.displacements.values()), default=0.0)
     for name, u in truth.displacements.items():
         whole = float(np.linalg.norm(u))
@@ -77,7 +86,10 @@ def impulse(found: Answer, truth: Truth) -> float:
 
 
 def peak(found: Answer, truth: Truth, tolerance: float) -> float:
-    """Return the largest error of a contact's largest force over the largest of all, away from jumps of the force."""
+    """Return the largest relative error of the contacts' peak forces.
+
+    It is over the largest force of all, away from jumps of the force.
+    """
     most = max((float(np.max(f)) for f in truth.forces.values()), default=0.0)
     if most <= 0.0:
         return 0.0
@@ -90,7 +102,10 @@ def peak(found: Answer, truth: Truth, tolerance: float) -> float:
 
 
 def away(truth: Truth, name: str, force: Array, least: float) -> np.ndarray:
-    """Return which samples are away from the jumps of a force that are larger than `least`."""
+    """Return which samples are away from large jumps of a force.
+
+    Large jumps are larger than ``least``.
+    """
     kept = np.ones(len(truth.times), bool)
     width = NEAR * truth.round_trip
     if not math.isfinite(width):

@@ -1,4 +1,7 @@
-"""Where within a step a contact changes its state: closes, opens, lets go or presses again."""
+"""Event location within a step: changes of a contact's state.
+
+A contact closes, opens, lets go or presses again.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ def margin_at(net, stage, mode, c, theta, step, u0, small_gap, small_force):  # 
 
 @INNER
 def first_change(net, stage, mode, step, u0, small_gap, small_force):  # type: ignore[no-untyped-def]
-    """Return the contact that first changes its state within the step and the share of the step; -1 where none does."""
+    """Return the first contact to change its state within a step.
+
+    Return the share of the step, too; the contact is -1 where none changes.
+    """
     found, where = -1, 2.0
     for c in range(net.left.size):
         bad = margin_at(net, stage, mode, c, 1.0, step, u0, small_gap, small_force) < 0.0
@@ -62,7 +68,10 @@ def first_change(net, stage, mode, step, u0, small_gap, small_force):  # type: i
 
 @INNER
 def change(net, stage, mode, approach, floors, c, theta, step, u0, small_gap):  # type: ignore[no-untyped-def]
-    """Give a contact its next state; theta is the share of the step at which it changes."""
+    """Change the state of a contact to its next one.
+
+    ``theta`` is the share of the step at which it changes.
+    """
     a, b = net.left[c], net.right[c]
     gap = net.gap[c] + u0[b] - u0[a] + step * gained(stage.v[:, b] - stage.v[:, a], theta)
     if mode[c] == OPEN:
@@ -92,7 +101,10 @@ def roughness(net, stage, top):  # type: ignore[no-untyped-def]
 
 @INNER
 def ends_of(stage, c):  # type: ignore[no-untyped-def]
-    """Return the force of a contact right at the start and the end of the step, and its largest value in it."""
+    """Return first, last and largest force of a contact in a step.
+
+    The first two are those directly at the start and the end of the step.
+    """
     first, last = at(stage.force[:, c], 0.0), at(stage.force[:, c], 1.0)
     most = max(first, last)
     for s in range(STAGES):

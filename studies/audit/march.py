@@ -1,7 +1,8 @@
-"""Walks a network from event to event by the method of steps: every front and every change of a contact ends a step.
+"""The method of steps on a network, from event to event.
 
-Waves are stored as polynomials on the steps taken, and read one transit later. A front is a time at which a wave that
-leaves a node is not smooth; it cuts a step where it arrives, and goes on as long as the kink it leaves is seen.
+Every front and every change of a contact ends a step. Waves are stored as polynomials on the steps taken, and read one
+transit later. A front is a time at which a wave that leaves a node is not smooth; it cuts a step where it arrives, and
+goes on as long as the kink it leaves is seen.
 """
 
 from __future__ import annotations
@@ -63,7 +64,10 @@ class Out(NamedTuple):
 
 @INNER
 def depart(net, out, heads, tails, node, t, m, stage, step, rule, always):  # type: ignore[no-untyped-def]
-    """Send a front on from a node at time t, step m, through every piece whose wave is not smooth there."""
+    """Send a front on from a node at time t, step m.
+
+    It passes through every piece whose wave is not smooth there.
+    """
     for e in range(net.node.size):
         if net.node[e] != node:
             continue

@@ -1,4 +1,4 @@
-"""One run of a case with a tolerance beside the truth: a row of the study."""
+"""One run with a tolerance beside the truth: a row."""
 
 from __future__ import annotations
 

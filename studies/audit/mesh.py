@@ -1,4 +1,7 @@
-"""Damped rods and beams in the modes of an own mesh: high-order elements, all modes kept, contacts at nodes."""
+"""Damped rods and beams in the modes of a separate mesh.
+
+It has high-order elements; all modes are kept, contacts are at nodes.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +61,10 @@ def cells(body: Doc, points: list[float], count: int) -> list[tuple[float, Doc]]
 
 
 def damping_of(body: Doc) -> tuple[float, float]:
-    """Return the shares of mass and stiffness in the damping; the viscosity over Young's modulus must be one."""
+    """Return the shares of mass and stiffness in the damping.
+
+    The ratio of viscosity to Young's modulus must be the same everywhere.
+    """
     given = body.get("damping", {})
     ratios = {s["material"].get("viscosity", 0.0) / s["material"]["young"] for s in segments_of(body)}
     if max(ratios) - min(ratios) > 1e-9 * max(ratios):

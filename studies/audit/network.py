@@ -1,8 +1,9 @@
-"""A case as a network of points and uniform pieces of rods, read from the plain document alone.
+"""A case as a network of points and uniform rod pieces.
 
-A point is fixed, carries mass, or is massless; pieces of rods join points; contacts act between points. A place of a
-contact inside a rod cuts the rod there. Only the keys of the audit's scenes are read: SI numbers, uniform initial
-velocities, linear ends, end forces, gravity, and hard, spring-and-dashpot and power-law contacts.
+It is read from the plain document alone. A point is fixed, carries mass, or is massless; pieces of rods join points;
+contacts act between points. A place of a contact inside a rod cuts the rod there. Only the keys of the audit's scenes
+are read: SI numbers, uniform initial velocities, linear ends, end forces, gravity, and hard, spring-and-dashpot and
+power-law contacts.
 """
 
 from __future__ import annotations
@@ -81,16 +82,17 @@ class Network:
 
 
 class Frame(NamedTuple):
-    """The motion of the centre of mass of bodies that touch each other: V t + g t^2/2."""
+    """The centre-of-mass motion of bodies in contact: V t + g t^2/2."""
 
     velocity: float
     gravity: float
 
 
 def frames(doc: Doc, touched: Collection[str]) -> dict[str, Frame]:
-    """Return the frame of each body: that of the centre of mass of all that it meets, at rest where one is held.
+    """Return the frame of each body.
 
-    A wall joins no bodies, but holds those that touch it; ``touched`` are the names of contacts that were closed.
+    It is that of the centre of mass of all that the body meets, at rest where one is held. A wall joins no bodies, but
+    holds those that touch it; ``touched`` are the names of contacts that were closed.
     """
     bodies = doc["bodies"]
     group = {name: {name} for name in bodies}
@@ -208,7 +210,10 @@ def law_of(contact: Doc, masses: tuple[float, float]) -> tuple[int, tuple[float,
 
 
 def _ratio(loss: float) -> float:
-    """Return the damping ratio of a spring and dashpot that let go at no force, whose restitution is exp(-loss)."""
+    """Return the damping ratio of a spring and dashpot by restitution.
+
+    They let go at no force, and have the restitution exp(-loss).
+    """
     from scipy.optimize import brentq
 
     if loss == 0.0:
@@ -226,7 +231,10 @@ def _ratio(loss: float) -> float:
 
 
 def read(doc: Doc) -> Network:
-    """Return the network of a case; `ValueError` or `KeyError` where the case has more than is read here."""
+    """Return the network of a case.
+
+    Raises `ValueError` or `KeyError` where the case has more than is read here.
+    """
     net = Network(duration=float(doc["solve"]["duration"]), gravity=float(doc.get("gravity", 0.0)))
     places: dict[tuple[str, float], int] = {}
     faces = [[place_of(label, doc) for label in contact["between"]] for contact in doc["contacts"]]
@@ -301,7 +309,10 @@ def _end(end: Any, speed: float) -> Node:
 
 
 def _check(net: Network) -> None:
-    """Refuse two contacts at one massless point, and hard contacts without one: they are not served here."""
+    """Raise `ValueError` for contacts that are not served here.
+
+    They are two contacts at one massless point, and hard contacts without one.
+    """
     bare = [n for t in net.touches for n in (t.left, t.right) if net.nodes[n].kind == BARE]
     if len(bare) != len(set(bare)):
         raise ValueError("two contacts at one massless point")

@@ -1,4 +1,7 @@
-"""Bodies as oscillators under contact forces that are polynomials over a step: propagated without error of the step."""
+"""Bodies as oscillators under piecewise polynomial contact forces.
+
+They are propagated without an error of the step.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ class System:
 
 @dataclass
 class Operators:
-    """A step of one length: free motion, and the effect of force values at the stages."""
+    """Operators of a step of one length.
+
+    They are free motion, and the effect of force values at the stages.
+    """
 
     free: Array  # (stages + 1, 2, 2, modes): displacement and rate from those at the start
     forced: Array  # (stages + 1, 2, stages, modes): from unit generalised forces at the stages
@@ -95,7 +101,10 @@ def system_of(doc: Doc, count: int) -> System:
 
 
 def exponentials(matrices: Array) -> Array:
-    """Return the exponentials of small matrices, shape (n, m, m), by scaling and squaring of the Taylor series."""
+    """Return the exponentials of small matrices, shape (n, m, m).
+
+    They are computed by scaling and squaring of the Taylor series.
+    """
     size = np.abs(matrices).sum(axis=2).max(axis=1)
     turns = np.maximum(0, np.ceil(np.log2(np.maximum(size, 1e-300) / 0.25))).astype(int)
     scaled = matrices / (2.0**turns)[:, None, None]
@@ -109,7 +118,10 @@ def exponentials(matrices: Array) -> Array:
 
 
 def operators(system: System, step: float) -> Operators:
-    """Return the operators of a step, from exponentials of each oscillator with the polynomial that drives it."""
+    """Return the operators of a step by matrix exponentials.
+
+    There is one for each oscillator with the polynomial that drives it.
+    """
     if step in system.operators:
         return system.operators[step]
     n, order = len(system.square), 2 + STAGES

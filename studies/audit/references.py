@@ -52,7 +52,7 @@ def claimed(drawn: Drawn) -> dict[str, Any]:
 
 
 def is_judged(row: Row) -> bool:
-    """Return whether the truth is known well enough to tell a claim that holds from one that does not."""
+    """Return whether the truth is certain enough to verify a claim."""
     if row["true"] in ("", None):
         return False
     true, claim, unknown = (number(row, name) for name in ("true", "claimed", "uncertainty"))

@@ -1,4 +1,7 @@
-"""Random cases by seed, as a user would write them, in families after the contact and the bodies."""
+"""Random cases by seed, as a user would write them.
+
+Their families are named after the contact and the bodies.
+"""
 
 from __future__ import annotations
 
@@ -175,7 +178,10 @@ LAYOUTS: tuple[Callable[[Random], Layout], ...] = (
 
 
 def contact_of(rng: Random, layout: Layout, faces: tuple[str, str], law: Doc | None, number: int) -> Doc:
-    """Return a contact with a gap; the first one is closed at the start in half of the cases."""
+    """Return a contact, half of the first ones closed at start.
+
+    Others have a gap.
+    """
     contact: Doc = {"between": list(faces)}
     reach = layout.speed * layout.trip
     if rng.random() < 0.5:
@@ -218,7 +224,10 @@ def hard_or_spring(rng: Random, layout: Layout, faces: tuple[str, str]) -> Doc |
 
 
 def power_on_rods(rng: Random, layout: Layout, faces: tuple[str, str]) -> Doc:
-    """Return a power law that is as soft as the rods, within a factor of ten."""
+    """Return a power law about as soft as the rods.
+
+    It is so within a factor of ten.
+    """
     bars = [body for body in sides(layout, faces) if body["kind"] == "rod"]
     exponent = 1.5 if rng.random() < 0.6 else digits(rng.uniform(1.0, 2.5), 3)
     force = min(impedance(bar) for bar in bars) * layout.speed * rng.uniform(0.2, 1.5)
@@ -246,7 +255,10 @@ def dashpot_on_rods(rng: Random, layout: Layout, faces: tuple[str, str]) -> Doc:
 
 
 def rigid(rng: Random, law: Callable[[Random, float, float, float], Doc], tolerance: float) -> Doc:
-    """Return two to five bodies in a row, the first one moving, the last one sometimes a wall."""
+    """Return two to five bodies in a row.
+
+    The first one moves, the last one is sometimes a wall.
+    """
     speed, count = spread(rng, 0.1, 10.0), int(rng.choice([1, 1, 2, 2, 3, 4]))
     names = [f"m{i}" for i in range(count)]
     size = spread(rng, 0.01, 10.0)
@@ -296,7 +308,10 @@ def dashpot(rng: Random, tolerance: float) -> Doc:
 
 
 def scan() -> Iterator[Drawn]:
-    """Give a ball that meets a wall with spring and dashpot, over 41 gaps, three damping ratios, three tolerances."""
+    """Yield a ball that meets a wall with spring and dashpot.
+
+    There are 41 gaps, three damping ratios, and three tolerances.
+    """
     gaps = [0.0, *(digits(3e-6 * 1.13**i * (1.0 + 0.37 * math.sin(12.9 * i)), 4) for i in range(40))]
     grid = itertools.product(gaps, (0.1, 0.3, 0.6), TOLERANCES)
     for number, (gap, zeta, tolerance) in enumerate(grid):
@@ -307,7 +322,10 @@ def scan() -> Iterator[Drawn]:
 
 
 def scan_rods() -> Iterator[Drawn]:
-    """Give the same scan on a rod that the exact solver does not serve alone: of two pieces, struck on the way."""
+    """Yield a hammer that meets a rod of two pieces.
+
+    There are 15 gaps, three dashpots, and three tolerances.
+    """
     gaps = [0.0, *(digits(3e-6 * 1.4**i * (1.0 + 0.37 * math.sin(12.9 * i)), 4) for i in range(14))]
     steel, brass = {"young": 2.1e11, "density": 7900.0}, {"young": 1.1e11, "density": 8900.0}
     for number, (gap, share, tolerance) in enumerate(itertools.product(gaps, (0.1, 0.5, 1.0), TOLERANCES)):

@@ -1,4 +1,7 @@
-"""The independent answer to scenes with damped rods or beams: compliant contacts on the modes of an own mesh."""
+"""The independent solution of scenes with damped rods or beams.
+
+It has compliant contacts on the modes of its own mesh.
+"""
 
 from __future__ import annotations
 
@@ -91,7 +94,10 @@ def forces(system: System, ops: Operators, free: Array, held: Contacts) -> Array
 
 
 def first_touch(gap: Array) -> float:
-    """Return the first share of the step at which a gap, given at the knots, falls to zero; inf where it does not."""
+    """Return the first share of a step at which a gap closes.
+
+    The gap is given at the knots; inf where it does not close.
+    """
     monomials = SPREAD @ gap
     thetas = np.linspace(0.0, 1.0, 33)
     values = np.polynomial.polynomial.polyval(thetas, monomials)
@@ -106,7 +112,7 @@ def first_touch(gap: Array) -> float:
 
 
 def walk(doc: Doc, count: int, steps: int) -> Truth:
-    """Return the answer with one mesh and one step."""
+    """Return the solution with one mesh and one step."""
     system = system_of(doc, count)
     if any(law == HARD for law, _ in system.laws):
         raise NotKnownError("hard contact on a damped body")
@@ -188,7 +194,10 @@ def touch(held: Contacts, c: int, speed: float) -> None:
 
 
 def settle(system: System, ops: Operators, free: Array, start: Array, held: Contacts) -> tuple[Array, float]:
-    """Return the forces of a step, and the share of it at which a dashpot touches (inf where none does)."""
+    """Return the forces of a step, and the share of touch.
+
+    A dashpot touches at this share of the step; inf where none does.
+    """
     contacts = len(system.rest)
     closed, approach, touches = list(held.closed), held.approach.copy(), list(held.touches)
     try:
@@ -266,7 +275,10 @@ def told(doc: Doc, system: System, held: Contacts, times: Array, shown: Array, s
 
 
 def solve(doc: Doc, judged: Sequence[str] = JUDGED) -> Truth:
-    """Return the answer, refined until the quantities are known to a share of the tolerance or the levels end."""
+    """Return the solution, refined to a share of the tolerance.
+
+    It is refined until the quantities are known so well, or the levels end.
+    """
     wanted = SHARE * float(doc["solve"].get("tolerance", 1e-4))
     known: Truth | None = None
     before: Truth | None = None

@@ -28,7 +28,10 @@ def damped(rng: Random, tolerance: float) -> Doc:
 
 
 def soften(rng: Random, body: Doc, share: float, viscous: bool, trip: float) -> None:
-    """Give a rod damping in proportion to its stiffness, by its material or as a whole, and ends free or clamped."""
+    """Give a rod damping in proportion to its stiffness.
+
+    It has it by its material or as a whole, and ends that are free or clamped.
+    """
     for side, end in list(body.get("ends", {}).items()):
         if isinstance(end, dict):
             body["ends"][side] = "clamped"
@@ -61,7 +64,10 @@ ENDS = (
 
 
 def beam(rng: Random, tolerance: float) -> Doc:
-    """Return a mass that strikes a beam, or a beam that falls on a stop, under compliant contacts."""
+    """Return a scene of a beam with compliant contacts.
+
+    A mass strikes the beam, or the beam falls on a stop.
+    """
     whole = spread(rng, 0.1, 0.6)
     height = digits(whole * spread(rng, 1 / 80, 1 / 15))
     young, density = scenes.STUFFS[rng.integers(len(scenes.STUFFS))]

@@ -47,12 +47,15 @@ def keep(rows: list[Row], path: Path) -> None:
 
 
 def is_beyond(row: Row) -> bool:
-    """Return whether a run that ended is beyond its tolerance, by a truth that is known."""
+    """Return whether a finished run is beyond its tolerance.
+
+    The truth must be known.
+    """
     return not number(row, "true") <= number(row, "tolerance")
 
 
 def is_warned(row: Row) -> bool:
-    """Return whether a run says itself that its tolerance is not met."""
+    """Return whether a run states itself that its tolerance is not met."""
     return str(row["met"]) != "1" or any(code in str(row["warned"]).split() for code in WARNINGS)
 
 
@@ -63,7 +66,7 @@ def line(name: str, rows: list[Row]) -> list[str]:
     beyond = [row for row in known if is_beyond(row)]
     silent = [row for row in beyond if not is_warned(row)]
     shares = [number(row, "true") / number(row, "tolerance") for row in known]
-    # A true error that the truth itself does not resolve says nothing of the ratio.
+    # A true error that the truth itself does not resolve gives no ratio.
     stated = [
         number(row, "stated") / number(row, "true")
         for row in known
@@ -102,7 +105,10 @@ def table(rows: Iterable[Row]) -> str:
 
 
 def cost(rows: list[Row], before: list[Row]) -> str:
-    """Return the table of medians of cost beside those of another version on the same cases."""
+    """Return the table of median costs beside another version's.
+
+    Both are on the same cases.
+    """
     known = {(row["family"], str(row["number"])): row for row in before}
 
     def beside(name: str, some: list[Row]) -> list[str]:

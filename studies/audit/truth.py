@@ -1,4 +1,7 @@
-"""The independent answer to a scene of rods without damping and rigid bodies, with its own uncertainty."""
+"""The independent solution of undamped scenes, with its uncertainty.
+
+They are scenes of rods without damping and rigid bodies.
+"""
 
 from __future__ import annotations
 
@@ -28,11 +31,17 @@ SHARE = 0.01  # of the tolerance: uncertainty at which refining ends
 
 
 class NotKnownError(Exception):
-    """There is no truth: the program does not serve the scene, or did not come to an end."""
+    """There is no truth for a scene.
+
+    The program does not serve the scene, or did not come to an end.
+    """
 
 
 def scales(net: Network) -> tuple[float, float]:
-    """Return a speed of the scene and the longest step that resolves its own times [m/s, s]."""
+    """Return a speed of the scene and the longest step [m/s, s].
+
+    The step resolves the scene's own times.
+    """
     speed = max([abs(n.velocity) for n in net.nodes] + [abs(p.velocity) for p in net.pieces] + [0.0])
     speed = max(speed, abs(net.gravity) * net.duration)
     load = min([p.impedance for p in net.pieces], default=math.inf)
@@ -41,14 +50,20 @@ def scales(net: Network) -> tuple[float, float]:
 
 
 def softest(net: Network, arrays: Net) -> float:
-    """Return the least force per speed that a side of a contact puts up over the run [N s/m]."""
+    """Return the least force per speed of a contact side [N s/m].
+
+    It is the resistance of the side over the run.
+    """
     sides = [side for touch in net.touches for side in (touch.left, touch.right)]
     put_up = [arrays.load[n] + net.nodes[n].mass / net.duration for n in sides if net.nodes[n].kind != FIXED]
     return float(min(put_up))
 
 
 def walk(net: Network, rough: float, finer: float) -> tuple[Net, Out]:
-    """Return the output of a march, with a roughness relative to the speed and the longest step over `finer`."""
+    """Return the output of a march.
+
+    Its roughness is relative to the speed; the longest step is divided by ``finer``.
+    """
     arrays = arrays_of(net)
     speed, longest = scales(net)
     rule = Rule(longest / finer, rough * speed, speed, speed * softest(net, arrays))
@@ -110,9 +125,10 @@ def unknown(found: Truth, judged: Sequence[str]) -> float:
 
 
 def solve(doc: Doc, judged: Sequence[str] = JUDGED) -> Truth:
-    """Return the answer to a case of rods without damping and rigid bodies; two marches say how well it is known.
+    """Return the solution of a case of undamped rods and rigid bodies.
 
-    It is refined until the quantities of `judged` are known to a share of the tolerance.
+    The difference of two marches is its uncertainty. It is refined until the quantities of `judged` are known to a
+    share of the tolerance.
 
     Raises
     ------

@@ -72,13 +72,19 @@ def run(scene: Struck, model: Any) -> AbstractHistory:
 
 @functools.cache
 def reference(scene: Struck) -> AbstractHistory:
-    """Return the same mesh with all its modes: the best that a basis of that mesh can reach."""
+    """Return the history on the same mesh with all its modes.
+
+    It is the best that a basis of that mesh can reach.
+    """
     return run(scene, Modal(ELEMENTS))
 
 
 @functools.cache
 def error(scene: Struck, name: str, count: int) -> float:
-    """Return the relative L2 error of the force, NaN where the basis cannot be so small."""
+    """Return the relative L2 error of the force.
+
+    NaN where the basis cannot be so small.
+    """
     try:
         seen = run(scene, Modal(ELEMENTS, count, basis=BASES[name]))
     except CaseError:
@@ -108,7 +114,7 @@ def errors() -> str:
     return table(["scene", "basis", *(f"{count}" for count in COUNTS)], rows)
 
 
-# A hard mass on a long beam: the first moments, in which little of the beam knows of it.
+# A hard mass on a long beam: the first moments, in which little of the beam moves.
 
 LONG = beam(2.0, "pinned", "pinned")
 HARD_MASS = 0.05 * LONG.mass
@@ -119,7 +125,10 @@ NEAR = 0.25  # m, half the length of the piece that is struck, of four
 
 
 def hard(model: Any) -> AbstractHistory:
-    """Return the history of a hard mass in the middle of the long beam, with the field at `MOMENT`."""
+    """Return the history of a hard mass on the long beam.
+
+    It strikes the middle; the field is kept at `MOMENT`.
+    """
     step = StepRule(dt=HARD_END / 400.0)
     return struck(
         LONG, model, DispersiveIdentification(), HARD_MASS, HARD_END, 0.5 * LONG.length, step=step,
@@ -129,9 +138,10 @@ def hard(model: Any) -> AbstractHistory:
 
 @functools.cache
 def early(name: str, count: int) -> tuple[float, float]:
-    """Return the error of the mass's velocity [v0, root mean square] against erfcx, and the share of motion far away.
+    """Return the mass's velocity error [v0] and the share of far motion.
 
-    Far is beyond 0.25 m from the contact, and the share is that of the sum of v^2 over the mesh at `MOMENT`.
+    The error is the root mean square against erfcx. Far is beyond 0.25 m from the contact, and the share is that of the
+    sum of v^2 over the mesh at `MOMENT`.
     """
     try:
         seen = hard(FiniteElement(200) if name == "mesh" else Modal(200, count, basis=BASES[name]))
@@ -160,7 +170,10 @@ KICKS = (5, 10, 20, 40, 80, 160, 320)
 
 
 class Kick(NamedTuple):
-    """The velocities after the first kick of a mass of the beam's own, at 1 m/s and restitution 1."""
+    """The velocities after the first kick of a mass.
+
+    The mass is that of the beam, at 1 m/s and restitution 1.
+    """
 
     x: Array  # (n,) m
     velocity: Array  # (n,) m/s

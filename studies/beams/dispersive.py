@@ -1,4 +1,7 @@
-"""Dispersive waves at a contact, by both laws and in closed form: tables and figures of dispersive-waves.md."""
+"""Dispersive waves at a contact: tables and figures of dispersive-waves.md.
+
+They are by both laws and in closed form.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +68,10 @@ PLACES = (
 
 
 def missed(place: Place, points: float, speed: Literal["phase", "group"]) -> float:
-    """Return the error of the messengers of a body against the motion of the face by its modes in a step."""
+    """Return the error of the messengers of a body.
+
+    It is against the motion of the face by its modes in a step.
+    """
     build = place.model.build_beam if place.body.kind == "beam" else place.model.build
     body = build(place.body, 0.0)
     frequencies = np.sqrt(body.operators().stiffness[0])
@@ -110,7 +116,10 @@ class Problem(NamedTuple):
 
 
 def long_beam(theory: str, tip: bool) -> Problem:
-    """Return a mass on a beam so long that no wave returns which matters before it has given 57 % of its velocity."""
+    """Return a mass on a beam that is effectively infinite.
+
+    No wave returns which matters before the mass has given 57 % of its velocity.
+    """
     held = beam(2.0, "clamped" if tip else "pinned", "free" if tip else "pinned", theory)
     mass, part = 0.05 * held.mass, 0.25 if tip else 1.0
     name = f"{'slender' if theory == SLENDER else 'Timoshenko'} beam, {'tip' if tip else 'inner point'}"
@@ -197,7 +206,10 @@ def orders() -> tuple[str, dict[str, tuple[list[float], list[float]]]]:
 
 
 def impedance() -> str:
-    """Return the results of the balance by 1/Z on the uniform rod, over three round trips."""
+    """Return the table of the balance by 1/Z on the uniform rod.
+
+    It is over three round trips.
+    """
     body = rod()
     end, rows = 3.0 * body.round_trip, []
     exact = struck(body, Continuous(), WaveIdentification(), body.mass, end, 0.0)
@@ -257,7 +269,10 @@ BOUND_MODELS = {
 
 
 def bounds() -> str:
-    """Return the largest gains and losses of the general form on the rod, over mass ratios, far ends and steps."""
+    """Return the table of the general form's gains and losses.
+
+    They are the largest on the rod, over mass ratios, far ends and steps.
+    """
     rows = []
     for law, kind in ((BARE, "no"), (GENERAL, "yes")):
         for name, model in BOUND_MODELS.items():
@@ -282,7 +297,10 @@ def bounds() -> str:
 
 
 def picture() -> Figure:
-    """Return the figure: errors of single messengers, and the effect of the step at a tip."""
+    """Return the figure of errors of single messengers.
+
+    It also shows the effect of the step at a tip.
+    """
     figure, [[left, right]] = grid(1, 2, 2.7, Margins(across=0.8))
     chosen = (  # place, speed, colour, height of the name at the right, clear of all lines
         (2, "phase", 0, 0.1),

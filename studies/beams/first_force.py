@@ -1,4 +1,6 @@
-"""The first force of an impact on a beam: the table and the figure of beams-first-force.md.
+"""The first force of an impact on a beam: beams-first-force.md.
+
+The study makes the table and the figure of this page.
 
 A mass strikes the middle of a free steel beam, 1 cm x 1 cm and 60 cm long, so hard that both move together; until
 58 us nothing comes back from its ends. The mean force since the touch is M (v0 - v)/t, of any method, over
@@ -41,7 +43,10 @@ LAST = 3e-5  # s
 
 
 class Line(NamedTuple):
-    """A modal answer: mean force since the touch over the first force of the Timoshenko beam."""
+    """A modal result: relative mean force since the touch.
+
+    It is over the first force of the Timoshenko beam.
+    """
 
     modes: int
     period: float  # s, of the highest mode
@@ -63,7 +68,7 @@ def body(theory: str) -> Beam:
 
 @cache
 def measured() -> dict[str, list[Line]]:
-    """Return the modal answers by theory."""
+    """Return the modal solutions by theory."""
     return {theory: [modal(theory, modes) for modes in COUNTS] for theory in ("timoshenko", "euler_bernoulli")}
 
 
@@ -77,7 +82,10 @@ def mean_force(beam: Beam, model: AbstractRodModel, law: AbstractContactLaw, dt:
 
 
 def modal(theory: str, modes: int) -> Line:
-    """Return the force by a number of modes, with ten steps in the period of the highest."""
+    """Return the force by a number of modes.
+
+    There are ten steps in the period of the highest.
+    """
     beam = body(theory)
     model = Modal(modes=modes)
     highest = model.build_beam(beam, 0.0).operators().highest_frequency
@@ -91,18 +99,24 @@ def modal(theory: str, modes: int) -> Line:
 
 
 def waves(times: Array, dt: float = 4e-9) -> Array:
-    """Return the answer of the continuous Timoshenko beam."""
+    """Return the solution of the continuous Timoshenko beam."""
     return mean_force(body("timoshenko"), Continuous(), DispersiveIdentification(), dt, times)
 
 
 def endless(times: Array) -> Array:
-    """Return the closed answer of the infinite Euler-Bernoulli beam; its mean force is 2 K v0/sqrt(pi t) at first."""
+    """Return the closed form of the infinite Euler-Bernoulli beam.
+
+    Its mean force is 2 K v0/sqrt(pi t) at first.
+    """
     slowed = SPEED * (1.0 - erfcx(RESISTANCE / MASS * np.sqrt(times)))
     return np.asarray(MASS * slowed / times / (IMPEDANCE * SPEED))
 
 
 def draw(lines: dict[str, list[Line]]) -> Figure:
-    """Return the figure: mean force over time, and over the first period of the highest mode."""
+    """Return the figure of the mean force over time.
+
+    It is also shown over the first period of the highest mode.
+    """
     figure = Figure(figsize=(style.WIDTH, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
     times = np.geomspace(2e-8, LAST, 500)

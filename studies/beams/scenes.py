@@ -1,4 +1,7 @@
-"""Beams struck by a mass or a sphere, and their results in closed form, for the scripts of these pages."""
+"""Beams struck by a mass or a sphere, with closed forms.
+
+They serve the scripts of these pages.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,7 @@ def beam(length: float, left: Any, right: Any, theory: str = "euler_bernoulli") 
 
 
 def rod() -> Rod:
-    """Return the rod of the 1999 paper, free on the left and clamped on the right."""
+    """Return the rod of the 1999 paper, free left, clamped right."""
     return Rod("rod", (STEEL,), FREE, CLAMPED)
 
 
@@ -60,22 +63,29 @@ def struck(
     integrator: AbstractIntegrator = ExactModal(),  # noqa: B008
     snapshots: tuple[float, ...] = (),
 ) -> AbstractHistory:
-    """Return the history of a mass that strikes a body at x [m] from below, or from the left."""
+    """Return the history of a mass that strikes a body at x [m].
+
+    It comes from below, or from the left.
+    """
     probes = (Probe(body.name, x, "displacement"),)
     given = {"velocity": velocity, "duration": duration, "probes": probes, "snapshots": snapshots}
     return simulate.run(*struck_body(body, model, law, integrator, step, mass=mass, x=x, **given))
 
 
 def slender(mass: float, share: float, t: Array) -> Array:
-    """Return v/v0 of a mass on an endless slender beam, erfcx(kappa sqrt t): share 1 at inner points, 1/4 at a tip."""
+    """Return v/v0 of a mass on an infinite slender beam.
+
+    It is erfcx(kappa sqrt t): share 1 at inner points, 1/4 at a tip.
+    """
     return np.asarray(erfcx(share * RESISTANCE / mass * np.sqrt(t)))
 
 
 def sheared(mass: float, tip: bool, t: Array) -> Array:
-    """Return v/v0 of a mass on an endless Timoshenko beam, by inversion of its Laplace transform.
+    """Return v/v0 of a mass on an infinite Timoshenko beam.
 
-    With u = sum A_j exp(-l_j x) and rotation sum B_j exp(-l_j x) on each side: S (u'' - r') = m s^2 u gives B_j/A_j. At
-    an inner point the rotation vanishes and each side carries half of the force, at a tip the bending moment vanishes.
+    It is computed by inversion of its Laplace transform. With u = sum A_j exp(-l_j x) and rotation sum B_j exp(-l_j x)
+    on each side: S (u'' - r') = m s^2 u gives B_j/A_j. At an inner point the rotation vanishes and each side carries
+    half of the force, at a tip the bending moment vanishes.
     """
 
     def transform(s: Any) -> Any:
@@ -93,7 +103,10 @@ def sheared(mass: float, tip: bool, t: Array) -> Array:
 
 
 def love(mass: float, lateral: float, t: Array) -> Array:
-    """Return v/v0 of a mass on the clamped Love rod while it stays in contact; ``lateral`` is nu r [m]."""
+    """Return v/v0 of a mass on the clamped Love rod in contact.
+
+    ``lateral`` is nu r [m].
+    """
 
     def transform(s: Any) -> Any:
         root = mpmath.sqrt(STEEL.wave_speed**2 + (lateral * s) ** 2)
@@ -104,7 +117,10 @@ def love(mass: float, lateral: float, t: Array) -> Array:
 
 
 def love_rod(modes: int, lateral: float) -> Any:
-    """Return the plugin's model of a Love rod in its modes, installed or beside these docs; ``lateral`` is nu r [m]."""
+    """Return the plugin's model of a Love rod in its modes.
+
+    The plugin is installed or beside these docs; ``lateral`` is nu r [m].
+    """
     folder = ROOT / "plugins" / "impactlab-love-rod"
     sys.path.append(str(folder))
     try:

@@ -59,12 +59,12 @@ def bounced(scheme: Scheme, n: int) -> Run:
     return ran(scene_of("bouncing_bar", scheme, n, duration=END))
 
 
-# Explicit Paoli-Schatzman without restitution is addition_deletion; with e = 1 the periodic bar has said enough.
+# Explicit Paoli-Schatzman without restitution is addition_deletion; with e = 1 the periodic bar shows enough.
 CHOSEN = [scheme for scheme in SCHEMES if scheme is TRAP or not isinstance(scheme.law, PaoliSchatzman)]
 
 
 def hundredth(found: Count, exact: bool) -> str:
-    """Return when the hundredth bounce begins, of the exact answer by its error."""
+    """Return when the hundredth bounce begins, of the exact solution by its error."""
     if found.hundredth is None:
         return "-"
     error = abs(found.hundredth - (FIRST + EVERY * (BOUNCES - 1)))

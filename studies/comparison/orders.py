@@ -64,9 +64,10 @@ STEPS = (16, 64)  # between two points; the second four times finer
 
 
 def positions(integrator: AbstractScheme, steps: int, law: AbstractContactLaw = LINEAR) -> Array:
-    """Return positions of the mass at fixed instants, all of them ends of steps, through contact and flight, (151,).
+    """Return positions of the mass at fixed instants, (151,) [m].
 
-    Schemes that need modes get all those of the mesh, which is the same problem; adaptive ones choose their steps.
+    All of them are ends of steps, through contact and flight. Schemes that need modes get all those of the mesh, which
+    is the same problem; adaptive ones choose their steps.
     """
     needs_modes = isinstance(integrator, AbstractIntegrator) and integrator.needs_modes
     model: AbstractRodModel = Modal(ELEMENTS, None, "lumped") if needs_modes else FiniteElement(ELEMENTS, "lumped")
@@ -79,7 +80,10 @@ def positions(integrator: AbstractScheme, steps: int, law: AbstractContactLaw = 
 
 @functools.cache
 def reference(law: AbstractContactLaw = LINEAR) -> tuple[float, ...]:
-    """Return the same of the semi-discrete problem: fine midpoint steps, the h^2 of their error taken off."""
+    """Return the positions of the semi-discrete problem.
+
+    They are extrapolated: of fine midpoint steps, the h^2 of their error is subtracted.
+    """
     coarse, fine = (positions(Midpoint(), steps, law) for steps in (256, 512))
     return tuple(fine + (fine - coarse) / 3.0)
 
@@ -90,13 +94,19 @@ def error(integrator: AbstractScheme, steps: int, law: AbstractContactLaw = LINE
 
 
 def impact_order(integrator: AbstractScheme, law: AbstractContactLaw = LINEAR) -> float:
-    """Return the order at which the error falls from 16 to 64 steps between two points."""
+    """Return the order at which the error falls.
+
+    It falls from 16 to 64 steps between two points.
+    """
     coarse, fine = (error(integrator, steps, law) for steps in STEPS)
     return math.log(coarse / fine) / math.log(STEPS[1] / STEPS[0])
 
 
 def smooth_order(integrator: AbstractIntegrator) -> float:
-    """Return the order on free and forced smooth motion, as the contract suite of integrators measures it."""
+    """Return the order on free and forced smooth motion.
+
+    The contract suite of integrators measures it in the same way.
+    """
     suite: Any = type("Suite", (IntegratorContract,), {"part": integrator})()
     return float(suite.measured_order()[0])
 

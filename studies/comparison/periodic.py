@@ -1,4 +1,7 @@
-"""The periodic bar under many methods, and the trap of a hard constraint under Newmark's method."""
+"""The periodic bar under many methods.
+
+Also the trap of a hard constraint under Newmark's method.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ class Figures(NamedTuple):
 
 @functools.cache
 def exact() -> AbstractHistory:
-    """Return the exact answer."""
+    """Return the exact solution."""
     history = ran(scene_of("periodic_bar", EXACT, 1)).history
     assert history is not None
     return history
@@ -61,7 +64,10 @@ def figures(run: Run, scene: Scene) -> Figures | None:
 
 
 def measured(scheme: Scheme, n: int, courant: float | None = None, repeats: int = 1) -> tuple[Figures | None, str]:
-    """Return the figures of a method, with the least time of several runs, and why it was stopped."""
+    """Return the figures of a method, and why it was stopped.
+
+    They have the least time of several runs.
+    """
     scene = scene_of("periodic_bar", scheme, n, courant=courant)
     run = ran(scene)
     found = figures(run, scene.scene)
@@ -77,7 +83,10 @@ def ratio(value: float) -> str:
 
 
 def row(scheme: Scheme, sizes: tuple[int, ...] = SIZES) -> tuple[str, float | None, str]:
-    """Return the cells of a method but its time, its time on the finest mesh [s], and why it was stopped."""
+    """Return cells of a method, its time [s], and why it stopped.
+
+    The cells are without the time, which is that on the finest mesh.
+    """
     found = [measured(scheme, n, repeats=REPEATS if n == sizes[-1] else 1) for n in sizes]
     reason = next((reason for _, reason in reversed(found) if reason), "")
     known = [each for each, _ in found]

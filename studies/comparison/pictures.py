@@ -1,4 +1,7 @@
-"""The figures of the page: the periodic bar under four methods, and the energy of the bouncing bar."""
+"""The figures of the page on the periodic and bouncing bars.
+
+They are the periodic bar under four methods, and the energy of the bouncing bar.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ TOP = 2.3  # of the pressure axes, over the exact pressure
 
 
 def periodic_bar() -> Figure:
-    """Return tip displacement and pressure of four methods against the exact answer."""
+    """Return tip displacement and pressure of four methods against the exact solution."""
     figure, axes = grid(len(TELLING), 2, 1.15, Margins(left=0.62, across=0.62, down=0.52, top=0.34))
     for (scheme, title, colour), (tip, force) in zip(TELLING, axes, strict=True):
         scene = scene_of("periodic_bar", scheme, ELEMENTS)

@@ -1,4 +1,7 @@
-"""The methods that the page compares: a law, a scheme and a model each, with its step."""
+"""The methods that the page compares.
+
+Each is a law, a scheme and a model, with its step.
+"""
 
 from __future__ import annotations
 
@@ -83,7 +86,10 @@ def spectral(n: int) -> AbstractRodModel:
 
 
 def implicit(group: str, name: str, law: AbstractContactLaw, integrator: AbstractIntegrator) -> Scheme:
-    """Return a method on a mesh of consistent mass, stepped at c dt = h as the literature does."""
+    """Return a method on a consistent mass mesh at c dt = h.
+
+    It is stepped as the literature does.
+    """
     return Scheme(group, name, law, integrator, consistent, StepRule(courant=1.0))
 
 
@@ -196,7 +202,10 @@ SCHEMES: tuple[Scheme, ...] = (
 def scene_of(
     case: str, scheme: Scheme, n: int, duration: float | None = None, courant: float | None = None
 ) -> Simulation:
-    """Return a case under a method; its only rod gets the model, its only contact the law."""
+    """Return a case under a method.
+
+    Its only rod gets the model, its only contact the law.
+    """
     base = il.load_case(CASES / f"{case}.yaml").simulation()
     return base.but(
         model=scheme.model(n),
@@ -219,7 +228,10 @@ def ran(scene: Simulation) -> Run:
 
 
 def stopped(reasons: list[tuple[str, str]]) -> str:
-    """Return the list of runs that were stopped or refused, as it stands below a table."""
+    """Return the list of runs that were stopped or refused.
+
+    It stands so below a table.
+    """
     if not reasons:
         return ""
     lines = [f"- {name}: {reason}" for name, reason in dict(reasons).items()]

@@ -1,4 +1,7 @@
-"""Methods compared on a periodic and on a bouncing bar, and measured orders: the tables of methods.md."""
+"""Comparison of methods on two bars: the tables of methods.md.
+
+The bars are periodic and bouncing; orders are measured, too.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,10 @@ from studies.pages import Study, filled
 
 
 def without_times(page: str) -> str:
-    """Return the page without the last of ten cells, which is the time of the first table."""
+    """Return the page without the last of ten cells.
+
+    It is the time of the first table.
+    """
     return re.sub(r"^((?:\| [^|]* ){9})\| [^|]* \|$", r"\1|", page, flags=re.MULTILINE)
 
 

@@ -1,6 +1,7 @@
-"""The paper's own formulas for a mass as heavy as the rod, in closed form, derived again from its Eqs. 7 to 9.
+"""The paper's formulas for equal masses in closed form.
 
-Times in T, lengths in v0 T, stresses in rho c v0.
+The mass is as heavy as the rod; they are derived again from its Eqs. 7 to 9. Times in T, lengths in v0 T, stresses in
+rho c v0.
 """
 
 from __future__ import annotations
@@ -12,7 +13,10 @@ from scipy.optimize import brentq
 
 
 def arriving(t: float) -> float:
-    """Return the wave q that arrives at the face, 1 <= t < 2.5: the wave that left it one round trip before."""
+    """Return the wave q that arrives at the face, 1 <= t < 2.5.
+
+    It is the wave that left it one round trip before.
+    """
     if t < 2.0:
         return math.exp(-2.0 * (t - 1.0))
     y = t - 2.0
@@ -20,7 +24,10 @@ def arriving(t: float) -> float:
 
 
 def face_flight(t: float, opening: float) -> float:
-    """Return how far the free face has come back since the opening, 2 <= t < 2.5: the exact form of Eq. 12b."""
+    """Return the return of the free face since the opening.
+
+    It is for 2 <= t < 2.5, the exact form of Eq. 12b.
+    """
     y, b = t - 2.0, 1.0 - math.exp(-2.0)
     until_two = math.exp(-2.0 * (opening - 1.0)) - math.exp(-2.0)
     return until_two - b + math.exp(-2.0 * y) * (b + 4.0 * y)
@@ -40,7 +47,10 @@ class Second(NamedTuple):
 
 
 def second_by_hand(start: float, speed: float) -> Second:
-    """Return the second contact that begins at ``start`` [T] with the mass leaving at ``speed`` [v0]."""
+    """Return the second contact from its start [T] and speed [v0].
+
+    The mass leaves at this speed.
+    """
     a, y0 = 1.0 + math.exp(-2.0), start - 2.0
 
     def mass_velocity(y: float) -> float:

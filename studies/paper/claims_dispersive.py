@@ -1,4 +1,7 @@
-"""Claims on transverse impact and dispersive waves: tests of the reports and proposals of Sections 1 to 4."""
+"""Claims on transverse impact and dispersive waves.
+
+They test the reports and proposals of Sections 1 to 4.
+"""
 
 from __future__ import annotations
 

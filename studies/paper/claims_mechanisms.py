@@ -1,4 +1,7 @@
-"""Claims of the introduction on mechanisms that strike: arms, a slider-crank, their flexibility and their laws."""
+"""Claims of the introduction on mechanisms that strike.
+
+They are on arms, a slider-crank, their flexibility and their laws.
+"""
 
 from __future__ import annotations
 
@@ -105,9 +108,10 @@ def decreasing_intensity() -> Finding:
 
 
 def mass_of_rigid_arm() -> float:
-    """Return the mass [kg] with which the rigid two-link arm meets its stop: 1/(J M^-1 J) in the position of the case.
+    """Return the effective mass of the rigid two-link arm [kg].
 
-    The mass matrix is that of a double pendulum, in the absolute angles of its links.
+    With it, the arm meets its stop: 1/(J M^-1 J) in the position of the case. The mass matrix is that of a double
+    pendulum, in the absolute angles of its links.
     """
     upper, fore, hand, elbow, length, angle = 0.5, 0.432, 0.1, 0.5, 0.8, math.radians(60.0)
     static, inertia = (0.5 * fore + hand) * length, (fore / 3.0 + hand) * length**2

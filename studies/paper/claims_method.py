@@ -88,7 +88,10 @@ def messenger_relation() -> Finding:
 )
 def equation_15() -> Finding:
     def worst(steps: float) -> float:
-        """Return the largest error of the stress over the first contact, fed with the exact arriving wave."""
+        """Return the largest error of the stress over the first contact.
+
+        The exact arriving wave is given.
+        """
         dt = 1.0 / steps
         t = np.arange(0.0, 1.5, dt)
         coming = 0.5 * (exact().evaluate(t * T, "stress:rod@0") / STRESS - exact().evaluate(t * T, "velocity:rod@0"))

@@ -233,7 +233,10 @@ def duration() -> Finding:
 )
 def interruption() -> Finding:
     def first_gap(history: AbstractHistory) -> tuple[float, float]:
-        """Return from and to [T] of the whole stretch of interruptions before the reflection; zeros without one."""
+        """Return start and end of all interruptions before the reflection [T].
+
+        Zeros without one.
+        """
         found = interruptions(history)
         return (found[0][0], found[-1][1]) if found else (0.0, 0.0)
 

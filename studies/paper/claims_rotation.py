@@ -1,4 +1,7 @@
-"""Claims of the introduction on bodies that turn steadily: waves, their meshes, and the first force of an impact."""
+"""Claims of the introduction on bodies that turn steadily.
+
+They are on waves, their meshes, and the first force of an impact.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ CLAMPED, FREE = End("clamped"), End("free")
 
 
 def turning_rod(rate: float, elements: int) -> il.history.AbstractHistory:
-    """Return the run of the case of a rod that turns, at a rate [rad/s], on a lumped mesh with c dt = h."""
+    """Return the run of the case of a rod that turns.
+
+    It turns at a rate [rad/s], on a lumped mesh with c dt = h.
+    """
     case = il.load_case(CASES / "rotating_rod.yaml")
     return il.run(case.with_settings({"bodies.rod.rotation.rate": rate, "solve.model.elements": elements}))
 
@@ -90,7 +96,10 @@ def grows_with_the_rate() -> Finding:
 
 
 def stiffened(elements: int, mass: MassMatrix) -> np.ndarray:
-    """Return by how much 60 rad/s raise the frequencies (20,) [rad/s] of a mesh of the beam, in the chord plane."""
+    """Return the rise of a beam mesh's frequencies by rotation [rad/s], (20,).
+
+    It turns at 60 rad/s, in the chord plane.
+    """
     found = []
     for rotation in (None, Rotation(60.0, 0.0, "chord")):
         mesh = BeamMesh(Beam("beam", (BEAM,), CLAMPED, FREE, rotation=rotation), elements, mass, 0.0)
@@ -111,7 +120,10 @@ def elements_show_less() -> Finding:
     exact = (2 * modes - 1) * LONGEST * SEGMENT.wave_speed
 
     def shares(mass: MassMatrix) -> np.ndarray:
-        """Return the discrepancy w0 - w of each mode of the mesh over that of the rod."""
+        """Return the discrepancy of each mesh mode over the rod's.
+
+        The discrepancy is w0 - w.
+        """
         found = []
         for rotation in (None, Rotation(rate)):
             mesh = Mesh(Rod("rod", (SEGMENT,), CLAMPED, FREE, rotation=rotation), elements, mass, 0.0)

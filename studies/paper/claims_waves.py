@@ -1,4 +1,7 @@
-"""Claims of Sections 6 and 7 on the waves along the rod: Figs 8 to 11."""
+"""Claims of Sections 6 and 7 on waves: Figs 8 to 11.
+
+They are waves along the rod.
+"""
 
 from __future__ import annotations
 
@@ -80,7 +83,10 @@ def captions() -> Finding:
 )
 def wave_heights() -> Finding:
     def level(history: AbstractHistory, t: float) -> float:
-        """Return the mean stress behind the front over the exact one, up to 80 % of its way."""
+        """Return the mean stress behind the front over the exact one.
+
+        It is taken up to 80 % of the way of the front.
+        """
         field = history.field("rod", t, "stress")
         behind = field.x < 0.8 * SEGMENT.wave_speed * t
         return float(np.mean(field.values[behind]) / np.mean(exact_field(field.x, t)[behind]))

@@ -48,7 +48,7 @@ class Drawing(NamedTuple):
 
     number: int
     title: str
-    see: str  # what to see in it
+    see: str  # observation that it supports
     draw: Callable[[], Figure]
 
 
@@ -59,7 +59,10 @@ def line(axes: Axes, history: AbstractHistory, channel: str, size: float, colour
 
 
 def legend(axes: Axes, names: Sequence[tuple[str, str]], x: float = 0.985, y: float = 0.95, right: bool = True) -> None:
-    """Write the names of lines, each in its colour, one below the other; places are shares of the axes."""
+    """Write the names of lines, each in its colour.
+
+    They are one below the other; places are shares of the axes.
+    """
     height = 11.5 / 72.0 / PANEL
     for place, (name, colour) in enumerate(names):
         axes.text(
@@ -146,7 +149,10 @@ def contact_stress(modes: int) -> Figure:
 
 
 def wave(t: float) -> Figure:
-    """Return Figs 8 to 10: stress along the rod, as printed and with the stress of the modes left out."""
+    """Return Figs 8 to 10: stress along the rod.
+
+    It is shown as printed and with the stress of the modes left out.
+    """
     figure, [panels] = grid(1, 2, PANEL, Margins(across=0.3), share=True)
     field = exact().field("rod", t, "stress")
     sides = [round(front(t) * SEGMENT.length, 6) + side for side in (-2e-6, 2e-6)]

@@ -1,4 +1,7 @@
-"""The ledger of the paper's claims: each is run again, and the page of verdicts is written from the runs."""
+"""The ledger of the paper's claims and their verdicts.
+
+Each claim is run again, and the page of verdicts is written from the runs.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""The paper's problem, built from its case file, and the runs that the ledger and the figures share.
+"""The paper's problem, built from its case file, and its runs.
 
-The case file is the one source of the problem's numbers; values varied by a row or a figure are replaced there.
+The ledger and the figures share the runs. The case file is the one source of the problem's numbers; values varied by a
+row or a figure are replaced there.
 """
 
 from __future__ import annotations
@@ -40,7 +41,10 @@ SNAPSHOTS = (1.551e-5, 3.49e-5, 8.0e-5)  # s: Figs 8 and 9 as captioned; Fig. 10
 
 @functools.cache
 def paper_scene() -> Simulation:
-    """Return the scene of the paper as its case file gives it, over three round trips."""
+    """Return the scene of the paper over three round trips.
+
+    It is as its case file gives it.
+    """
     return il.load_case(CASE).simulation()
 
 
@@ -59,7 +63,7 @@ STRESS: float = SEGMENT.density * SEGMENT.wave_speed  # Pa, rho c v0 for v0 = 1 
 
 @dataclass(frozen=True)
 class Method:
-    """Method of a run: the model of the rod, the law of the contact, the scheme and its step."""
+    """Method of a run: model, law, scheme and step."""
 
     model: AbstractRodModel
     law: AbstractContactLaw
@@ -99,7 +103,10 @@ def exact(alpha: float = 1.0, round_trips: float = 3.0) -> AbstractHistory:
 
 @functools.cache
 def computed(method: Method, alpha: float = 1.0, round_trips: float = 3.0) -> AbstractHistory:
-    """Return the history of a method, also of one that more than doubles the energy and is failed for it."""
+    """Return the history of a method, also of a failed one.
+
+    A run that more than doubles the energy is failed for it.
+    """
     try:
         return simulate.run(*scene_of(method, alpha, round_trips))
     except StepError as error:
@@ -124,21 +131,28 @@ def end_of(span: ContactSpan, history: AbstractHistory) -> float:
 
 
 def first_opening(history: AbstractHistory) -> float:
-    """Return when the first impact is over [T]: the end of the last contact that began before 1.8 T.
+    """Return when the first impact is over [T].
 
-    Short interruptions of the first contact, and re-touches at its end, belong to it.
+    It is the end of the last contact that began before 1.8 T. Short interruptions of the first contact, and re-touches
+    at its end, belong to it.
     """
     return max(end_of(span, history) for span in spans(history) if span.start < 1.8 * T) / T
 
 
 def second_contact(history: AbstractHistory) -> tuple[float, float] | None:
-    """Return start and end [T] of the contacts between 1.8 and 2.6 T: first touch to last opening; None without one."""
+    """Return start and end of the second contact [T]; None without one.
+
+    They are first touch and last opening of the contacts between 1.8 and 2.6 T.
+    """
     found = [span for span in spans(history) if 1.8 * T <= span.start < 2.6 * T]
     return (found[0].start / T, end_of(found[-1], history) / T) if found else None
 
 
 def interruptions(history: AbstractHistory, until: float = 1.0) -> list[tuple[float, float]]:
-    """Return the gaps between periods of contact that began before ``until`` [T], each from and to [T]."""
+    """Return the gaps between periods of contact, from and to [T].
+
+    Those before the gaps began before ``until`` [T].
+    """
     ends = [end_of(span, history) / T for span in spans(history)]
     starts = [span.start / T for span in spans(history)]
     return [(end, start) for end, start in zip(ends, starts[1:], strict=False) if end < until]

@@ -1,4 +1,7 @@
-"""The 1999 paper computed again: the ledger of its claims and its figures 2 and 4 to 11."""
+"""The 1999 paper computed again: its claims and figures.
+
+They are the ledger of its claims, and its figures 2 and 4 to 11.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Contact laws that exist only to test a formula of the paper as it is printed. None of them is part of the package.
+"""Contact laws that test formulas of the paper as printed.
 
-Each is a small law in plain Python, for one rigid mass on the left of one rod.
+None of them is part of the package. Each is a small law in plain Python, for one rigid mass on the left of one rod.
 """
 
 from __future__ import annotations
@@ -79,9 +79,10 @@ class Equation15(AbstractPrinted):
 @final
 @dataclass(frozen=True)
 class Equation20(AbstractPrinted):
-    """Eq. 20: as Eq. 15, the old waves replaced by the face velocity of the previous step.
+    """Eq. 20: Eq. 15 with the face velocity for old waves.
 
-    ``face`` says where that velocity comes from: the modes of the rod, or the balance itself (Eq. 21).
+    The velocity is that of the previous step. ``face`` says where that velocity comes from: the modes of the rod, or
+    the balance itself (Eq. 21).
     """
 
     face: Literal["modes", "balance"] = "modes"

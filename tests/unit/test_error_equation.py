@@ -14,7 +14,8 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.modal import Modal
 from impactlab.numerics.compiling import plain
 from impactlab.refine.errors import error_equation, one_run, relative_errors
-from impactlab.refine.errors.error_equation import LIFT_OF_RAMP, PUSH_OF_RAMP, errors_by_steps, write_constants
+from impactlab.refine.errors.error_equation import errors_by_steps
+from impactlab.refine.errors.modal_march import LIFT_OF_RAMP, PUSH_OF_RAMP, write_constants
 from impactlab.refine.errors.raw_records import records_of
 from impactlab.scene import Beam, Contact, End, Mass, Point, Wall
 from impactlab.scene.method import Simulation, StepRule

@@ -29,6 +29,7 @@ from impactlab.report.sketch import sketch
 from impactlab.report.summary import summarise
 from impactlab.report.table import comma_separated, markdown, page_rows
 from impactlab.scene import Contact, End, Rod, Wall
+from impactlab.scene.bodies import SampledLoad
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import UNIT, face, mass_on_rod, touching
 from tests.cases.support import CASES
@@ -403,6 +404,27 @@ def test_forces_on_ends_are_drawn() -> None:
         drawn = sketch(scene(bodies={"rod": rod}, contacts=()).scene)
         assert drawn.count('class="head"') == 1
         assert "2500 N" in drawn
+
+
+def test_a_force_over_time_has_no_size_in_the_drawing() -> None:
+    """It points as its largest value does: the arrow of the pulse -5 kN on the left end leads away from the rod."""
+    tips = []
+    for peak in (5.0e3, -5.0e3):
+        load = SampledLoad((0.0, 1.0, 2.0), (0.1 * -peak, peak, 0.0))
+        rod = Rod("rod", (UNIT,), End("free", load=load), End("free"))
+        drawn = sketch(scene(bodies={"rod": rod}, contacts=()).scene)
+        assert ">F(t)<" in drawn
+        assert " N<" not in drawn
+        tips.append(float(re.findall(r'<path d="M([\d.]+) [\d.]+l', drawn)[0]))
+    assert tips[0] > tips[1]
+
+
+def test_facts_of_ends_have_all_their_numbers() -> None:
+    """A spring against rotation is stated beside the one against deflection, an infinite end by its name."""
+    ends = End("spring", 1.0e3, rotational=100.0), End("dashpot", 5.0, unbounded=True)
+    rod = Rod("rod", (UNIT,), *ends)
+    words = dict(scene_facts(scene(bodies={"rod": rod}, contacts=()).scene))["rod"].replace("\N{NO-BREAK SPACE}", " ")
+    assert words.endswith("left spring 1 kN/m and 100 N·m/rad, right infinite (dashpot 5 N·s/m)")
 
 
 def test_every_way_to_hold_an_end_is_drawn() -> None:

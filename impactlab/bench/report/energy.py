@@ -1,4 +1,7 @@
-"""Figures over the steps of each method: energy gained and lost, oscillation and error of the contact force."""
+"""Figures over the steps of each method.
+
+They show energy gained and lost, and oscillation and error of the contact force.
+"""
 
 from __future__ import annotations
 
@@ -33,9 +36,10 @@ Panel = tuple[str, str, Clock]
 
 @drawn
 def energy(scene: SceneRows, styles: MethodStyles) -> Figure:
-    """Return the largest gain and the largest loss of the energy balance of every family, against its steps.
+    """Return a figure of energy gain and loss against steps.
 
-    Named are those that gain or lose most at their finest level: a part independent of the step is the method's own.
+    They are the largest gain and loss of the energy balance of every family. Named are those that gain or lose most at
+    their finest level: a part independent of the step is the method's own.
     """
     panels = (
         ("energy gained", "share of the reference energy", lambda row: row.energy_gain),
@@ -46,7 +50,10 @@ def energy(scene: SceneRows, styles: MethodStyles) -> Figure:
 
 @drawn
 def oscillation(scene: SceneRows, styles: MethodStyles) -> Figure:
-    """Return the oscillation of the contact force of every family, and its error away from jumps, against its steps."""
+    """Return a figure of contact force oscillation and error against steps.
+
+    The error is that away from jumps; every family is shown.
+    """
     panels = (
         ("force oscillation", "total variation in excess, in peaks", lambda row: row.force_oscillation),
         ("force, error away from jumps", "relative L2", lambda row: row.force_away_from_jumps),
@@ -55,7 +62,10 @@ def oscillation(scene: SceneRows, styles: MethodStyles) -> Figure:
 
 
 def _against_steps(scene: SceneRows, styles: MethodStyles, panels: Sequence[Panel], low: float, high: float) -> Figure:
-    """Return a figure over steps per round trip, a panel for each number, names beside each; axes within limits."""
+    """Return a figure over steps per round trip, a panel per number.
+
+    Names stand beside each panel; axes are within limits.
+    """
     worst = [_worst(scene, of) for _, _, of in panels]
     named = list(dict.fromkeys(method for found in worst for method in found))
     styles = distinct(named, styles)

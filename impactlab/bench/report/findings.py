@@ -1,4 +1,7 @@
-"""The findings of a table in sentences: the fastest methods, and the uncertainty of references and times."""
+"""The findings of a table in sentences.
+
+They are the fastest methods, and the uncertainty of references and times.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ MAX_NAMED = 3  # methods that a sentence names
 
 
 def findings(scenes: Sequence[SceneRows]) -> list[str]:
-    """Return the fastest methods, one sentence for each finding; runs that were not timed name none."""
+    """Return the findings on the fastest methods, one sentence for each.
+
+    Runs that were not timed name none.
+    """
     found = [_exact(scenes), *(_at(scenes, tolerance) for tolerance in TOLERANCES), _steady(scenes)]
     return [*filter(None, found), *choice_words(scenes)]
 
@@ -44,7 +50,10 @@ def _exact(scenes: Sequence[SceneRows]) -> str:
 
 
 def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
-    """Return the methods that are fastest most often at one tolerance, special grids left out; "" without times."""
+    """Return as text the methods that are fastest most often.
+
+    They are those at one tolerance, special grids left out; empty without times.
+    """
     kept = judged(scenes, BOTH, tolerance).scenes
     if not kept:
         return f"No scene has a reference certain enough for {power(tolerance)}."
@@ -64,7 +73,10 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
 
 
 def _steady(scenes: Sequence[SceneRows]) -> str:
-    """Return the stepped method that meets the middle tolerance most often off special grids, with its cost."""
+    """Return as text the most reliable stepped method, with its cost.
+
+    It meets the middle tolerance most often off special grids.
+    """
     tolerance = TOLERANCES[1]
     apart = {row.method for scene in scenes for row in scene.rows if row.stepless or row.special}
     table = [each for each in ranking(scenes, BOTH, tolerance) if each.method not in apart and each.count(MET)]

@@ -1,4 +1,4 @@
-"""Pareto fronts: the rows that no other row of the scene beats in both time and error."""
+"""Pareto fronts: rows that are not beaten in time and error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The data of the live diagram of a bench: the completed runs of every scene, with numbers of three digits."""
+"""The data of the live diagram of a bench.
+
+They are the completed runs of every scene, with numbers of three digits.
+"""
 
 from __future__ import annotations
 

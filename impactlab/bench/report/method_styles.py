@@ -1,4 +1,7 @@
-"""The style of a method in every figure of a report, the methods that a figure names, and names beside their lines."""
+"""The style of a method in every figure of a report.
+
+Also chosen are the methods that a figure names, and their names beside the lines.
+"""
 
 from __future__ import annotations
 
@@ -44,9 +47,9 @@ class End(NamedTuple):
 
 
 def styles_of(scenes: Sequence[SceneRows]) -> dict[str, MethodStyle]:
-    """Return the style of every method, the same in all figures; the most frequent leader comes first.
+    """Return the style of every method, the same in all figures.
 
-    Methods without steps, the exact solutions, are dark.
+    The most frequent leader comes first. Methods without steps, the exact solutions, are dark.
     """
     led: collections.Counter[str] = collections.Counter()
     for scene in scenes:
@@ -61,13 +64,19 @@ def styles_of(scenes: Sequence[SceneRows]) -> dict[str, MethodStyle]:
 
 
 def methods_by_style(scenes: Sequence[SceneRows], styles: MethodStyles) -> list[str]:
-    """Return the names of all methods: those of `styles_of`, then those of the cases and the automatic choice."""
+    """Return the names of all methods.
+
+    Those of `styles_of` come first, then those of the cases and the automatic choice.
+    """
     every = dict.fromkeys(row.method for scene in scenes for row in scene.all_rows)
     return [*styles, *(name for name in every if name not in styles)]
 
 
 def distinct(named: Iterable[str], styles: MethodStyles) -> dict[str, MethodStyle]:
-    """Return all looks; of the methods that a figure names, one with the colour of another gets a free colour."""
+    """Return all styles, with distinct colours for named methods.
+
+    Of the methods that a figure names, one with the colour of another gets a free colour.
+    """
     found: dict[str, MethodStyle] = {}
     for method in named:
         taken = {each.colour for each in found.values()}
@@ -78,9 +87,10 @@ def distinct(named: Iterable[str], styles: MethodStyles) -> dict[str, MethodStyl
 
 
 def leaders(scene: SceneRows, norm: Norm) -> list[str]:
-    """Return the methods a figure names: those on the front, by time first, then by time with set-up, steps, unknowns.
+    """Return the methods that a figure names.
 
-    Methods without steps do not count among them.
+    They are those on the front, by time first, then by time with set-up, steps, unknowns. Methods without steps do not
+    count among them.
     """
     costs = (*CLOCKS.values(), lambda row: row.steps, lambda row: row.unknowns)
     fronts = [front_of(scene.stepped, norm, scene, cost) for cost in costs]
@@ -90,7 +100,10 @@ def leaders(scene: SceneRows, norm: Norm) -> list[str]:
 def draw_family(
     axes: Axes, family: MethodRows, styles: MethodStyles, named: bool, line: Sequence[tuple[float, float]], **more: Any
 ) -> None:
-    """Draw a family as a line through its levels (x, y), dashed on the special grid; grey where it is not named."""
+    """Draw a family as a line through its levels (x, y).
+
+    It is dashed on the special grid, and grey where it is not named.
+    """
     colour, shape = styles[family.method] if named else (GREY, ".")
     axes.plot(
         [x for x, _ in line],
@@ -131,7 +144,10 @@ def room_beside(names: Iterable[str]) -> float:
 
 
 def name_ends(axes: Axes, ends: Iterable[End]) -> None:
-    """Write names in a column at the right of an axes, each with a thin line to the end of its own line."""
+    """Write names at the right of an axes, with leading lines.
+
+    Each has a thin line to the end of its own line.
+    """
     height = axes.bbox.height / axes.figure.dpi  # inch
     to_axes = axes.transData + axes.transAxes.inverted()
     items = sorted(
@@ -146,7 +162,10 @@ def name_ends(axes: Axes, ends: Iterable[End]) -> None:
 
 
 def within(heights: Sequence[float], distance: float, low: float = -0.1, high: float = 1.02) -> list[float]:
-    """Return heights (sorted) at least ``distance`` apart, moved little, and kept between two bounds if they fit."""
+    """Return sorted heights at least ``distance`` apart, moved little.
+
+    They are kept between two bounds if they fit.
+    """
     placed = spread(heights, distance)
     for i, limit in enumerate(high - distance * n for n in range(len(placed))):
         placed[-1 - i] = min(placed[-1 - i], limit)

@@ -1,4 +1,7 @@
-"""Figures over all scenes: performance profiles, and a map of the times to a tolerance by method and scene."""
+"""Figures over all scenes: performance profiles, and a map of times.
+
+The map is of times to a tolerance by method and scene.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,9 @@ MARKS = {MET: "+", MISSED: "·", REFUSED: "–", FAILED: "×", ABSENT: ""}
 
 @drawn
 def profiles(scenes: Sequence[SceneRows], norm: Norm, styles: MethodStyles, clock: str = "solve") -> Figure:
-    """Return performance profiles, a panel per tolerance: how often a method is within a ratio of the fastest.
+    """Return performance profiles, a panel per tolerance.
+
+    They show how often a method is within a ratio of the fastest.
 
     References
     ----------
@@ -92,7 +97,10 @@ def _curves(axes: Axes, table: Sequence[MethodResults], styles: MethodStyles, na
 
 @drawn
 def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Figure:
-    """Return a map: a row per method, a column per scene; the darker, the nearer to the fastest that meets it."""
+    """Return a map with a row per method, a column per scene.
+
+    The darker a cell, the nearer is the method to the fastest that meets the tolerance.
+    """
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 

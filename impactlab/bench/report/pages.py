@@ -1,4 +1,7 @@
-"""The page of a bench: findings, the live diagram of every scene with its tables, figures and rankings over all."""
+"""The page of a bench: findings, live diagram, tables and rankings.
+
+Each scene has its tables; figures and rankings are over all.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +59,10 @@ def plate(
 
 
 def lean(svg: str, name: str) -> str:
-    """Return SVG with coordinates to a hundredth of a point, and ids of its own among other figures of a page."""
+    """Return shorter SVG with ids of its own.
+
+    Coordinates have a hundredth of a point; ids differ from those of other figures of a page.
+    """
     body = re.sub(r"(\d+\.\d\d)\d+", r"\1", svg)
     body = re.sub(r'( id="|url\(#|href="#)([\w.-]+)', lambda m: f"{m[1]}{name}-{m[2]}", body)
     return re.sub(r"\n\s*", "\n", body)
@@ -87,9 +93,10 @@ PROFILE = (
 
 
 def draw_scene(out: Path, formats: Sequence[str], styles: MethodStyles, scene: SceneRows) -> str:
-    """Draw the figures of a scene and return the name of the one that stands for it without a script.
+    """Draw a scene's figures; return the one shown without a script.
 
-    That one alone, as SVG, unless formats are given: then those in every norm, of energy and of forces, too.
+    It is returned by name. That one alone, as SVG, unless formats are given: then those in every norm, of energy and of
+    forces, too.
     """
     measured = [norm for norm in NORMS if any(error(row, norm, scene) is not None for row in scene.all_rows)]
     drawn = {f"precision_{slug(scene.name)}_{norm.name}": partial(precision, scene, norm, styles) for norm in measured}

@@ -1,4 +1,4 @@
-"""Work-precision figures: the error of every method against its time, its steps and its unknowns, and the front."""
+"""Work-precision figures: error against time, steps and unknowns, with the front."""
 
 from __future__ import annotations
 
@@ -52,16 +52,20 @@ class Limits(NamedTuple):
     top: float
 
     def shown(self, found: Sequence[Point]) -> list[Point]:
-        """Return points as they are drawn: those below the floor on it, those above the top left out."""
+        """Return points as they are drawn.
+
+        Those below the floor are on it, those above the top are left out.
+        """
         return [point._replace(error=max(point.error, self.floor)) for point in found if point.error <= self.top]
 
 
 @drawn
 def precision(scene: SceneRows, norm: Norm, styles: MethodStyles) -> Figure:
-    """Return the work-precision figure of one scene in one norm: time above, steps and unknowns below.
+    """Return the work-precision figure of one scene in one norm.
 
-    The leaders of any panel are coloured and named, the others are grey. Methods without steps, whose errors are
-    rounding, are dark and do not enter the front, which would hold nothing else.
+    Time is above, steps and unknowns are below. The leaders of any panel are coloured and named, the others are grey.
+    Methods without steps, whose errors are rounding, are dark and do not enter the front, which would hold nothing
+    else.
     """
     named = leaders(scene, norm)
     styles, limits = distinct(named, styles), limits_of(scene, norm)
@@ -99,7 +103,10 @@ def precision(scene: SceneRows, norm: Norm, styles: MethodStyles) -> Figure:
 
 
 def _three_panels(room: float) -> tuple[Figure, tuple[Axes, Axes, Axes]]:
-    """Return a figure with a wide panel above two others; ``room`` [inch] is left for names beside the first."""
+    """Return a figure with a wide panel above two others.
+
+    ``room`` [inch] is left for names beside the first.
+    """
     from matplotlib.figure import Figure
 
     height = BOTTOM + LOW + BETWEEN + TALL + 0.3
@@ -114,7 +121,10 @@ def _three_panels(room: float) -> tuple[Figure, tuple[Axes, Axes, Axes]]:
 
 
 def _draw_exact(axes: Axes, family: MethodRows, found: Sequence[Point], limits: Limits) -> End:
-    """Draw a method without steps, below the axis where its error is; return where its name is written."""
+    """Draw a method without steps; return where its name is written.
+
+    It is below the axis where its error is.
+    """
     for point in found:
         below = point.error < limits.floor
         at = [max(point.error, limits.floor)]
@@ -132,7 +142,10 @@ def _named_ends(
 
 
 def limits_of(scene: SceneRows, norm: Norm) -> Limits:
-    """Return the limits of the error axes of a scene: whole decades around the methods with steps."""
+    """Return the limits of the error axes of a scene.
+
+    They are whole decades around the methods with steps.
+    """
     found = (error(row, norm, scene) for row in scene.stepped)
     known = [value for value in found if value is not None and MIN_FLOOR < value < MAX_ERROR] or [1e-3]
     floor = 10.0 ** math.floor(math.log10(min(known) / 1.5))  # an arrow at the floor keeps clear of the lowest dot
@@ -140,7 +153,10 @@ def limits_of(scene: SceneRows, norm: Norm) -> Limits:
 
 
 def _frame(axes: Axes, scene: SceneRows, norm: Norm, cost: Cost, limits: Limits) -> None:
-    """Set up the scales: all panels show the same errors, each the costs of all that is drawn in it."""
+    """Set up the scales of a panel.
+
+    All panels show the same errors, each the costs of all that is drawn in it.
+    """
     from matplotlib.ticker import LogLocator, NullLocator
 
     axes.set_xscale("log")
@@ -160,7 +176,10 @@ def _frame(axes: Axes, scene: SceneRows, norm: Norm, cost: Cost, limits: Limits)
 
 
 def _fronts(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
-    """Draw the front of the methods with steps as a staircase with rings, and dotted the one with set-up."""
+    """Draw the front of the methods with steps as a staircase.
+
+    It has rings; the one with set-up is dotted.
+    """
     for cost, style, x, text in ((TIME, "-", 0.56, "front"), (TOTAL, ":", 0.7, "front, set-up included")):
         axes.plot([x, x + 0.04], [1.035] * 2, style, color=MUTED, lw=0.9, transform=axes.transAxes, clip_on=False)
         axes.text(x + 0.05, 1.035, text, color=MUTED, fontsize=7.5, va="center", transform=axes.transAxes)
@@ -174,7 +193,10 @@ def _fronts(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
 
 
 def _notes(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
-    """Shade errors below the uncertainty of the reference, and count the runs whose errors lie above the axis."""
+    """Shade errors below reference uncertainty, and count runs above the axis.
+
+    These are runs with errors above its top.
+    """
     if norm.relative and scene.uncertainty > limits.floor:
         axes.axhspan(axes.get_ylim()[0], scene.uncertainty, color=GREY, alpha=0.2, linewidth=0)
         place, text = axes.get_yaxis_transform(), "below the uncertainty of the reference"

@@ -1,4 +1,7 @@
-"""Ranking: in which scenes a method meets a tolerance, and its time over that of the fastest method there."""
+"""Ranking of methods by scenes within a tolerance, and by time.
+
+The time is relative to the fastest method in the same scene.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ MET, MISSED, REFUSED, FAILED, UNMEASURED, ABSENT = "met", "missed", "refused", "
 
 
 class Judged(NamedTuple):
-    """The scenes whose reference is certain enough for a tolerance, and the reasons against the others."""
+    """The scenes with a certain enough reference, and reasons against others.
+
+    The reference is to be certain enough for a tolerance.
+    """
 
     scenes: tuple[SceneRows, ...]
     excluded: tuple[tuple[str, str], ...]  # name of a scene, reason
@@ -46,7 +52,10 @@ class MethodResults(NamedTuple):
 
     @property
     def ratios_stepped(self) -> tuple[float, ...]:
-        """Return its times over those of the fastest method with steps off special grids, where both meet it."""
+        """Return its times over those of the fastest ordinary method.
+
+        That has steps off special grids; both meet the tolerance.
+        """
         return tuple(result.ratio_stepped for result in self.results if result.ratio_stepped is not None)
 
 
@@ -68,7 +77,10 @@ def judged(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Judged:
 
 
 def fastest(rows: Iterable[Row], norm: Norm, scene: SceneRows, tolerance: float, clock: Clock) -> Row | None:
-    """Return the row that meets a tolerance in the least time, or None; a row without a time comes last."""
+    """Return the row that meets a tolerance in the least time.
+
+    None if no row does; a row without a time comes last.
+    """
 
     def time(row: Row) -> float:
         spent = clock(row)
@@ -81,7 +93,10 @@ def fastest(rows: Iterable[Row], norm: Norm, scene: SceneRows, tolerance: float,
 def best(
     scene: SceneRows, norm: Norm, tolerance: float, clock: Clock = CLOCKS["solve"], *, ordinary: bool = False
 ) -> Row | None:
-    """Return the fastest row of any method that meets a tolerance; ordinary: with steps, and off special grids."""
+    """Return the fastest row of any method that meets a tolerance.
+
+    Ordinary rows have steps, and are off special grids.
+    """
     rows = [row for row in scene.stepped if not row.special] if ordinary else scene.rows
     return fastest(rows, norm, scene, tolerance, clock)
 
@@ -89,7 +104,10 @@ def best(
 def _result(
     scene: SceneRows, family: MethodRows | None, norm: Norm, tolerance: float, clock: Clock, leads: Sequence[Row | None]
 ) -> Result:
-    """Return the result of a family in a scene: met if any level meets the tolerance, else its best outcome."""
+    """Return the result of a family in a scene.
+
+    It is met if any level meets the tolerance, else its best outcome.
+    """
     if family is None:
         return Result(ABSENT)
     own = fastest(family.rows, norm, scene, tolerance, clock)
@@ -108,7 +126,9 @@ def over(value: float | None, base: float | None) -> float | None:
 
 
 def ranking(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: str = "solve") -> list[MethodResults]:
-    """Return all methods: those that meet the tolerance in most scenes first, among equals the faster ones.
+    """Return the results of all methods, the best first.
+
+    Those that meet the tolerance in most scenes come first, among equals the faster ones.
 
     Parameters
     ----------
@@ -135,7 +155,9 @@ def median(values: Iterable[float | None]) -> float | None:
 
 
 def profile(standing: MethodResults) -> list[tuple[float, float]]:
-    """Return the performance profile of a method: (ratio, share of scenes it solves within that ratio), rising.
+    """Return the performance profile of a method, rising.
+
+    Entries are (ratio, share of scenes it solves within that ratio).
 
     References
     ----------

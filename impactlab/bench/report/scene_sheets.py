@@ -1,4 +1,7 @@
-"""The tables of one scene: its fronts, its methods one by one, and the runs without a result with their reasons."""
+"""The tables of one scene: fronts, methods, and unfinished runs.
+
+Unfinished runs have no result, and are listed with their reasons.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ def slug(name: str) -> str:
 
 
 def front_sheet(scene: SceneRows) -> Sheet:
-    """Return the rows on the fronts of displacement error, by time and by time with set-up, marked apart."""
+    """Return the rows on the fronts of displacement error.
+
+    The fronts by time and by time with set-up are marked.
+    """
     by_time, by_total = (
         [point.row for point in front_of(scene.stepped, NORMS[0], scene, CLOCKS[clock])] for clock in ("solve", "total")
     )
@@ -51,7 +57,10 @@ def _front_line(row: Row, which: str) -> tuple[str, ...]:
 
 
 def families_sheet(scene: SceneRows) -> Sheet:
-    """Return the methods of a scene: time to each tolerance, least errors, energy, and runs without a result."""
+    """Return the table of the methods of a scene.
+
+    It has time to each tolerance, least errors, energy, and runs without a result.
+    """
     lines = []
     for family in (*scene.families, *scene.own):
         times = [fastest(family.rows, BOTH, scene, tolerance, CLOCKS["solve"]) for tolerance in TOLERANCES]
@@ -82,7 +91,10 @@ def families_sheet(scene: SceneRows) -> Sheet:
 
 
 def _least(family: MethodRows, name: str) -> float | None:
-    """Return the least error of all levels; that of event times only of runs that missed none."""
+    """Return the least error of all levels.
+
+    That of event times is only of runs that missed none.
+    """
     rows = [row for row in family.completed if name != "event_times" or not row.events_missed]
     return min((v for row in rows if (v := getattr(row, name)) is not None), default=None)
 
@@ -117,7 +129,10 @@ class Unfinished(NamedTuple):
 
 
 def unfinished(scene: SceneRows) -> list[Unfinished]:
-    """Return all runs without a result; levels of one method with the same reason stand together."""
+    """Return all runs without a result.
+
+    Levels of one method with the same reason stand together.
+    """
     groups: dict[tuple[str, ...], list[str]] = {}
     for row in scene.all_rows:
         if not row.completed:

@@ -23,7 +23,10 @@ class Heading(NamedTuple):
 
 
 def headings(*columns: str, text: Collection[str] = ()) -> tuple[Heading, ...]:
-    """Return heads written as ``group: name [unit]``, group and unit optional; those named in ``text`` hold words."""
+    """Return headings from texts such as ``group: name [unit]``.
+
+    Group and unit are optional; columns named in ``text`` hold words.
+    """
     found = []
     for column in columns:
         group, _, rest = column.rpartition(": ")
@@ -45,7 +48,10 @@ class Sheet(NamedTuple):
 
     @property
     def grouped(self) -> list[tuple[str, int]]:
-        """Return the groups of columns from left to right with the columns of each; empty without any group."""
+        """Return the groups of columns in order, with their column counts.
+
+        The list is empty without any group.
+        """
         runs = itertools.groupby(enumerate(self.headings), key=lambda each: each[1].group or each[0])
         groups = [(str(group) if isinstance(group, str) else "", len(list(run))) for group, run in runs]
         return groups if any(group for group, _ in groups) else []
@@ -74,7 +80,10 @@ def percent(share: float | None) -> str:
 
 
 def markdown(sheet: Sheet) -> str:
-    """Return a sheet in Markdown; the best stand in bold, a group of columns is named at its first."""
+    """Return a sheet in Markdown, the best in bold.
+
+    A group of columns is named at its first.
+    """
     groups = ["", *(h.group for h in sheet.headings)]
     heads = [
         f"{h.group + ': ' if h.group and h.group != before else ''}{h.name}{f' [{h.unit}]' if h.unit else ''}"
@@ -123,7 +132,10 @@ FLOAT = re.compile(r"(-?\d+(?:\.\d+)?)e(-?\d+)")
 
 
 def escaped(text: str) -> str:
-    """Return text escaped for LaTeX; characters outside ASCII by their commands, others as a question mark."""
+    """Return text escaped for LaTeX.
+
+    Characters outside ASCII have their commands, others become a question mark.
+    """
     if found := FLOAT.fullmatch(text):
         return rf"${found[1]}\cdot 10^{{{found[2]}}}$"
     if found := POWER.search(text):
@@ -133,7 +145,10 @@ def escaped(text: str) -> str:
 
 
 def latex(sheet: Sheet) -> str:
-    """Return a sheet as a LaTeX table for the package booktabs; the best stand in bold."""
+    """Return a sheet as a LaTeX table for booktabs.
+
+    The best stand in bold.
+    """
     columns = "".join("r" if h.numeric else "l" for h in sheet.headings)
     lines = [
         "% needs \\usepackage{booktabs}",

@@ -1,4 +1,7 @@
-"""Special grids: methods with dt = h/c beside the same with 0.9 h/c, and beside rods on which no step is special."""
+"""Comparison of special grids, dt = h/c, with ordinary ones.
+
+Methods with dt = h/c are shown beside the same with 0.9 h/c, and beside rods on which no step is special.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +22,20 @@ SHOWN_ELEMENTS = 100  # elements of the level that is shown
 
 
 class Pair(NamedTuple):
-    """A row on the special grid and its sibling off it: equal except for the step."""
+    """A row on the special grid and its sibling off it.
+
+    Both are equal except for the step.
+    """
 
     special: Row
     ordinary: Row | None
 
 
 class Line(NamedTuple):
-    """One method on one scene of a uniform rod, at the level of a typical mesh."""
+    """One method on one scene of a uniform rod.
+
+    The level is that of a typical mesh.
+    """
 
     method: str
     scene: str
@@ -41,7 +50,10 @@ class Line(NamedTuple):
 
 
 def pairs(scene: SceneRows) -> list[tuple[str, list[Pair]]]:
-    """Return for every method on the special grid its rows and their siblings, level by level."""
+    """Return rows on the special grid with siblings, by method.
+
+    They are in the order of the levels.
+    """
     siblings = [row for row in scene.rows if row.courant == SIBLING_COURANT]
     found = []
     for family in scene.families:
@@ -70,7 +82,10 @@ def _without_step(row: Row) -> tuple[object, ...]:
 
 
 def _lines(scenes: Sequence[SceneRows], others: Sequence[SceneRows]) -> list[Line]:
-    """Return every method on the special grid on every scene of a uniform rod, beside the other scenes."""
+    """Return every method on the special grid on uniform rods.
+
+    Each scene of a uniform rod is beside the other scenes.
+    """
     known = [{method: _typical(listed) for method, listed in pairs(scene)} for scene in others]
     found = []
     for scene in scenes:
@@ -120,7 +135,10 @@ def special_grids(scenes: Sequence[SceneRows]) -> Sheet:
 
 
 def special_summary(scenes: Sequence[SceneRows]) -> Sheet:
-    """Return the table of special grids, method by method: medians over the scenes of uniform rods."""
+    """Return the table of special grids, method by method.
+
+    It has medians over the scenes of uniform rods.
+    """
     others = _not_uniform(scenes)
     groups: dict[str, list[Line]] = {}
     for line in _lines(scenes, others):

@@ -48,7 +48,10 @@ def write_stability(out_dir: Path, table_path: Path) -> int:
 
 
 def report(rows: Sequence[Row]) -> list[Block]:
-    """Return the blocks of the report: counts, violations, one matrix per case, reasons, energy over long runs."""
+    """Return the blocks of the stability report.
+
+    They are counts, violations, one matrix per case, reasons, and energy over long runs.
+    """
     codes = Codes(rows)
     counts = Counter(verdict(row) for row in rows)
     summary = (
@@ -77,7 +80,10 @@ def table(heads: Sequence[str], lines: Iterable[Sequence[str]]) -> Sheet:
 
 
 class Codes:
-    """Codes of reasons in the order of the table: those that differ by numbers and names alone share one."""
+    """Codes of reasons in the order of the table.
+
+    Reasons that differ by numbers and names alone share one.
+    """
 
     def __init__(self, rows: Iterable[Row]) -> None:
         self._known: dict[tuple[str, str], str] = {}  # letter and reason: code
@@ -121,7 +127,10 @@ def matrix(rows: Sequence[Row], codes: Codes) -> Sheet:
 
 
 def cell(row: Row, codes: Codes) -> str:
-    """Return a cell of a matrix: the mark, and the error, the warning or the code of the reason."""
+    """Return a cell of a matrix.
+
+    It has the mark, and the error, the warning or the code of the reason.
+    """
     mark = verdict(row)
     if row.status in ("refused", "failed"):
         return codes.of(row) + (" !" if mark is BenchVerdict.VIOLATION else "")
@@ -137,7 +146,10 @@ def percent(share: float) -> str:
 
 
 def drift(rows: Sequence[Row]) -> Sheet:
-    """Return gains and losses of energy by number of steps, one line per method of the case of long runs."""
+    """Return gains and losses of energy by number of steps.
+
+    The table has one line per method of the case of long runs.
+    """
     known: dict[str, dict[int, Row]] = {}
     for row in rows:
         if (steps := STEPS.search(row.method)) and row.variant in ("", "base"):
@@ -154,7 +166,10 @@ def drift(rows: Sequence[Row]) -> Sheet:
 
 
 def _changes(row: Row | None) -> str:
-    """Return the largest gain and loss of a run over its reference energy, or its status."""
+    """Return a run's largest gain and loss, relative, or its status.
+
+    They are over its reference energy.
+    """
     if row is None or not row.completed:
         return "" if row is None else row.status
     return f"{row.energy_gain or 0.0:.1e}, {row.energy_loss or 0.0:.1e}"

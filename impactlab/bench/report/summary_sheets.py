@@ -60,7 +60,10 @@ def named(row: Row) -> str:
 
 
 def ranking_sheet(scenes: Sequence[SceneRows], norm: Norm, clock: str = "solve") -> Sheet:
-    """Return in how many scenes each method meets each tolerance, and its time over that of the fastest."""
+    """Return the table of the ranking of methods.
+
+    It shows in how many scenes each method meets each tolerance, and its time over that of the fastest.
+    """
     tables = [{s.method: s for s in ranking(scenes, norm, tolerance, clock)} for tolerance in TOLERANCES]
     special = {row.method for scene in scenes for row in scene.rows if row.special}
     rows = []
@@ -89,7 +92,10 @@ def ranking_sheet(scenes: Sequence[SceneRows], norm: Norm, clock: str = "solve")
 
 
 def _order(method: str, tables: Sequence[dict[str, MethodResults]]) -> tuple[float, ...]:
-    """Return a key of order: scenes met at the middle tolerance, then the loose, then the sharp one, then the time."""
+    """Return a sorting key by scenes met, then by time.
+
+    Scenes are met at the middle tolerance, then the loose, then the sharp one.
+    """
     counts = [-table[method].count(MET) for table in tables]
     return (counts[1], counts[0], counts[2], median(tables[1][method].ratios or tables[0][method].ratios) or 1e9)
 
@@ -128,7 +134,10 @@ def certainty(scenes: Sequence[SceneRows]) -> Sheet:
 
 
 def spreads(rows: Sequence[Row]) -> list[float]:
-    """Return the spread of the time to solve over that time, of every run that was timed more than once."""
+    """Return relative spreads of the time to solve.
+
+    They are those of every run that was timed more than once.
+    """
     return [
         row.solve_spread_s / row.solve_s
         for row in rows
@@ -142,7 +151,10 @@ def percent_of(share: float) -> str:
 
 
 def excluded(scenes: Sequence[SceneRows], norm: Norm) -> list[tuple[str, str, str]]:
-    """Return the exclusions of a ranking: tolerance, scene, reason; once if the same for all tolerances."""
+    """Return the exclusions of a ranking: tolerance, scene, reason.
+
+    They stand once if the same for all tolerances.
+    """
     found: dict[tuple[str, str], list[str]] = {}
     for tolerance in TOLERANCES:
         for key in judged(scenes, norm, tolerance).excluded:

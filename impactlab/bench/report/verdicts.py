@@ -1,4 +1,7 @@
-"""Verdicts on rows of hard cases: completed, refused or failed with its reason; anything else is a violation."""
+"""Verdicts on rows of hard cases.
+
+A row is completed, or refused or failed with its reason; all else is a violation.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,10 @@ def result_warnings(row: Row) -> tuple[str, ...]:
 
 
 def worst_error(row: Row) -> float | None:
-    """Return the larger of the errors of displacement and impulse, less the uncertainty of the reference."""
+    """Return the larger error of displacement and impulse.
+
+    The uncertainty of the reference is subtracted.
+    """
     known = [value for value in (row.displacement, row.impulse) if value is not None]
     return max(0.0, max(known) - (row.reference_uncertainty or 0.0)) if known else None
 

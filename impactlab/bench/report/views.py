@@ -77,12 +77,15 @@ class SceneRows:
 
     @cached_property
     def stepped(self) -> tuple[Row, ...]:
-        """Return the rows of the grid with steps: beside an exact solution none of them would stand on a front."""
+        """Return the rows of the grid with steps.
+
+        Beside an exact solution none of them would stand on a front.
+        """
         return tuple(row for row in self.rows if not row.stepless)
 
     @cached_property
     def all_rows(self) -> tuple[Row, ...]:
-        """Return the rows of the grid, of the case's own methods and of the automatic choice."""
+        """Return the rows of grid, own methods and automatic choice."""
         return (*self.rows, *(row for family in self.own for row in family.rows), *self.automatic)
 
     @property
@@ -107,7 +110,10 @@ class SceneRows:
 
 
 def gathered(rows: Sequence[Row]) -> tuple[SceneRows, ...]:
-    """Return the scenes in the order of the table, each with its families; levels in ascending order."""
+    """Return the scenes in the order of the table.
+
+    Each has its families; levels are in ascending order.
+    """
     scenes: dict[str, dict[str, list[Row]]] = {}
     for row in rows:
         scenes.setdefault(row.scene, {}).setdefault(row.method, []).append(row)
@@ -125,7 +131,10 @@ def _scene(name: str, methods: Mapping[str, Sequence[Row]]) -> SceneRows:
 
 
 def _level(row: Row) -> float:
-    """Return the place of a level on its ladder; levels with names keep the order of the table."""
+    """Return the place of a level on its ladder.
+
+    Levels with names keep the order of the table.
+    """
     try:
         return float(row.level)
     except ValueError:

@@ -1,4 +1,7 @@
-"""Writes the report of a bench from its table alone, beside the files of the bench."""
+"""Writer of the report of a bench from its table alone.
+
+The report stands beside the files of the bench.
+"""
 
 from __future__ import annotations
 
@@ -76,7 +79,9 @@ def write_bench(
 
 @contextlib.contextmanager
 def replaced(out_dir: Path, parts: Sequence[str]) -> Iterator[Path]:
-    """Give a folder for the parts of a report, which then take the places of those of the last report.
+    """Yield a folder for the parts of a report.
+
+    They then take the places of those of the last report.
 
     Raises
     ------

@@ -1,4 +1,7 @@
-"""The block of a beam with its cross section, and the beam that it describes: area, second moment, shear stiffness."""
+"""The block of a beam with its cross section, and the resulting beam.
+
+The section gives area, second moment and shear stiffness.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +61,10 @@ class BeamSegmentBlock(Block):
 
 
 class BeamEndsBlock(Block):
-    """The supports of the two ends of a beam, and forces that act across them from t = 0 on."""
+    """The supports of a beam's two ends, and forces across them.
+
+    Forces act from t = 0 on.
+    """
 
     left: Annotated[End, BEAM_END] = Field(End("free"), description="left end, at x = 0; a force acts along +u")
     right: Annotated[End, BEAM_END] = Field(End("free"), description="right end, at x = L; a force acts along +u")
@@ -142,7 +148,10 @@ def check_shear(section: SectionBlock, material: BeamMaterial, path: str) -> Non
 
 
 def shear_of(piece: BeamSegmentBlock) -> tuple[float, float]:
-    """Return the shear factor, of a rectangle or a circle if not given, and the shear modulus [Pa] of a piece."""
+    """Return the shear factor and the shear modulus [Pa] of a piece.
+
+    The factor is that of a rectangle or a circle if not given.
+    """
     section, material = piece.section, piece.material
     known = math.nan if section.area is not None else CIRCLE if section.diameter is not None else RECTANGLE
     modulus = material.shear_modulus or material.young / (2.0 * (1.0 + (material.poisson or 0.0)))

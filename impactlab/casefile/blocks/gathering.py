@@ -1,4 +1,7 @@
-"""Blocks made from one, gathered into one block again: the number of them, and every value that differs."""
+"""Blocks made from one, gathered into one block again.
+
+It holds their number, and every value that differs.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from impactlab.casefile.blocks.origins import Origin, Origins
 
 
 def gathered_again(resolved: Mapping[str, Any], written: Mapping[str, Any], origins: Origins) -> dict[str, Any]:
-    """Return a resolved case with one block for all that were made from it; it is a case with the same scene.
+    """Return a resolved case with repeated blocks gathered; the scene is the same.
 
     Values that differ stand as ``{each: [...]}``; faces and bodies as the case names them.
     """
@@ -50,7 +53,10 @@ def _blocks(blocks: Sequence[Any], written: Sequence[Mapping[str, Any]], origins
 
 
 def _one(blocks: Sequence[Any]) -> Any:
-    """Return the one value of several, or of blocks with the same keys a block, or ``{each: [...]}``."""
+    """Return the one value of several, a block, or ``{each: [...]}``.
+
+    Blocks with the same keys make a block.
+    """
     first = blocks[0]
     if all(block == first for block in blocks):
         return first

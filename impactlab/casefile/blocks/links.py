@@ -1,4 +1,7 @@
-"""The blocks of mechanisms: links, hinges, drives and ends; the direction of a contact on one."""
+"""The blocks of mechanisms: links, hinges, drives and ends.
+
+The direction of a contact on a mechanism is read here, too.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ Angle = Annotated[float, quantity("rad")]
 
 
 class LinkBlock(Block):
-    """A rigid link of a mechanism: a straight bar whose centre of mass is its middle."""
+    """A rigid link of a mechanism: a straight bar whose mass centre is its middle."""
 
     kind: Literal["link"] = Field(description="link")
     length: Length = Field(description="length [m]")
@@ -44,7 +47,10 @@ class DriveBlock(Block):
 
 
 class JointBlock(Block):
-    """A link of a mechanism and the joint that ties it to the end of the link before it, or to the ground."""
+    """A link of a mechanism, and its joint to the link before.
+
+    The first link is tied to the ground.
+    """
 
     body: Name = Field(description="name of the link: a body of kind link or beam")
     joint: Annotated[str, words("hinge", "clamped")] = Field(
@@ -82,7 +88,10 @@ END = Reader(
 
 
 class MechanismBlock(Block):
-    """A planar chain of links, each tied to the end of the one before, the first to the ground at x = y = 0."""
+    """A planar chain of links, each tied to the one before.
+
+    The first is tied to the ground at x = y = 0.
+    """
 
     links: tuple[JointBlock, ...] = Field(min_length=1, max_length=MAX_LINKS, description="links from the ground on")
     end: Annotated[Any, END] = Field("free", description="free, or {slide: y}: the end moves along x at y [m]")

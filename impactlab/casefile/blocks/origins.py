@@ -1,4 +1,7 @@
-"""Where a block that was made from another stands in the file: errors name the block as it is written."""
+"""Places in the file of blocks that were made from others.
+
+Errors name the block as it is written.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ class Origins:
         return bool(self.bodies or self.lists)
 
     def of(self, path: str) -> Origin | None:
-        """Return the origin of the block that holds a path; None where it stands in the file under that path."""
+        """Return the origin of the block that holds a path.
+
+        None where it stands in the file under that path.
+        """
         keys = path.split(".")
         if keys[0] == "bodies" and len(keys) > 1:
             return self.bodies.get(keys[1])
@@ -42,7 +48,10 @@ class Origins:
         return None
 
     def first(self, path: str) -> str:
-        """Return a path as written in the file in the first of the blocks made from its block."""
+        """Return a path of the file in the first block made there.
+
+        It is the first of the blocks that were made from the block of the path.
+        """
         room, _, rest = path.partition(".")
         name, dot, key = rest.partition(".")
         made = self.bodies if room == "bodies" else {str(n): each for n, each in enumerate(self.lists.get(room, []))}
@@ -70,7 +79,10 @@ class Origins:
         error.others = tuple(each for each in first.values() if each is not error)
 
     def _moved(self, error: ImpactlabError) -> tuple[str, str]:
-        """Give an error the path of its block in the file; return path and text, without numbers where these vary."""
+        """Lead an error back to its block in the file.
+
+        Return its path and text, without numbers where these vary.
+        """
         if error.led_back:
             return error.path, error.text
         error.led_back = True

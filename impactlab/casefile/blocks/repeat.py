@@ -1,7 +1,8 @@
-"""Bodies, contacts and probes made from one block: ``repeat`` and ``chain`` written out, with formulas of an index.
+"""Expansion of repeated blocks: ``repeat`` and ``chain``, with formulas of an index.
 
-The blocks are written out before they are checked, so that the rules of a case do not depend on them. Errors are
-led back to the block as it stands in the file (`impactlab.casefile.blocks.origins`).
+Bodies, contacts and probes are made from them. The blocks are written out before they are checked, so that the rules of
+a case do not depend on them. Errors are led back to the block as it stands in the file
+(`impactlab.casefile.blocks.origins`).
 """
 
 from __future__ import annotations
@@ -40,7 +41,9 @@ class Expanded(NamedTuple):
 
 
 def expand(data: dict[str, Any]) -> Expanded:
-    """Return a case with its repeated blocks and chains of contacts written out; the same where it has none.
+    """Return a case with its repeated blocks and chains written out.
+
+    It is the same case where it has none.
 
     Parameters
     ----------
@@ -72,7 +75,10 @@ def _is_many(block: Any) -> bool:
 
 
 def count_of(value: Any, path: str) -> int:
-    """Return a count of blocks; raise `CaseError` where it is not whole, or beyond its limits."""
+    """Return a count of blocks.
+
+    Raises `CaseError` where it is not whole, or beyond its limits.
+    """
     whole = isinstance(value, (int, float)) and not isinstance(value, bool) and value == value // 1
     if not whole or not 1 <= value <= MAX_REPEAT:
         fault = "is out of range" if whole else "is not a whole number"
@@ -85,13 +91,19 @@ def count_of(value: Any, path: str) -> int:
 
 
 def _names_made(name: str, count: int) -> list[str]:
-    """Return the names of the bodies made from a block: NAME_1 of NAME, or those of its formula in braces."""
+    """Return the names of the bodies made from a block.
+
+    They are NAME_1 ... of NAME, or those of its formula in braces.
+    """
     text = name if "{" in name else f"{name}_{{i}}"
     return [str(each) for each in _many(_texts(text, count, f"bodies.{name}", in_name=True), count)]
 
 
 def block_of(bodies: Mapping[str, Any], name: str) -> tuple[str, int] | None:
-    """Return the repeated block that makes a body, and how many it makes; None where none does."""
+    """Return the repeated block that makes a body, and its count.
+
+    None where no block makes it.
+    """
     for block, value in bodies.items():
         if isinstance(value, dict) and "repeat" in value:
             count = count_of(value["repeat"], f"bodies.{block}.repeat")
@@ -101,7 +113,7 @@ def block_of(bodies: Mapping[str, Any], name: str) -> tuple[str, int] | None:
 
 
 def _bodies(bodies: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Origin], dict[str, list[str]]]:
-    """Return all bodies, the origin of each that was made, and the names made from each block."""
+    """Return all bodies, origins of those made, and names by block."""
     counts = {name: count_of(block["repeat"], f"bodies.{name}.repeat") for name, block in bodies.items()
               if isinstance(block, dict) and "repeat" in block}  # fmt: skip
     _check_total("bodies", len(bodies) - len(counts) + sum(counts.values()))
@@ -175,7 +187,10 @@ class _Row(NamedTuple):
 
 
 def _row(block: dict[str, Any], path: str, names: Mapping[str, list[str]], bodies: Any) -> _Row:
-    """Return the bodies of a chain; a rod meets its neighbours by its left and its right end."""
+    """Return the bodies of a chain.
+
+    A rod meets its neighbours by its left and its right end.
+    """
     for key in ("between", "repeat"):
         if key in block:
             raise CaseError(
@@ -276,14 +291,20 @@ def _each(values: Any, count: int, path: str) -> Any:
 
 
 def _numbers(text: str, key: str, count: int, path: str) -> Any:
-    """Return the values of a formula of the index, in SI; a text without i and n as it is."""
+    """Return the values of a formula of the index, in SI.
+
+    A text without i and n is returned as it is.
+    """
     if key in _TEXTS or not _OF_INDEX.search(text):
         return text
     return Varying(_evaluated(text, count, path).tolist())
 
 
 def _texts(text: str, count: int, path: str, in_name: bool = False) -> Any:
-    """Return a text with the value of each formula in braces in its place; one inside a name must be whole."""
+    """Return a text with formulas in braces replaced by their values.
+
+    A value inside a name must be whole.
+    """
     pieces: list[Any] = []
     end = 0
     for found in _BRACES.finditer(text):
@@ -297,7 +318,10 @@ def _texts(text: str, count: int, path: str, in_name: bool = False) -> Any:
 
 
 def _check_whole(values: Any, formula: str, path: str) -> None:
-    """Raise `CaseError` where a number of a name is not whole, as the point in it would end the name."""
+    """Raise `CaseError` where a number in a name is not whole.
+
+    A point in it would end the name.
+    """
     if (broken := np.flatnonzero(values != np.floor(values))).size:
         raise CaseError(
             f"{shown(formula)} gives {values[broken[0]]:.6g} at i = {broken[0] + 1}. Allowed in a name: whole numbers",

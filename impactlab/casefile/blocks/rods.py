@@ -22,7 +22,10 @@ ALLOWED = "area: m2, diameter: m, or width: m and height: m"
 
 
 class CrossSection(Block):
-    """The cross section of a rod: its area, the diameter of a full circle, or width and height of a rectangle."""
+    """The cross section of a rod: area, circle or rectangle.
+
+    A circle is full and has a diameter, a rectangle width and height.
+    """
 
     area: Area | None = Field(None, description="area of the cross section [m2]")
     diameter: Length | None = Field(None, description="of a full circle, in place of area [m]")
@@ -38,7 +41,10 @@ class SegmentBlock(CrossSection):
 
 
 class EndsBlock(Block):
-    """The supports of the two ends of a rod, and forces that act on them: constant from t = 0 on, or over time."""
+    """The supports of a rod's two ends, and forces on them.
+
+    Forces are constant from t = 0 on, or over time.
+    """
 
     left: Annotated[End, END] = Field(End("free"), description="left end, at x = 0; a force [N] is positive along +x")
     right: Annotated[End, END] = Field(End("free"), description="right end, at x = L; a force [N] is positive along +x")
@@ -79,7 +85,10 @@ class RodBlock(CrossSection, MovingBlock):
         return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh, rotation=rotation)
 
     def _check_width(self, path: str) -> None:
-        """Raise `CaseError` where a section is so wide, beside the length of the rod, that a unit was left out."""
+        """Raise `CaseError` where a section is too wide for the rod's length.
+
+        A unit was probably left out.
+        """
         length = sum(piece.length for piece in self.pieces)
         for number, piece in enumerate(self.pieces):
             for key in ("diameter", "width", "height"):

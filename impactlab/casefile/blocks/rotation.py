@@ -1,4 +1,7 @@
-"""The block of a steady rotation, and the rotation that it gives a rod or a beam."""
+"""The block of a steady rotation, and its rotation record.
+
+Rods and beams may have one.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ _RATE = Allowed("rad/s", number=True, nothing=True)
 
 
 class RotationBlock(Block):
-    """A steady rotation about a fixed axis; all quantities of the body count from its steady state."""
+    """A steady rotation about a fixed axis.
+
+    All quantities of the body count from its steady state.
+    """
 
     rate: Annotated[float | None, Reader(_RATE.read, _RATE.json_schema())] = Field(
         None, description="angular velocity [rad/s]; a mass without it takes that of the body that it meets"

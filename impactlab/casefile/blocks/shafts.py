@@ -1,4 +1,7 @@
-"""The block of a shaft: its section in torsion, its ends, and the shaft that it describes at its lever arm."""
+"""The block of a shaft: torsion section, ends, and the resulting shaft.
+
+The shaft is described at its lever arm.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +81,10 @@ class ShaftSection(Block):
 
     @property
     def moments(self) -> tuple[float, float]:
-        """Torsion constant and polar second moment of area [m4]; NaN where they are not given in one way."""
+        """Torsion constant and polar second moment of area [m4].
+
+        NaN where they are not given in exactly one way.
+        """
         if self.diameter is not None and self.torsion_constant is None and self.polar_moment is None:
             circle = math.pi / 32.0 * (self.diameter**4 - (self.bore or 0.0) ** 4)
             return (circle, circle) if circle > 0.0 else (math.nan, math.nan)
@@ -96,7 +102,10 @@ class ShaftSegmentBlock(Block):
 
 
 class ShaftEndsBlock(Block):
-    """The supports of the two ends of a shaft, and torques that act on them from t = 0 on."""
+    """The supports of a shaft's two ends, and torques on them.
+
+    Torques act from t = 0 on.
+    """
 
     left: Annotated[End, SHAFT_END] = Field(End("free"), description="left end, at x = 0")
     right: Annotated[End, SHAFT_END] = Field(End("free"), description="right end, at x = L")
@@ -142,7 +151,10 @@ def _segment(piece: ShaftSegmentBlock, lever_arm: float) -> Segment:
 
 
 def _at_arm(twist: Profile | None, lever_arm: float, length: float) -> Profile | None:
-    """Return the displacement [m] at the lever arm [m] of a twist [rad] along the shaft."""
+    """Return the displacement at the lever arm [m] for a twist [rad].
+
+    Both are shapes along the shaft.
+    """
     if isinstance(twist, Table):
         return Table(twist.x, tuple(lever_arm * u for u in twist.u))
     return Formula(f"{lever_arm!r}*({twist.text})", length) if isinstance(twist, Formula) else None

@@ -1,4 +1,7 @@
-"""Keys that the blocks of several kinds of body share, with their units, and the facts of an elastic body's block."""
+"""Keys that several kinds of body share, with their units.
+
+The facts of an elastic body's block are here, too.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +81,7 @@ class DampingBlock(Block):
 
 
 class ElasticBlock(Block):
-    """An elastic body: length and material, or segments, its damping, and the state at t = 0."""
+    """An elastic body: length and material, or segments, damping, initial state."""
 
     length: Length | None = Field(None, description="length [m]")
     damping: DampingBlock = Field(DampingBlock(), description="Rayleigh damping of the whole body")
@@ -103,7 +106,7 @@ class ElasticBlock(Block):
         """Raise `CaseError` where section and material of a piece do not make a body."""
 
     def lacking(self, _quantity: str) -> str:
-        """Return why this body does not have one of its `quantities`; empty where it has it."""
+        """Return why this body lacks one of its `quantities`; empty otherwise."""
         return ""
 
     @property

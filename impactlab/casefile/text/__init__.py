@@ -1,1 +1,1 @@
-"""The text of a case file: read within limits, written, and cut to what is safe to show."""
+"""The text of a case file: limited reading, writing, safe display."""

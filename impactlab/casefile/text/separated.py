@@ -1,4 +1,7 @@
-"""Tables as text: cells between commas, semicolons or tabs, with decimal points or, where it is free, commas."""
+"""Tables as text: cells between commas, semicolons or tabs.
+
+Numbers have decimal points or, where it is free, commas.
+"""
 
 from __future__ import annotations
 

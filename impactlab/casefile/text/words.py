@@ -1,4 +1,4 @@
-"""Words for messages: values cut to a length that is safe to show, closest names, lists of allowed values."""
+"""Words for messages: shortened values, closest names, lists of allowed values."""
 
 from __future__ import annotations
 

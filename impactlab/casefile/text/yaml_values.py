@@ -1,6 +1,7 @@
-"""Reads YAML 1.2 event by event, so that limits, tags, anchors and double keys are refused before any value is built.
+"""Reader of YAML 1.2, event by event.
 
-Numbers are read by the core rules of YAML 1.2: ``2.1e11`` and ``1e-3`` are numbers, ``on`` is a text.
+Limits, tags, anchors and double keys are refused before any value is built. Numbers are read by the core rules of YAML
+1.2: ``2.1e11`` and ``1e-3`` are numbers, ``on`` is a text.
 """
 
 from __future__ import annotations
@@ -23,7 +24,10 @@ _TWO_COLONS = re.compile(r"\s*(?:- +)?([\w.-]+):\s+(\S.*:(?:\s.*)?)")  # a key, 
 
 
 def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
-    """Return the plain value of a text; the line of each key is written into ``lines``."""
+    """Return the plain value of a text.
+
+    The line of each key is written into ``lines``.
+    """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
@@ -40,7 +44,10 @@ def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
 
 
 def _marked(error: Any, lines: list[str]) -> CaseError:
-    """Return the fault of a text that is not YAML, with the line in which it is."""
+    """Return the fault of a text that is not YAML.
+
+    It has the line in which it is.
+    """
     mark = error.problem_mark or error.context_mark
     problem = str(error.problem or error.context or "the text cannot be read")[:120]
     remedy = "Fix the text there (or just above)."

@@ -1,4 +1,7 @@
-"""Errors of single values for pydantic, and the faults it finds as one error: place, value given, allowed, remedy."""
+"""Errors of single values, and pydantic's faults as one error.
+
+An error has place, value given, values allowed, and a remedy.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,10 @@ def case_error(
 
 
 def _suggested(fault: ErrorDetails, error: CaseError, prefix: str) -> str:
-    """Return the path of the key that a misspelt one probably stands for; it is then not missing as well."""
+    """Return the path of the key that a misspelt one stands for.
+
+    This key is then not missing as well.
+    """
     key = re.search(r"Did you mean '(\w+)'", error.text)
     return ".".join(filter(None, (prefix, *_yaml_path(fault["loc"])[:-1], key[1]))) if key else ""
 
@@ -118,7 +124,10 @@ def _words(
 
 
 def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]]) -> tuple[str, str]:
-    """Return text and remedy of a key that is not known among names; ``blocks`` are those in which it was sought."""
+    """Return text and remedy for an unknown key.
+
+    ``names`` are the keys known; ``blocks`` are those in which it was sought.
+    """
     if (colon := name.partition(":"))[1] and colon[0] in names:
         return (
             f"{shown(name)} has no space after its colon. Did you mean {colon[0]!r}?",
@@ -144,7 +153,10 @@ def _tags(context: Any) -> str:
 
 
 def _yaml_path(loc: Sequence[int | str]) -> list[str]:
-    """Return where a fault stands: without the kind that pydantic names after a body, and its mark of a wrong key."""
+    """Return the path of a fault in the file.
+
+    It is without the kind that pydantic names after a body, and its mark of a wrong key.
+    """
     kinds = {"bodies": 2, "mechanisms": 2, "snapshots": 1}  # where pydantic names the kind of block that it reads
     keys = [str(step) for number, step in enumerate(loc) if number != kinds.get(str(loc[0]))]
     return [key for key in keys if key != "[key]"]
@@ -181,7 +193,10 @@ def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseMo
 
 
 def _blocks_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[type[BaseModel]]:
-    """Return the blocks that may stand at a path, those of the given kind where it is known; none if not known."""
+    """Return the blocks that may stand at a path.
+
+    They are those of the given kind where it is known; none if the path is not known.
+    """
     if not isinstance(allowed, type):
         return []
     blocks, among_many = [allowed], False  # among_many: the next key is the name or the number of one of several

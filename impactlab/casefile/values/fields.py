@@ -1,7 +1,7 @@
-"""Readers of the fields of a case, each with one clear message: numbers with a unit, words, ends, initial shapes.
+"""Readers of the fields of a case, each with one clear message.
 
-A field that allows several things is read by one reader for all of them; a union of types would report one
-mistake with an error for each member.
+They read numbers with a unit, words, ends and initial shapes. A field that allows several things is read by one reader
+for all of them; a union of types would report one mistake with an error for each member.
 """
 
 from __future__ import annotations
@@ -189,7 +189,10 @@ def _finite(value: numbers.Real) -> float:
 
 
 def quantity(unit: str, *, nothing: bool = False, **limits: float) -> Reader:
-    """Return the annotation of a number in a unit, or ``nothing``; ``gt``, ``ge``, ``lt``, ``le`` bound it."""
+    """Return the annotation of a number in a unit, or ``nothing``.
+
+    ``gt``, ``ge``, ``lt``, ``le`` bound it.
+    """
     return Allowed(unit=unit, limits=tuple(limits.items()), number=True, nothing=nothing).reader()
 
 
@@ -284,7 +287,10 @@ BEAM_END = EndReader("beam", ("free", "clamped", "pinned", "infinite"), turns=Tr
 
 
 def shape(unit: str) -> Reader:
-    """Return the annotation of a shape along a body at t = 0: a formula of x, or a table of values in a unit."""
+    """Return the annotation of a shape along a body at t = 0.
+
+    It is a formula of x, or a table of values in a unit.
+    """
 
     def read(value: Any) -> Any:
         if value is None or isinstance(value, (Formula, Table)):

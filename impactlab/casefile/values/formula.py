@@ -1,6 +1,7 @@
-"""A quantity along a rod, over time or over an index, given as a formula of x, t or i. None is evaluated as code.
+"""Formulas of x, t or i, evaluated without running code.
 
-The formula is parsed, every node is compared with a short list of allowed ones, and the tree is walked with numpy.
+They give a quantity along a rod, over time or over an index. The formula is parsed, every node is compared with a short
+list of allowed ones, and the tree is walked with numpy.
 """
 
 from __future__ import annotations
@@ -62,7 +63,10 @@ class Formula:
 
 @dataclass(frozen=True)
 class TimeFormula:
-    """A formula of the time t [s]. Called with t, shape (n,), it returns the same shape."""
+    """A formula of the time t [s], vectorized over t.
+
+    Called with t, shape (n,), it returns the same shape.
+    """
 
     text: str
 

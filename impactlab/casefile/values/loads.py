@@ -1,4 +1,7 @@
-"""Forces over time on ends: a table {t, f}, a formula of t, or columns of a CSV file in the folder of the case."""
+"""Forces over time on ends: tables, formulas, or files.
+
+They are a table {t, f}, a formula of t, or columns of a CSV file in the folder of the case.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ _folder: ContextVar[Path | None] = ContextVar("folder", default=None)
 
 @contextmanager
 def folder_of(file: str) -> Iterator[None]:
-    """Read files that the values of a case name beside the file of the case; a case without one has no folder."""
+    """Read the files that a case names beside its own file.
+
+    A case without a file has no folder.
+    """
     token = _folder.set(Path(file).parent if file else None)
     try:
         yield
@@ -45,7 +51,10 @@ def folder_of(file: str) -> Iterator[None]:
 
 
 def is_over_time(value: Any) -> bool:
-    """Return whether a value is meant as a force over time, not as a number with a unit."""
+    """Return whether a value is meant as a force over time.
+
+    Otherwise it is a number with a unit.
+    """
     return isinstance(value, (Mapping, AbstractLoad)) or (isinstance(value, str) and bool(_OF_TIME.search(value)))
 
 
@@ -80,7 +89,10 @@ def load_values(load: AbstractLoad) -> Any:
 
 
 def load_schema(unit: str) -> tuple[dict[str, Any], ...]:
-    """Return the JSON schemas of the forms of a force over time, other than a text."""
+    """Return the JSON schemas of a force over time.
+
+    They are those of its forms other than a text.
+    """
 
     def block(**properties: Any) -> dict[str, Any]:
         keys = {"properties": properties, "required": list(properties)}
@@ -114,7 +126,10 @@ def _number(value: Any, name: str, number: int, unit: str) -> float:
 
 
 def _checked(times: np.ndarray[Any, Any], forces: np.ndarray[Any, Any], what: str) -> SampledLoad:
-    """Return the samples as a load; raise where they are not finite numbers at rising times."""
+    """Return the samples as a load.
+
+    Raises an error where they are not finite numbers at rising times.
+    """
     if len(times) != len(forces):
         raise refuse(f"{what} has {len(times)} times t and {len(forces)} forces f; give one f for each t")
     if len(times) < MIN_SAMPLES:
@@ -191,7 +206,10 @@ def _columns(
 
 
 def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[int, float]:
-    """Return the number of a column, and the factor from the unit in its heading to SI."""
+    """Return a column's number, and its unit's factor to SI.
+
+    The unit is that in its heading.
+    """
     parts = [(match["name"], match["unit"]) if (match := _HEADING.match(each)) else (each, "") for each in headings]
     found = [number for number, each in enumerate(headings) if each == column]
     found = found or [number for number, (short, _) in enumerate(parts) if short == column]
@@ -210,7 +228,10 @@ def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[in
 
 
 def with_tables(data: Any, key: str = "") -> Any:
-    """Return plain values of a case with the tables of files in place of their names, unless a table is too long."""
+    """Return plain values of a case with tables in place of files.
+
+    A table that is too long stays in its file.
+    """
     if isinstance(data, list):
         return [with_tables(value) for value in data]
     if not isinstance(data, Mapping):
@@ -222,7 +243,9 @@ def with_tables(data: Any, key: str = "") -> Any:
 
 
 def settled(body: Body, duration: float) -> Body:
-    """Return a body whose loads are known over a whole run; a load that is one number there is a constant force.
+    """Return a body whose loads are known over a whole run.
+
+    A load that is one number there is a constant force.
 
     Raises
     ------
@@ -246,7 +269,10 @@ def settled(body: Body, duration: float) -> Body:
 
 
 def _left_out(load: AbstractLoad, duration: float) -> tuple[str, str]:
-    """Return why a load is not known over a whole run, and the fix; empty where it is."""
+    """Return why a load is not known over a run, and the fix.
+
+    Both are empty where it is known.
+    """
     if isinstance(load, SampledLoad):
         start, end = load.reaches(duration)
         remedy = "Give samples over the whole run, or a first or last sample of 0, before or after which it stays 0."

@@ -49,7 +49,10 @@ class Named:
 
 
 def _read(block: type[BaseModel], given: Any) -> Any:
-    """Return a block as given, in place of a name the constants that such a block has."""
+    """Return a block, with constants in place of a material's name.
+
+    They are those that such a block has.
+    """
     if not isinstance(given, str):
         return given
     if given not in MATERIALS:

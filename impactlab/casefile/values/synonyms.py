@@ -55,14 +55,18 @@ KEYS = {name: key for key, names in NAMES.items() for name in names.split()}
 
 
 def key_of_synonym(name: str) -> Key | None:
-    """Return the key of a case that another program calls by this name, in letters of any size."""
+    """Return the key of a case for another program's name.
+
+    Letters may be of any size.
+    """
     return KEYS.get(name.strip().lower().replace(" ", "_").replace("-", "_"))
 
 
 def renamed(name: str, allowed: Iterable[str], inside: str = "") -> str:
-    """Return a sentence with the name in a case of an unknown key; nothing where its meaning is not clear.
+    """Return a sentence with the key for an unknown name.
 
-    ``inside`` is the sentence on the block inside this one that has the key.
+    It is empty where its meaning is not clear. ``inside`` is the sentence on the block inside this one that has the
+    key.
     """
     key = key_of_synonym(name)
     if key is None:

@@ -62,7 +62,10 @@ def with_power(unit: str, n: float) -> str:
 
 
 def is_si(unit: str) -> bool:
-    """Return whether a unit, such as that of an option of a part, is a known one of the SI, without a prefix."""
+    """Return whether a unit is a known SI unit without prefix.
+
+    It may be that of an option of a part.
+    """
     if unit == "1":
         return True
     base = re.sub(r"\^[A-Za-z]+$", "", unit)  # of N/m^n
@@ -123,7 +126,10 @@ def _pint_text(unit: str) -> str:
 
 @cache
 def _factor(given: str, wanted: str) -> float | str:
-    """Return the factor from one unit to the other, or a text that gives the reason why it cannot be found."""
+    """Return the factor from one unit to another.
+
+    If it cannot be found, return a text with the reason.
+    """
     if (usual := usual_factor(given, wanted)) is not None:
         return usual
     units = _units()

@@ -1,6 +1,7 @@
-"""Factors between the units that nearly all cases use, from a table: pint takes half a second to load.
+"""Factors between the units that nearly all cases use.
 
-Units that are not here, and units of different dimensions, are left to pint (`impactlab.casefile.values.units`).
+They stand in a table, as pint takes half a second to load. Units that are not here, and units of different dimensions,
+are left to pint (`impactlab.casefile.values.units`).
 """
 
 from __future__ import annotations
@@ -16,7 +17,10 @@ _LARGE = ("m", "k", "M", "G")
 
 
 class _Unit(NamedTuple):
-    """A unit in kg, m, s and, of their own, rad and Hz, which stand for no other unit."""
+    """A unit in kg, m, s, rad and Hz.
+
+    Radians and hertz stand for no other unit.
+    """
 
     factor: Fraction | float
     powers: tuple[int, int, int, int, int]
@@ -46,9 +50,9 @@ _TERM = re.compile(r"([*/]?)([A-Za-zµ]+)(?:\*\*(-?[0-9.]+))?")
 
 
 def usual_factor(given: str, wanted: str) -> float | None:
-    """Return the factor from one unit to another of its dimension; None where a unit is not in the table.
+    """Return the factor between two units of one dimension.
 
-    Both are texts as pint reads them, such as ``kN/mm**1.5``.
+    None where a unit is not in the table. Both are texts as pint reads them, such as ``kN/mm**1.5``.
     """
     one, other = _read(given), _read(wanted)
     if one is None or other is None or one[1] != other[1]:
@@ -57,7 +61,10 @@ def usual_factor(given: str, wanted: str) -> float | None:
 
 
 def _read(text: str) -> tuple[Fraction | float, tuple[float, ...]] | None:
-    """Return factor and dimension of a product of units, None where one of them is not in the table."""
+    """Return factor and dimension of a product of units.
+
+    None where one of them is not in the table.
+    """
     factor: Fraction | float = Fraction(1)
     powers: tuple[float, ...] = (0.0,) * 5
     at = 1 if text.startswith("1/") else 0

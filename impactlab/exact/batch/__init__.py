@@ -1,1 +1,4 @@
-"""Many runs of the exact solver that differ in numbers alone, in compiled code: one network, one vector per run."""
+"""Many exact runs of one network that differ in numbers alone, compiled.
+
+Each run is one vector of numbers.
+"""

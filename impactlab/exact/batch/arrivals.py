@@ -13,7 +13,10 @@ from impactlab.types import Array
 
 @EXACT_PART
 def travel_time(m: MarchArrays, q: Pattern, a: int, b: int) -> float:
-    """Return the time of a wave between two nodes of one body [s]; 0 in a rigid one."""
+    """Return the time of a wave between two nodes of a body [s].
+
+    It is 0 in a rigid one.
+    """
     body, total, inside = q.bodies[q.nodes[a].body], 0.0, False
     if a == b:
         return 0.0
@@ -29,7 +32,10 @@ def travel_time(m: MarchArrays, q: Pattern, a: int, b: int) -> float:
 
 @EXACT_PART
 def rest(m: MarchArrays, q: Pattern, p: Array, arrivals: Array) -> bool:
-    """Write 0 for each contact whose faces move from the start, inf for others; return whether there are others."""
+    """Write first arrivals of contacts: 0 if moving, else inf [s].
+
+    Faces of a contact with 0 move from the start. Return whether there are others.
+    """
     resting = False
     for c in range(len(m.contacts)):
         left, right = q.contacts[c].left_body, q.contacts[c].right_body
@@ -44,7 +50,10 @@ def rest(m: MarchArrays, q: Pattern, p: Array, arrivals: Array) -> bool:
 
 @EXACT_PART
 def from_loads(m: MarchArrays, q: Pattern, node: int) -> float:
-    """Return when the forces on the ends of its body reach a node [s]; inf without any."""
+    """Return when forces on the ends of its body reach a node [s].
+
+    It is inf without any.
+    """
     first = np.inf
     for n in range(len(m.nodes)):
         if m.nodes[n].end_force != 0.0 and q.nodes[n].kind != FIXED and q.nodes[n].body == q.nodes[node].body:

@@ -1,4 +1,7 @@
-"""Near grazing of a march, compiled: the signs of `impactlab.metrics.grazing` from gaps at the same instants."""
+"""Detection of nearly grazing contacts in a march, compiled.
+
+The signs are those of `impactlab.metrics.grazing`, from gaps at the same instants.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ GAP_ROOM = MAX_SAMPLES + MIN_SAMPLES
 
 @EXACT_PART
 def sample_gap(m: MarchArrays, c: int, t0: float, t1: float, count: int, gap: Array) -> None:
-    """Write the gap of a contact at so many equal instants from t0 to t1 into gap[:count] [m]."""
+    """Write the gap of a contact at equal instants [m].
+
+    There are ``count`` instants from t0 to t1, in gap[:count].
+    """
     contact = m.contacts[c]
     j = m.nodes[contact.left].junction
     junction = m.junctions[j]
@@ -75,7 +81,10 @@ def samples_of(length: float, trip: float, most: float) -> int:
 
 @EXACT_PART
 def meets_slowly(gap: Array, count: int, least: float) -> bool:
-    """Return whether faces come to rest against each other at the end of a flight wider than ``least`` [m]."""
+    """Return whether faces come to rest against each other after a flight.
+
+    The flight is wider than ``least`` [m].
+    """
     fastest, widest = 0.0, gap[0]
     for i in range(1, count):
         fastest, widest = max(fastest, abs(gap[i] - gap[i - 1])), max(widest, gap[i])
@@ -85,7 +94,10 @@ def meets_slowly(gap: Array, count: int, least: float) -> bool:
 
 @EXACT_PART
 def nearest(gap: Array, count: int, least: float) -> float:
-    """Return the largest gap before a near miss in a flight, 0 for none; gaps grew beyond ``least`` before it."""
+    """Return the largest gap before a near miss in a flight [m].
+
+    It is 0 for no near miss; gaps grew beyond ``least`` before it.
+    """
     largest = gap[0]
     for i in range(1, count - 1):
         largest = max(largest, gap[i])
@@ -97,7 +109,10 @@ def nearest(gap: Array, count: int, least: float) -> float:
 
 @EXACT_PART
 def write_merged_periods(spans: Array, count: int, c: int, periods: Array) -> int:
-    """Write the periods of a contact, those without time between them as one; return how many."""
+    """Write the periods of a contact; return their number.
+
+    Periods without time between them are written as one.
+    """
     found = 0
     for k in range(count):
         if spans[k, CONTACT] != c:
@@ -112,9 +127,9 @@ def write_merged_periods(spans: Array, count: int, c: int, periods: Array) -> in
 
 @EXACT_PART
 def grazes(m: MarchArrays, c: int, spans: Array, count: int, trip: float, periods: Array, gap: Array) -> bool:
-    """Return whether a small change of the case may alter the number of periods of contact.
+    """Return whether a small change of the case may alter the contact count.
 
-    ``periods`` and ``gap`` are room for the periods and for samples.
+    This is the number of periods of contact. ``periods`` and ``gap`` are room for the periods and for samples.
     """
     duration, widest = m.state[0].duration, -1.0
     found = write_merged_periods(spans, count, c, periods)

@@ -1,4 +1,7 @@
-"""A memory in which scenes of one pattern march one after the other, grown when a march needs more."""
+"""A memory in which scenes of one pattern march one after another.
+
+It grows when a march needs more.
+"""
 
 from __future__ import annotations
 
@@ -38,9 +41,10 @@ class Built(NamedTuple):
 
 
 def built(run: Simulation, counted: str, round_trips: float | None) -> Built | None:
-    """Return a scene as pattern and vector; None where its numbers do not fit into a vector.
+    """Return a scene as pattern and vector.
 
-    ``counted`` is the rod whose round trip counts, ``round_trips`` the duration where it is given so.
+    None where its numbers do not fit into a vector. ``counted`` is the rod whose round trip counts, ``round_trips`` the
+    duration where it is given so.
     """
     if misfit(run.scene):
         return None
@@ -50,7 +54,10 @@ def built(run: Simulation, counted: str, round_trips: float | None) -> Built | N
 
 
 def parts_of(q: Pattern) -> tuple[tuple[tuple[str, ...], int], ...]:
-    """Return the names of results of contacts, pairs, moving bodies and the whole, each with the number of them."""
+    """Return the result names by part, with the number of parts.
+
+    Parts are contacts, pairs, moving bodies and the whole.
+    """
     moving = int(np.asarray(q.whole)["moving"][0])
     return (OF_CONTACT, len(q.contacts)), (OF_PAIR, len(q.pairs)), (OF_BODY, moving), (OF_WHOLE, 1)
 
@@ -72,7 +79,10 @@ class Marcher:
         return sum(len(names) * count for names, count in parts_of(self.pattern))
 
     def results(self, points: Ints, wanted: int) -> tuple[Array, Ints]:
-        """Return the results of points, (points, columns), and whether each stands, or why it does not."""
+        """Return the results of points, and their states.
+
+        Results have the shape (points, columns); a state is whether a result stands, or why it does not.
+        """
         out = np.full((len(points), self.columns), np.nan)
         states = np.zeros(len(points), np.int64)
         done = 0

@@ -1,8 +1,8 @@
-"""The pattern of a scene: its network, and for each part of it the places of its numbers in one vector.
+"""The pattern of a scene: its network, with its numbers in a vector.
 
-Scenes of one pattern differ in their numbers alone. `numbers_of` gives the vector of a scene, `pattern_of` where its
-parts read theirs; `impactlab.exact.batch.writing` makes the network at t = 0 of a vector, with the bits of
-`impactlab.exact.setup.build`.
+Each part of the network has the places of its numbers in the vector. Scenes of one pattern differ in their numbers
+alone. `numbers_of` gives the vector of a scene, `pattern_of` where its parts read theirs;
+`impactlab.exact.batch.writing` makes the network at t = 0 of a vector, with the bits of `impactlab.exact.setup.build`.
 """
 
 from __future__ import annotations
@@ -138,7 +138,10 @@ def numbers_of(scene: Scene, layout: NetworkLayout, log: Log, round_trips: float
 
 
 def _starts(scene: Scene) -> tuple[dict[str, int], int]:
-    """Return the place of the first number of each body in the vector, and that of the first contact."""
+    """Return the place of each body's first number, and the contacts' first.
+
+    Places are those in the vector.
+    """
     starts, at = dict[str, int](), 0
     for name, body in scene.bodies.items():
         starts[name] = at
@@ -150,7 +153,10 @@ def _starts(scene: Scene) -> tuple[dict[str, int], int]:
 
 
 def pattern_of(scene: Scene, layout: NetworkLayout, log: Log, counted: str, in_round_trips: bool) -> Pattern:
-    """Return the pattern of a scene with its network; ``counted`` is the rod whose round trip counts."""
+    """Return the pattern of a scene with its network.
+
+    ``counted`` is the rod whose round trip counts.
+    """
     starts, first_contact = _starts(scene)
     order, touched = list(scene.in_order), places_of_contacts(scene)
     moving = [name for name, body in scene.bodies.items() if body.moves]
@@ -203,7 +209,10 @@ def _place_of(segment: Segment, among: tuple[Segment, ...]) -> int:
 
 
 def _codes(rod: WaveBody, places: list[float], fixed: list[float]) -> list[int]:
-    """Return how each place of a rod follows from its vector; places that do not are added to the fixed ones."""
+    """Return how each place of a rod follows from its vector.
+
+    Places that do not follow from it are added to the fixed ones.
+    """
     ends = [0.0]
     for segment in rod.segments:
         ends.append(ends[-1] + segment.length)
@@ -246,9 +255,10 @@ def _contacts(
 
 
 def misfit(scene: Scene) -> str:
-    """Return why the numbers of a scene do not fit into a vector, "" where they do.
+    """Return why a scene's numbers do not fit into a vector.
 
-    Rods start without a displacement of their own, and no two segments are one piece, of which a sweep may change one.
+    The text is empty where they do. Rods start without a displacement of their own, and no two segments are one piece,
+    of which a sweep may change one.
     """
     elastic = [body.elastic for body in scene.bodies.values() if body.elastic is not None]
     if any(body.displacement is not None for body in elastic):

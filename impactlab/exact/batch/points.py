@@ -1,7 +1,8 @@
-"""Many marches in one compiled call: each writes its numbers into one memory, marches, and its results are read.
+"""Many marches in one compiled call, in one memory.
 
-The march is `impactlab.exact.march.advance`, which single runs use. The interpreter's lock is released meanwhile, so
-that several threads march, each in a memory of its own.
+For each, the numbers are written, the march is made, and its results are read. The march is
+`impactlab.exact.march.advance`, which single runs use. The interpreter's lock is released meanwhile, so that several
+threads march, each in a memory of its own.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ OF_BODY = ("final_velocity", "final_momentum", "final_energy")
 OF_WHOLE = ("energy_gain", "near_grazing")
 """Results of a point: of each contact and pair of the scene, of each body that moves, of the whole, in this order."""
 
-PEAKS, ENERGIES, GRAZES, RESTITUTIONS, VELOCITIES, MOMENTA = 1, 2, 4, 8, 16, 32  # bits of results that are asked for
+PEAKS, ENERGIES, GRAZES, RESTITUTIONS, VELOCITIES, MOMENTA = 1, 2, 4, 8, 16, 32  # bits of requested results
 WANTED = {
     "peak_force": PEAKS, "final_energy": ENERGIES, "near_grazing": GRAZES, "restitution": RESTITUTIONS,
     "final_velocity": VELOCITIES, "final_momentum": MOMENTA,
@@ -39,9 +40,10 @@ SERVED, LEFT, UNPROVED, STOPPED = 1, 2, 3, 4
 
 
 class Numbers(NamedTuple):
-    """The numbers of many points: those of the first scene, and the values of axes that replace some of them.
+    """The numbers of many points: a scene's, and the values of axes.
 
-    Value k of axis a at point i is number ``(i // divisor[a]) % size[a]`` of it; it writes ``counts[a]`` entries.
+    The values of axes replace some of the first scene's numbers. Value k of axis a at point i is number ``(i //
+    divisor[a]) % size[a]`` of it; it writes ``counts[a]`` entries.
     """
 
     base: Array  # the vector of the scene
@@ -108,7 +110,10 @@ def read_contacts(m: MarchArrays, q: Pattern, r: ResultArrays, count: int, out: 
 
 @EXACT_PART
 def read(m: MarchArrays, q: Pattern, r: ResultArrays, wanted: int, out: Array) -> int:
-    """Write the results of a finished march; return whether they stand, or why the point is left to a run."""
+    """Write the results of a finished march; return whether they stand.
+
+    Otherwise return why the point is left to a run.
+    """
     p, t = r.vector, m.state[0].duration
     count = find_spans(m, r.spans, r.openings, wanted & PEAKS != 0)
     if may_be_noise(m, q, p, r.spans, count, r.arrivals):
@@ -148,10 +153,11 @@ def march_points(
     m: MarchArrays, q: Pattern, numbers: Numbers, r: ResultArrays, points: Ints, first: int, wanted: int, out: Array,
     states: Ints,
 ) -> int:  # fmt: skip
-    """March points[first:] one after the other; return how many are done, all unless an array of the march is full.
+    """March points[first:] one after another; return how many are done.
 
-    Row k of ``out`` gets the results of points[k], ``states[k]`` whether they stand. ``wanted`` are bits of results;
-    with `WRITTEN` the network is written and nothing marches, with `BARE` no results are read.
+    These are all points unless an array of the march is full. Row k of ``out`` gets the results of points[k],
+    ``states[k]`` whether they stand. ``wanted`` are bits of results; with `WRITTEN` the network is written and nothing
+    marches, with `BARE` no results are read.
     """
     for k in range(first, len(points)):
         write_vector(numbers, points[k], r.vector)

@@ -1,6 +1,6 @@
-"""Signals of a march at a time and their integrals, compiled, one number at a time.
+"""Compiled signals of a march at a time, and their integrals.
 
-The same as `impactlab.exact.results.signals`.
+The same as `impactlab.exact.results.signals`, one number at a time.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ POWERS = np.array([2.0 / (1.0 - k * k) if k % 2 == 0 else 0.0 for k in range(2 *
 
 @EXACT_PART
 def piece_at(m: MarchArrays, j: int, t: float) -> int:
-    """Return the piece of junction j at time t; at a break the one after it."""
+    """Return the piece of junction j at time t.
+
+    At a break it is the one after it.
+    """
     first = len(m.pieces) // len(m.junctions) * j
     low, high = 0, m.junctions[j].records - 1
     until = t + m.state[0].tolerance
@@ -66,7 +69,10 @@ def mean(a: Array, n: int, square: bool) -> float:
 
 @EXACT_PART
 def integral(m: MarchArrays, j: int, row: int, t0: float, t1: float, square: bool) -> float:
-    """Return the integral of a row of junction j, or of its square, from t0 to t1."""
+    """Return the integral of a row of junction j from t0 to t1.
+
+    With ``square`` it is that of the square of the row.
+    """
     first, last = piece_at(m, j, t0), piece_at(m, j, t1)
     total = 0.0
     part = m.waves[0]
@@ -89,7 +95,10 @@ def integral(m: MarchArrays, j: int, row: int, t0: float, t1: float, square: boo
 
 @EXACT_PART
 def wave_integral(m: MarchArrays, end: int, t0: float, t1: float, carried: bool) -> float:
-    """Return the integral of the square of the wave of an end from t0 to t1, or that of its time integral."""
+    """Return the integral of an end's squared wave from t0 to t1.
+
+    With ``carried`` it is that of its time integral.
+    """
     j = m.ends[end].junction
     junction = m.junctions[j]
     row = 2 * junction.nodes + end - junction.first_end + (junction.ends if carried else 0)
@@ -106,7 +115,10 @@ def integrated_wave(m: MarchArrays, end: int, t: float) -> float:
 
 @EXACT_PART
 def momentum(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
-    """Return the momentum of a body with its end masses at time t [N s]; 0 of one that never moves."""
+    """Return the momentum of a body at time t [N s].
+
+    End masses are included; it is 0 for a body that never moves.
+    """
     total, body = 0.0, q.bodies[b]
     for k in range(body.first_link, body.last_link):
         left, right = m.ends[q.links[k].left_end], m.ends[q.links[k].right_end]
@@ -149,7 +161,10 @@ def energy(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
 
 @EXACT_PART
 def load_work(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
-    """Return the work of gravity and end forces on a body from 0 to t [J]."""
+    """Return the work of gravity and end forces on a body [J].
+
+    It is from 0 to t.
+    """
     total, body, gravity = 0.0, q.bodies[b], m.state[0].gravity
     for k in range(body.first_link, body.last_link):
         lag = m.ends[q.links[k].left_end].transit
@@ -191,7 +206,10 @@ def spring_energy(m: MarchArrays, c: int, t: float) -> float:
 
 @EXACT_PART
 def contact_loss(m: MarchArrays, c: int, t: float) -> float:
-    """Return the energy that the dashpot of a contact took from 0 to t [J]; see `energies.SpringContact`."""
+    """Return the loss in a contact's dashpot from 0 to t [J].
+
+    See `energies.SpringContact`.
+    """
     contact, total = m.contacts[c], 0.0
     j = m.nodes[contact.left].junction
     junction = m.junctions[j]

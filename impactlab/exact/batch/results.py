@@ -67,7 +67,10 @@ def find_spans(m: MarchArrays, spans: Array, openings: Array, peaks: bool) -> in
 
 @EXACT_PART
 def may_be_noise(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, arrivals: Array) -> bool:
-    """Return whether a period of contact may be noise: weak, earlier than any wave, or split (`noise_floor`)."""
+    """Return whether a period of contact may be noise (`noise_floor`).
+
+    It is weak, earlier than any wave, or split.
+    """
     strongest = 0.0
     for k in range(count):
         strongest = max(strongest, abs(spans[k, IMPULSE]))
@@ -112,7 +115,7 @@ def end_force(m: MarchArrays, q: Pattern, b: int) -> float:
 
 @EXACT_PART
 def size_of_end_forces(m: MarchArrays, q: Pattern, b: int) -> float:
-    """Return the sum of the sizes of the forces on the ends of a body [N]."""
+    """Return the sum of sizes of the end forces on a body [N]."""
     total = 0.0
     for n in range(len(q.nodes)):
         if q.nodes[n].body == b:
@@ -144,13 +147,16 @@ def mean_velocity(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans:
 
 @EXACT_PART
 def speed(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, count: int) -> float:
-    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests except for its vibration."""
+    """Return the speed of a body in a collision [m/s].
+
+    It is 0 for a held body, which rests except for its vibration.
+    """
     return 0.0 if q.bodies[b].held == 1 else mean_velocity(m, q, p, b, t, spans, count)
 
 
 @EXACT_PART
 def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, count: int) -> float:
-    """Return the apparent restitution of the first collision of a pair of bodies; NaN for none.
+    """Return the apparent restitution of a pair's first collision; NaN for none.
 
     Bodies that have not parted at the end of the run have none, nor have bodies of which one touches a third one
     meanwhile, is driven into the other, or is under an end force, as in `impactlab.metrics.collisions`.
@@ -193,7 +199,10 @@ def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, c
 
 @EXACT_PART
 def others_impulse(q: Pattern, pair: int, b: int, start: float, end: float, spans: Array, count: int) -> float:
-    """Return the sum of the impulses that contacts of other pairs, closed in a time, give a body [N s]."""
+    """Return the impulses of other pairs' contacts on a body [N s].
+
+    It is the sum over contacts that are closed in a time.
+    """
     total = 0.0
     for k in range(count):
         of = q.contacts[int(spans[k, CONTACT])]
@@ -216,7 +225,10 @@ def rank(q: Pattern, p: Array, b: int) -> int:
 
 @EXACT_PART
 def total_energy(m: MarchArrays, q: Pattern, t: float) -> float:
-    """Return the energy of all bodies and of the springs of contacts at time t [J]."""
+    """Return the energy of all bodies and contact springs [J].
+
+    It is that at time t.
+    """
     total = 0.0
     for b in range(len(q.bodies)):
         total += energy(m, q, b, t)
@@ -230,7 +242,10 @@ def total_energy(m: MarchArrays, q: Pattern, t: float) -> float:
 def at_stake(
     m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, start: float, work: float, group: Array
 ) -> float:
-    """Return the energy that bodies can exchange [J], as `EnergyBook.at_stake`; ``group`` is room for the bodies."""
+    """Return the energy that bodies can exchange [J].
+
+    It is that of `EnergyBook.at_stake`; ``group`` is room for the bodies.
+    """
     t, gravity = m.state[0].duration, m.state[0].gravity
     n = len(q.bodies)
     for b in range(n):
@@ -269,7 +284,10 @@ def at_stake(
 
 @EXACT_PART
 def balance(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, group: Array) -> float:
-    """Return the error of the energy balance at the end over the reference energy, or 1 J without any."""
+    """Return the relative error of the energy balance at the end.
+
+    It is relative to the reference energy, or to 1 J without any.
+    """
     t, start, work = m.state[0].duration, total_energy(m, q, 0.0), 0.0
     error = total_energy(m, q, t) - start + dashpot_loss(m, t)
     for b in range(len(q.bodies)):

@@ -1,4 +1,4 @@
-"""One scene after another of one pattern, marched in one memory, and its signals summed, compiled.
+"""Scenes of one pattern marched in one memory, with integrated signals, compiled.
 
 For fits: a trial changes numbers of the scene alone. The march is `impactlab.exact.march.advance`, which single runs
 use; the energy balance of a trial is not checked, that of the run with the fitted numbers is.
@@ -34,13 +34,19 @@ Integral = Callable[[Array, bool], Array]
 
 @EXACT_ENTRY
 def write_network(m: MarchArrays, q: Pattern, p: Array, places: Array, speeds: Array, most: int) -> bool:
-    """Write the network of a vector; return False where it is not of the pattern. As `writing.write`."""
+    """Write the network of a vector; return whether it has the pattern.
+
+    As `writing.write`.
+    """
     return bool(write(m, q, p, places, speeds, most))
 
 
 @EXACT_ENTRY
 def read_row(m: MarchArrays, j: int, row: int, times: Array, summed: bool, out: Array) -> None:
-    """Write a row of the records of junction j at increasing times, or its integral from the first piece on."""
+    """Write a row of junction j's records at increasing times, or its integral.
+
+    The integral is from the first piece on.
+    """
     junction, tolerance = m.junctions[j], m.state[0].tolerance
     room = len(m.pieces) // len(m.junctions)
     given, series = m.stack[MAX_DEPTH - 1], m.stack[MAX_DEPTH]
@@ -84,7 +90,10 @@ class Single:
         self._done = False
 
     def march(self, vector: Array) -> bool:
-        """March the scene of a vector, unless memory holds it; return whether there is such a scene and it ended."""
+        """March the scene of a vector; return whether its march ended.
+
+        Nothing is done if memory holds it. The result is False where there is no such scene, too.
+        """
         if not np.array_equal(vector, self._written):
             self._written = vector.copy()
             self._done = self._marched(vector)
@@ -113,15 +122,18 @@ class Single:
         return tuple(self.base.scene.contacts[place].name for place in places.tolist())
 
     def row(self, j: int, row: int, times: Array, summed: bool) -> Array:
-        """Return a row of the records of junction j at increasing times (n,), or its integral from its first piece."""
+        """Return a row of junction j's records at increasing times (n,).
+
+        If ``summed``, return its integral from its first piece.
+        """
         out = np.empty(len(times))
         entered(read_row, self.log.memory, j, row, times, summed, out)
         return out
 
     def reader(self, channel: str, lengths: bool) -> Integral | None:
-        """Return the integral of a channel of the scene that was marched last; None where there is none.
+        """Return the integral of a channel of the last scene marched.
 
-        ``lengths``: whether lengths of rods may differ from those of the first scene.
+        None where there is none. ``lengths``: whether lengths of rods may differ from those of the first scene.
         """
         base = self.base
         quantity, _, rest = channel.partition(":")
@@ -139,7 +151,10 @@ class Single:
         return None
 
     def _is_plain(self, name: str, quantity: str) -> bool:
-        """Return whether a quantity is that of a rod itself, which no number of the scene scales."""
+        """Return whether a quantity is that of a rod itself.
+
+        No number of the scene scales it.
+        """
         body = self.base.scene.bodies[name]
         return quantity in body.quantities and body.reading(quantity) == (quantity, 1.0)
 

@@ -1,7 +1,7 @@
-"""Writes the network at t = 0 of a vector of numbers into the arrays of a march, compiled.
+"""Compiled code that writes a vector's network at t = 0 into arrays.
 
-The formulas and their order are those of `impactlab.exact.setup.build` and `impactlab.exact.setup.initial_waves`: the
-network has the same bits.
+The arrays are those of a march. The formulas and their order are those of `impactlab.exact.setup.build` and
+`impactlab.exact.setup.initial_waves`: the network has the same bits.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ def velocity_of(q: Pattern, p: Array, b: int) -> float:
 
 @EXACT_PART
 def write_ends(m: MarchArrays, q: Pattern, p: Array, places: Array) -> bool:
-    """Write impedance and transit of all ends; return whether the cuts of each rod keep their order.
+    """Write impedance and transit of all ends.
 
-    ``places`` is room for the places of all cuts [m].
+    Return whether the cuts of each rod keep their order. ``places`` is room for the places of all cuts [m].
     """
     for b in range(len(q.bodies)):
         body = q.bodies[b]
@@ -139,7 +139,10 @@ def write_contacts(m: MarchArrays, q: Pattern, p: Array) -> None:
 
 @EXACT_PART
 def write_first_pieces(m: MarchArrays, speeds: Array) -> None:
-    """Write the pieces that stand for the waves in rods which move uniformly at t = 0; ``speeds`` [m/s] by end."""
+    """Write the pieces of waves in rods with uniform motion at t = 0.
+
+    ``speeds`` [m/s] are by end.
+    """
     state = m.state[0]
     room, used = len(m.pieces) // len(m.junctions), 0
     for j in range(len(m.junctions)):

@@ -1,4 +1,4 @@
-"""Stored and lost energy of contacts with branches of a solved network, and their permanent sets."""
+"""Stored and lost energy, and permanent sets, of contacts with branches."""
 
 from __future__ import annotations
 
@@ -55,9 +55,10 @@ class BranchContact:
         return self._held(*self.at(self.states(t), t))
 
     def _slid(self, state: Ints, t: Array) -> Array:
-        """Return the loss of the slider from the start of each state to a time in it [J], shape of both.
+        """Return the loss of the slider within states [J].
 
-        Force and set are linear in the approach, so its work is the mean of two forces times the way of the slider.
+        It is from the start of each state to a time in it, shape of both. Force and set are linear in the approach, so
+        its work is the mean of two forces times the way of the slider.
         """
         f0, s0 = self.at(state, self.time[state])
         f1, s1 = self.at(state, t)
@@ -66,7 +67,10 @@ class BranchContact:
         return np.asarray(np.where(self.yields[state], slid, np.where(self.follows[state], relaxed, 0.0)))
 
     def _damped(self, piece: Ints, until: Array, size: int | None = None) -> Array:
-        """Return the loss of the dashpot from the start of each piece to a time in it [J], shape of both (n,)."""
+        """Return the loss of the dashpot within pieces [J].
+
+        It is from the start of each piece to a time in it, shape of both (n,).
+        """
         left, right = self.rates
         x, w = gauss((size or max(len(left.table), len(right.table))) + 1)
         begin = np.maximum(left.start[piece], self.begin)

@@ -27,9 +27,9 @@ def masses(signals: Signals, nodes: tuple[int, ...]) -> Iterator[tuple[int, floa
 
 
 def rod_momentum(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> Array:
-    """Return the momentum of a rod with its end masses [N s], shape of t (n,).
+    """Return the momentum of a rod with its end masses [N s].
 
-    That of a link is Z times the waves inside it, integrated over their emission.
+    It has the shape of t (n,). That of a link is Z times the waves inside it, integrated over their emission.
     """
     total = np.zeros_like(t)
     for link in layout.links[name]:
@@ -43,7 +43,10 @@ def rod_momentum(layout: NetworkLayout, signals: Signals, name: str, t: Array) -
 
 
 def link_energy(signals: Signals, link: Link, t: Array) -> Array:
-    """Return kinetic and strain energy of a link [J]: Z times the integral of both waves squared."""
+    """Return kinetic and strain energy of a link [J].
+
+    It is Z times the integral of both waves squared.
+    """
     g, lag, total = signals.gravity, link.transit, np.zeros_like(t)
     for end in (link.left_end, link.right_end):
         wave, carried = signals.wave(end), signals.carried(end)
@@ -55,7 +58,10 @@ def link_energy(signals: Signals, link: Link, t: Array) -> Array:
 
 
 def rod_energy(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> Array:
-    """Return the energy of a rod with its end masses and end springs [J], shape of t (n,)."""
+    """Return the energy of a rod [J], shape of t (n,).
+
+    End masses and end springs are included.
+    """
     total = np.zeros_like(t)
     for link in layout.links[name]:
         total += link_energy(signals, link, t)
@@ -69,7 +75,10 @@ def rod_energy(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> 
 
 
 def sample_times(log: Log, duration: float) -> Array:
-    """Return the instants of the book: breaks of all junctions, thinned where they are many, and an equal grid."""
+    """Return the sampling times of the energies [s].
+
+    They are breaks of all junctions, thinned where they are many, and an equal grid.
+    """
     stops = [row["stop"][:count] for row, count in zip(log.pieces, log.junctions["records"], strict=True)]
     breaks = np.unique(np.concatenate(stops))
     breaks = breaks[(breaks > 0.0) & (breaks < duration)]
@@ -97,10 +106,11 @@ class SpringContact:
         return np.asarray(0.5 * self.stiffness * depth**2)
 
     def within(self, piece: Ints, until: Array) -> Array:
-        """Return the loss from the start of each piece to a time in it [J], shape of both (n,).
+        """Return the loss within pieces [J].
 
-        While the force is up the dashpot loses d d'^2. A spring that is unloaded but still overlapped returns nothing
-        back: it relaxes against the dashpot, and its energy is lost as the faces part.
+        It is from the start of each piece to a time in it, shape of both (n,). While the force is up the dashpot loses
+        d d'^2. A spring that is unloaded but still overlapped returns nothing back: it relaxes against the dashpot, and
+        its energy is lost as the faces part.
         """
         x, w = gauss(len(self.force.table) + 2)
         begin = self.begins[piece]
@@ -167,7 +177,10 @@ def energies_at(scene: Scene, layout: NetworkLayout, signals: Signals, t: Array)
 
 
 def gravity_work(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> Array:
-    """Return the work of gravity on a rod [J]: g times the integral of its momentum."""
+    """Return the work of gravity on a rod [J].
+
+    It is g times the integral of its momentum.
+    """
     g, total = signals.gravity, np.zeros_like(t)
     for link in layout.links[name]:
         z = link.segment.impedance

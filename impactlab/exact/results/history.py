@@ -52,9 +52,9 @@ MIN_JUMP = 1.0e-9  # of the largest velocity: smaller ones are rounding
 
 
 class ContinuousHistory(AbstractHistory):
-    """The exact history of a scene; channels exist at any place on a rod, with or without a probe.
+    """The exact history of a scene, with channels at any place.
 
-    Waves and events are stored; everything else is computed from them on first use.
+    Places on a rod need no probe. Waves and events are stored; everything else is computed from them on first use.
     """
 
     def __init__(self, run: Simulation, layout: NetworkLayout, log: Log, duration: float) -> None:
@@ -101,7 +101,7 @@ class ContinuousHistory(AbstractHistory):
         return {f"{quantity}:{name}@0": f"{own}:{name}" for name, own, quantity in channels}
 
     def _logged(self, column: str) -> Iterator[tuple[float, str, int]]:
-        """Yield instant [s], contact and one more column of the events of the run in order of time, noise included."""
+        """Yield instant [s], contact and another column of all events by time."""
         found = self.log.events[: self.log.state["events"]]
         found = found[found["time"] <= self.duration]
         found = found[np.argsort(found["time"], kind="stable")]
@@ -145,7 +145,7 @@ class ContinuousHistory(AbstractHistory):
 
     @cached_property
     def contacts(self) -> tuple[ContactSpan, ...]:  # type: ignore[override]
-        """Periods of contact in order of their start, with impulse [N s] and peak force [N]."""
+        """Periods of contact by start, with impulse [N s] and peak force [N]."""
         return self._above_noise[1]
 
     @cached_property
@@ -182,9 +182,10 @@ class ContinuousHistory(AbstractHistory):
         return tuple(ContactSpan(*period, *total) for period, total in zip(found, totals, strict=True))
 
     def impulses_and_peaks(self, spans: Sequence[tuple[str, float, float]]) -> list[tuple[float, float]]:
-        """Return impulse [N s] and peak force [N] of a contact in each period (contact, start [s], stop [s]).
+        """Return impulse [N s] and peak force [N] of each period.
 
-        All pieces of the force that reach into a period count as a whole; events begin and end pieces.
+        A period is (contact, start [s], stop [s]). All pieces of the force that reach into a period count as a whole;
+        events begin and end pieces.
         """
         if not spans:
             return []
@@ -237,7 +238,10 @@ class ContinuousHistory(AbstractHistory):
         )
 
     def place(self, channel: str) -> Place:
-        """Return the place of a channel of a rod; of a probe not rounded as in its name."""
+        """Return the place of a channel of a rod.
+
+        That of a probe is not rounded as in its name.
+        """
         name, _, text = channel.partition(":")[2].rpartition("@")
         length = self.scene.bodies[name].length
         try:
@@ -262,9 +266,10 @@ class ContinuousHistory(AbstractHistory):
         )
 
     def integral(self, channel: str, t: Array) -> Array | None:
-        """Return the time integral of a channel from t = 0 on, (n,), exact across fronts; None where there is none.
+        """Return the time integral of a channel from t = 0 on.
 
-        Forces of contacts; velocity, strain, stress and force inside a rod; velocities of masses.
+        It has the shape (n,) and is exact across fronts; None where there is none. Forces of contacts; velocity,
+        strain, stress and force inside a rod; velocities of masses.
         """
         quantity, _, rest = channel.partition(":")
         if quantity == "force" and rest in self._contact:
@@ -294,7 +299,7 @@ class ContinuousHistory(AbstractHistory):
         return None
 
     def _two_waves(self, t: Array, place: Place) -> tuple[Array, Array]:
-        """Return the velocities that the waves to the right and to the left carry at a place [m/s]."""
+        """Return the velocities of the waves to right and left at a place [m/s]."""
         link, way = place
         g, back = self.signals.gravity, link.transit - way
         right = self.signals.wave(link.left_end)(t - way) + 0.5 * g * way
@@ -309,7 +314,7 @@ class ContinuousHistory(AbstractHistory):
         return right.reshape(times.shape), left.reshape(times.shape)
 
     def carried_before(self, link: Link) -> float:
-        """Return the time integral of the wave of a link's right end, one transit before t = 0 [m]."""
+        """Return the integral of a link's right wave one transit before t = 0 [m]."""
         known, end = self.layout.carried, link.right_end
         if end not in known:  # kept, as the log of a long run begins later
             known[end] = float(self.signals.carried(end)(np.array([-link.transit]))[0])

@@ -1,4 +1,4 @@
-"""Results of the links of a solved network: sets, extreme forces, loss; sums of forces of one name."""
+"""Results of links: sets, extreme forces, losses, sums by name."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ MAX_PIECES = 20_000  # of a sum, whose extremes are sought in all of them; of mo
 
 
 def named(scene: Scene) -> dict[str, list[str]]:
-    """Return the contacts of each name given to several, such as the pieces of a shaft."""
+    """Return the contacts of each name given to several.
+
+    Such are the pieces of a shaft.
+    """
     found: dict[str, list[str]] = {}
     for contact in scene.contacts:
         if contact.group:
@@ -59,9 +62,10 @@ def extremes(forces: Sequence[Signal], begin: float, until: float) -> tuple[floa
 
 
 def _refined(forces: Sequence[Signal], t: Array, values: Array, before: Ints, after: Ints, sign: float) -> float:
-    """Return the largest value at times, and between the neighbours of the largest of its maxima in pieces.
+    """Return the largest value, refined between neighbours of the largest maxima.
 
-    ``before`` and ``after`` are the numbers of the neighbours in the same piece; an end of it is its own.
+    Maxima are those in pieces. ``before`` and ``after`` are the numbers of the neighbours in the same piece; an end of
+    it is its own.
     """
     most = float(values.max())
     tops = np.flatnonzero((values >= values[before]) & (values >= values[after]))
@@ -79,9 +83,10 @@ def _refined(forces: Sequence[Signal], t: Array, values: Array, before: Ints, af
 def link_results(
     scene: Scene, method: Method, signals: Signals, numbers: dict[str, int], begin: float, until: float
 ) -> Iterator[LinkResult]:
-    """Yield the results of each link, or of all of one name, between two times [s].
+    """Yield the results of each link between two times [s].
 
-    ``numbers`` are those of the contacts in the network, by name. Sets are those at the later time.
+    Links of one name give one result. ``numbers`` are those of the contacts in the network, by name. Sets are those at
+    the later time.
     """
     ends = np.array([begin, until])
     links = [contact for contact in scene.contacts if method.laws[contact.name].two_sided]

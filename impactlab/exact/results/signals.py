@@ -22,7 +22,10 @@ def gauss(points: int) -> tuple[Array, Array]:
 
 
 def clenshaw(table: Array, piece: Ints, y: Array) -> Array:
-    """Return the series table[:, piece] at y, shape of y; table is (coefficients, pieces), piece broadcasts to y."""
+    """Return the series table[:, piece] at y, shape of y.
+
+    ``table`` is (coefficients, pieces); ``piece`` broadcasts to y.
+    """
     b1, b2, room = np.zeros((3, *y.shape))
     twice = 2.0 * y
     for k in range(len(table) - 1, 0, -1):
@@ -40,7 +43,10 @@ def _signs(count: int) -> Array:
 
 
 def turning_times(breaks: Array, tolerance: float, duration: float) -> Array:
-    """Return both sides of the breaks of a signal, and places between them, three or more, (n,) [s] within a run."""
+    """Return both sides of a signal's breaks, and places between [s].
+
+    There are three or more places between two breaks; the shape is (n,), all within a run.
+    """
     inside = np.unique(breaks[(breaks > 0.0) & (breaks < duration)])
     ends = np.concatenate([[0.0], inside[:: len(inside) // MAX_BREAKS + 1], [duration]])
     count = max(3, MAX_BREAKS // len(ends))
@@ -52,10 +58,11 @@ SIZES = (1, 2, 3, 4, 6, 8, 12, 18, 24, 36)  # coefficients of pieces that are ta
 
 
 def sizes_of(*tables: Array) -> Ints:
-    """Return how many coefficients each piece needs in all of the tables, (pieces,), rounded up to one of few numbers.
+    """Return how many coefficients each piece needs, (pieces,).
 
-    Many pieces are short, between events, and few are long: with all coefficients of the longest, quadrature of them
-    all would take a hundred times as long.
+    It is the number needed in all of the tables, rounded up to one of few numbers. Many pieces are short, between
+    events, and few are long: with all coefficients of the longest, quadrature of them all would take a hundred times as
+    long.
     """
     needed = np.ones(tables[0].shape[1], np.int64)
     for table in tables:
@@ -95,7 +102,10 @@ class Signal:
         return np.asarray(self.start[1:][np.abs(after - before) > floor])
 
     def _gauss(self, piece: Ints, y: Array, square: bool, size: int | None = None) -> Array:
-        """Return the integral of the signal or its square from the start of the piece to y, shape of y."""
+        """Return the integral from the start of the piece to y.
+
+        It is that of the signal or its square, with the shape of y.
+        """
         if self.grouped and size is None:
             if self._sizes is None:
                 self._sizes = sizes_of(self.table)
@@ -114,7 +124,10 @@ class Signal:
         return np.asarray(total * half * 0.5 * self.width[piece])
 
     def integral(self, t: Array, square: bool) -> Array:
-        """Return the integral from the first piece on of the signal or its square, shape of t (n,)."""
+        """Return the integral of the signal from the first piece on.
+
+        With ``square`` it is that of its square; the shape is that of t (n,).
+        """
         _, whole = self._wholes(square)
         piece = self.pieces(t)
         y = (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece]
@@ -136,7 +149,10 @@ class Signal:
         return np.asarray(sums - self._gauss(first, y0, True) + self._gauss(last, y1, True))
 
     def _wholes(self, square: bool) -> tuple[Array, Array]:
-        """Return the integral over each piece of the signal or its square, (pieces,), and their sums before each."""
+        """Return the integral over each piece, and the sums before each.
+
+        It is that of the signal or its square, (pieces,).
+        """
         if square not in self._kept:
             every = np.arange(len(self.stop))
             each = self._gauss(every, np.ones(len(every)), square)
@@ -149,7 +165,10 @@ Of = TypeVar("Of")
 
 
 class AbstractSignals(ABC, Generic[Of]):
-    """All signals of a solved network, each a row in the records of a junction, made when first used."""
+    """All signals of a solved network, made when first used.
+
+    Each is a row in the records of a junction.
+    """
 
     def __init__(self, log: Log) -> None:
         self.log = log
@@ -180,13 +199,19 @@ class AbstractSignals(ABC, Generic[Of]):
         return self._signal(j, nodes + node - first)
 
     def wave(self, end: int) -> Of:
-        """Return the wave emitted by an end [m/s], from one transit before t = 0 on."""
+        """Return the wave emitted by an end [m/s].
+
+        It begins one transit before t = 0.
+        """
         j = self._of_ends[end]
         nodes, _, _, first, _ = self._junctions[j]
         return self._signal(j, 2 * nodes + end - first)
 
     def carried(self, end: int) -> Of:
-        """Return the time integral of the wave emitted by an end [m]; 0 at t = 0."""
+        """Return the time integral of the wave of an end [m].
+
+        It is that of the emitted wave, 0 at t = 0.
+        """
         j = self._of_ends[end]
         nodes, ends, _, first, _ = self._junctions[j]
         return self._signal(j, 2 * nodes + ends + end - first)

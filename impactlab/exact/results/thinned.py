@@ -1,6 +1,7 @@
-"""Exact histories with more waves than fit into memory, sampled window by window at the instants of the records.
+"""Exact histories with more waves than fit into memory.
 
-Of sampled waves only those that the march still needs are kept: one transit of the longest rod piece.
+They are sampled window by window at the instants of the records. Of sampled waves only those that the march still needs
+are kept: one transit of the longest rod piece.
 """
 
 from __future__ import annotations
@@ -43,10 +44,10 @@ MAX_ENERGY_SAMPLES = 1000  # instants of the energy book, at most
 
 @final
 class ThinnedHistory(AbstractHistory):
-    """An exact history read at equal instants: channels are lines between them, forces have their means.
+    """An exact history at equal instants.
 
-    Instants, events, contact periods and energies are exact; places without a probe are not kept, fields at snapshots
-    only.
+    Channels are lines between them; forces have their means. Instants, events, contact periods and energies are exact;
+    places without a probe are not kept, fields at snapshots only.
     """
 
     def __init__(self, run: Simulation, duration: float, time: Array, values: dict[str, Array]) -> None:
@@ -145,7 +146,10 @@ class Thinner:
         self.links: tuple[LinkResult, ...] = ()
 
     def take(self, log: Log) -> Log:
-        """Sample every junction up to the time that all have reached, and return the log without it."""
+        """Sample every junction; return the log without the sampled part.
+
+        Sampling ends at the time that all junctions have reached.
+        """
         until = log.reached
         self._read(log, until)
         log = without(log, until - log.ends["transit"].max() - 4.0 * log.state["tolerance"], until)
@@ -206,7 +210,10 @@ class Thinner:
         )
 
     def _contacts(self, window: ContinuousHistory, until: float) -> None:
-        """Add the events of the window, and its part of impulse and peak to every contact period."""
+        """Add the events of the window to every contact period.
+
+        Its part of impulse and peak is added, too.
+        """
         dated = window.dated
         self.events += dated
         for name in self.impulses:

@@ -19,7 +19,10 @@ FIRST = MAX_DEPTH + 1  # row of the stack
 
 
 def row_of(branch: Branch, first: int, width: int) -> Array:
-    """Return a branch as a row, (width,); ``first`` is the row of the first branch of its law."""
+    """Return a branch as a row, (width,).
+
+    ``first`` is the row of the first branch of its law.
+    """
     row = np.zeros(width)
     row[:UNTIL] = -1.0 if branch.rigid else branch.stiffness, branch.damping, branch.acts, len(branch.ends)
     for number, until in enumerate(branch.ends):
@@ -32,7 +35,10 @@ def row_of(branch: Branch, first: int, width: int) -> Array:
 
 
 def with_branches(log: Log, laws: Sequence[Branches | None]) -> Log:
-    """Return the log with the branches of its contacts, each in the first one; None stands for a law without."""
+    """Return the log with the branches of its contacts.
+
+    Each contact is in the first branch of its law; None stands for a law without branches.
+    """
     first_of = dict[Branches, int]()  # contacts of one law share its rows
     for law in laws:
         if law is not None:

@@ -1,4 +1,4 @@
-"""Network of a scene for the exact solver: nodes, rod pieces and contacts, ordered by junction."""
+"""Network of a scene: nodes, rod pieces and contacts, by junction."""
 
 from __future__ import annotations
 
@@ -39,7 +39,10 @@ class Node(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """A network before it is ordered by junction. Ends 2 i and 2 i + 1 are those of piece i."""
+    """A network before it is ordered by junction.
+
+    Ends 2 i and 2 i + 1 are those of piece i.
+    """
 
     nodes: list[Node]
     members: dict[str, list[int]]  # nodes of each body
@@ -49,9 +52,10 @@ class Drawing(NamedTuple):
 
 
 def cuts(rod: WaveBody, touched: Sequence[float]) -> list[float]:
-    """Return the places [m] of the nodes of a rod: ends, boundaries where the section changes, inner contact points.
+    """Return the places of the nodes of a rod [m].
 
-    ``touched`` are the places of its contacts [m].
+    They are ends, boundaries where the section changes, and inner contact points. ``touched`` are the places of its
+    contacts [m].
     """
     places, end = [0.0], 0.0
     for number, segment in enumerate(rod.segments, start=1):
@@ -85,7 +89,10 @@ def end_node(end: End, velocity: float, displacement: float) -> Node:
 
 
 def draw(scene: Scene) -> Drawing:
-    """Return the nodes, pieces and contacts of a scene in the order in which they are found."""
+    """Return the nodes, pieces and contacts of a scene.
+
+    They are in the order in which they are found.
+    """
     drawing = Drawing([], {}, [], [], [])
     nodes, members = drawing.nodes, drawing.members
     places: dict[str, list[float]] = {}
@@ -136,7 +143,10 @@ def junctions(count: int, pairs: Sequence[tuple[int, int]]) -> Ints:
 
 
 def force_scales(drawing: Drawing, pairs: list[tuple[int, int]], bonds: list[Bond], z: list[float]) -> list[float]:
-    """Return the impedance of the rods at each contact, the scale of its force, from that of each end [N s/m]."""
+    """Return the impedance of the rods at each contact [N s/m].
+
+    It is the scale of the contact force; ``z`` holds that of each end [N s/m].
+    """
     scales, at_node = [], [0.0] * len(drawing.nodes)
     for node, impedance in zip(drawing.end_nodes, z, strict=True):
         at_node[node] += impedance
@@ -164,7 +174,7 @@ class Order(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """How the nodes, ends and contacts of a drawing are joined: all that their order depends on."""
+    """Connections of a drawing's nodes, ends and contacts, which determine their order."""
 
     nodes: int
     end_nodes: tuple[int, ...]  # node of each end
@@ -186,7 +196,10 @@ def ordered(joints: Joints) -> Order:
 
 
 def build(scene: Scene, method: Method) -> tuple[NetworkLayout, Log]:
-    """Return the network of a scene and its log at t = 0; raises `CaseError` or `PairingError`."""
+    """Return the network of a scene and its log at t = 0.
+
+    Raises `CaseError` or `PairingError`.
+    """
     bonds = bonds_of(scene, method)
     drawing = draw(scene)
     turns = tuple([bond.turn for bond in bonds])
@@ -210,9 +223,9 @@ def build(scene: Scene, method: Method) -> tuple[NetworkLayout, Log]:
 
 
 def blank(joints: Joints) -> tuple[Order, Log]:
-    """Return the order of a drawing and a log without its numbers; kept of small ones, for scenes that differ in them.
+    """Return the order of a drawing and a log without numbers.
 
-    Nothing else than the joints sets either.
+    Small ones are kept for scenes that differ in their numbers. Nothing else than the joints sets either.
     """
     if joints.nodes > MAX_KEPT or not COMPILED:
         return joined(joints)
@@ -221,7 +234,10 @@ def blank(joints: Joints) -> tuple[Order, Log]:
 
 
 def joined(joints: Joints) -> tuple[Order, Log]:
-    """Return the order of a drawing, and a log of its junctions, the places of its parts and where waves arrive."""
+    """Return the order of a drawing and a log with its connections.
+
+    The log has its junctions, the places of its parts, and the ends where waves arrive.
+    """
     order = ordered(joints)
     counts = order.counts
     rows = 2 * counts["node"] + 2 * counts["end"] + counts["contact"]
@@ -246,7 +262,10 @@ kept = lru_cache(maxsize=16)(joined)
 
 
 def neglect_masses(drawing: Drawing, z: Sequence[float], tolerance: float) -> None:
-    """Leave out masses m that delay an echo, by 2 m/Z, by less than the rounding of a round trip."""
+    """Leave out masses whose delay of an echo is below rounding.
+
+    A mass m delays an echo by 2 m/Z; the rounding is that of a round trip.
+    """
     nodes = drawing.nodes
     for node, impedance in zip(drawing.end_nodes, z, strict=True):
         if 0.0 < nodes[node].mass <= impedance * tolerance:
@@ -260,7 +279,10 @@ def write_nodes(log: Log, drawing: Drawing, order: Order) -> None:
 
 
 def write_contacts(log: Log, scene: Scene, drawing: Drawing, order: Order, bonds: list[Bond], z: list[float]) -> None:
-    """Write the contacts: gap, stiffness and damping, the face that gives a force, and the scale of the force."""
+    """Write the constants of contacts.
+
+    They are gap, stiffness and damping, the face that gives a force, and the scale of the force.
+    """
     new, pairs = order.new_nodes, [drawing.pairs[c] for c in order.contacts]
     faces = [-1 if bond.face is None else new[pair[bond.face]] for pair, bond in zip(pairs, bonds, strict=True)]
     log.contacts["face"], log.contacts["gap"] = faces, [scene.contacts[c].gap for c in order.contacts]
@@ -270,7 +292,7 @@ def write_contacts(log: Log, scene: Scene, drawing: Drawing, order: Order, bonds
 
 
 def layout_of(drawing: Drawing, order: Order) -> NetworkLayout:
-    """Return where the pieces and nodes of each body, and the contacts, are in the log."""
+    """Return the places of bodies' pieces and nodes, and contacts, in the log."""
     links: dict[str, list[Link]] = {}
     for number, (name, x, length, segment) in enumerate(drawing.pieces):
         ends = order.new_ends[2 * number : 2 * number + 2]

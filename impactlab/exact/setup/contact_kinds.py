@@ -1,4 +1,7 @@
-"""Contacts of a scene in the exact solver: hard ones, springs with dashpots, branches; refusal of all other scenes."""
+"""Contacts of a scene in the exact solver, and refusals of others.
+
+They are hard contacts, springs with dashpots, and branches.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ SAMPLES = 65  # of the displacement of a body at t = 0, for its size
 
 
 class Bond(NamedTuple):
-    """A contact in the exact solver: hard or bonded (stiffness -1), a constant spring and dashpot, or branches."""
+    """A contact in the exact solver: hard, bonded, spring with dashpot, or branches.
+
+    The stiffness is -1 for a hard or bonded contact.
+    """
 
     stiffness: float  # N/m
     damping: float  # N s/m
@@ -32,13 +38,19 @@ class Bond(NamedTuple):
     branches: Branches | None = None  # of which stiffness and damping are those of the first
 
     def rigid_scale(self, left: float, right: float) -> float:
-        """Return force per velocity [N s/m] of a spring between two rigid masses [kg], inf for fixed bodies."""
+        """Return force per velocity of a spring between rigid masses [N s/m].
+
+        Masses are in kg, inf for fixed bodies.
+        """
         stiffness = self.stiffness if self.branches is None else self.branches.elastic
         return max(self.damping, math.sqrt(stiffness / (1.0 / left + 1.0 / right)))
 
 
 def bond(scene: Scene, method: Method, number: int) -> Bond:
-    """Return a contact as a hard one, a spring or branches; raises `PairingError` if its law is none of them."""
+    """Return a contact as hard, a spring, or branches.
+
+    Raises `PairingError` if its law is none of them.
+    """
     contact = scene.contacts[number]
     law = method.laws[contact.name]
     if law.hard:
@@ -60,7 +72,10 @@ def bond(scene: Scene, method: Method, number: int) -> Bond:
 
 
 def massless(scene: Scene, point: Point) -> bool:
-    """Return whether the face of a contact is an inner point or the bare end of a rod."""
+    """Return whether a contact's face is without mass.
+
+    It is an inner point or the bare end of a rod.
+    """
     body = scene.bodies[point.body].waves
     if body is None or body.is_inner(point.x):
         return body is not None
@@ -121,7 +136,10 @@ bonds_of = KeepsResults(check, lambda _: True, limited=False)
 
 
 def check_hard(scene: Scene, number: int, opens: bool) -> None:
-    """Raise `CaseError` where the force of a hard contact, or of a bond, does not follow from a face without mass."""
+    """Raise `CaseError` where a hard contact has no face without mass.
+
+    The force of such a contact, or of a bond, follows from the balance of this face.
+    """
     contact, path = scene.contacts[number], f"contacts.{number}"
     bare = any(massless(scene, point) for point in contact.faces)
     if not bare and not opens:
@@ -149,7 +167,10 @@ def check_hard(scene: Scene, number: int, opens: bool) -> None:
 
 
 def first_gap(scene: Scene, number: int) -> tuple[float, float]:
-    """Return the gap at t = 0 [m], initial displacements included, and the rounding of it [m]."""
+    """Return the gap at t = 0 and its rounding [m].
+
+    Initial displacements are included.
+    """
     contact = scene.contacts[number]
     gap, size = contact.gap, 0.0
     for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
@@ -161,7 +182,10 @@ def first_gap(scene: Scene, number: int) -> tuple[float, float]:
 
 
 def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
-    """Return the bonds with the bare face of each hard contact whose balance gives its force, and their order."""
+    """Return the bonds with the bare faces of hard contacts, and order.
+
+    The balance of its bare face gives the force of a hard contact.
+    """
     bonds = list(bonds)
     found, waiting = balanced(scene, [number for number, kind in enumerate(bonds) if kind.stiffness < 0.0], massless)
     if waiting:
@@ -182,12 +206,13 @@ def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
 def balanced(
     scene: Scene, hard: Iterable[int], bare: Callable[[Scene, Point], bool]
 ) -> tuple[dict[int, list[tuple[float, int]]], list[int]]:
-    """Return the sides of each hard contact whose bare face gives its force, in order, and the contacts without one.
+    """Return the sides whose bare faces give forces, and the remaining contacts.
 
-    Several contacts may share a bare face (a striker on two rods side by side). Their forces follow one after the
-    other, each from a face on which no other force is still unknown. Where none is left, two bodies with mass (or
-    walls) meet through bare faces: they would strike each other as two masses do. ``bare`` is whether a face has no
-    mass. Each side comes after its impedance [N s/m].
+    Sides are by hard contact, in order; the remaining contacts have no such face. Several contacts may share a bare
+    face (a striker on two rods side by side). Their forces follow one after the other, each from a face on which no
+    other force is still unknown. Where none is left, two bodies with mass (or walls) meet through bare faces: they
+    would strike each other as two masses do. ``bare`` is whether a face has no mass. Each side comes after its
+    impedance [N s/m].
     """
     waiting, found = list(hard), dict[int, list[tuple[float, int]]]()
     sides = {number: (scene.contacts[number].left, scene.contacts[number].right) for number in waiting}

@@ -1,7 +1,7 @@
-"""Forces over time on nodes, straight lines between samples: compiled for the march, and their work.
+"""Forces over time on nodes, linear between samples, and their work.
 
-Intervals of the march end at the samples, so that a force is one line in each: its middle and its rise are the first
-two Chebyshev coefficients.
+They are compiled for the march. Intervals of the march end at the samples, so that a force is one line in each: its
+middle and its rise are the first two Chebyshev coefficients.
 """
 
 from __future__ import annotations
@@ -23,7 +23,10 @@ MAX_LINES = 2000  # of a force within a run: each sends a break that every echo 
 
 @EXACT_PART
 def next_sample(m: MarchArrays, j: int) -> float:
-    """Return the time [s] of the next sample of the loads on junction j, the end of the run if there is none."""
+    """Return the time of the next load sample on junction j [s].
+
+    It is the end of the run if there is none.
+    """
     state, junction = m.state[0], m.junctions[j]
     until = state.duration
     for i in range(junction.first_node, junction.last_node):
@@ -38,7 +41,10 @@ def next_sample(m: MarchArrays, j: int) -> float:
 
 @EXACT_PART
 def force_at(m: MarchArrays, i: int, t: float) -> float:
-    """Return the load on a node [N] at a time on the line before its next sample; constant beyond its samples."""
+    """Return the load on a node at a time [N].
+
+    The time is on the line before its next sample; loads are constant beyond their samples.
+    """
     node = m.nodes[i]
     at = node.sample
     if at == node.first_sample:
@@ -51,7 +57,10 @@ def force_at(m: MarchArrays, i: int, t: float) -> float:
 
 @EXACT_PART
 def write_end_loads(m: MarchArrays, j: int, t0: float, t1: float) -> int:
-    """Write the loads on the nodes of junction j on [t0, t1]; return their number of coefficients."""
+    """Write the loads on junction j's nodes; return their number of coefficients.
+
+    They are those on [t0, t1].
+    """
     longest = 1
     for i in range(m.junctions[j].first_node, m.junctions[j].last_node):
         node = m.nodes[i]

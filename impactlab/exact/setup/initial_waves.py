@@ -1,4 +1,7 @@
-"""Initial waves: displacement and velocity of rods at t = 0 as waves that their ends emitted before."""
+"""Initial waves of rods from displacement and velocity at t = 0.
+
+Ends emitted these waves before t = 0.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ class FirstPiece(NamedTuple):
 
 
 def coefficients(values: Array) -> Array:
-    """Return the Chebyshev coefficients of a function from its values at the n points cos(pi (i + 1/2)/n)."""
+    """Return the Chebyshev coefficients of a function from its values.
+
+    Values are those at the n points cos(pi (i + 1/2)/n).
+    """
     k = np.arange(len(values))
     turns = np.outer(k, 2 * k + 1) % (4 * len(values))  # whole turns left out: cosines of large angles are less exact
     result = 2.0 / len(values) * np.cos(0.5 * np.pi / len(values) * turns) @ values
@@ -50,7 +56,10 @@ def points(n: int) -> Array:
 
 
 def resolved(shape: Profile, a: float, b: float, scale: float) -> Array | None:
-    """Return the Chebyshev coefficients of a profile on [a, b], or None where POINTS of them do not hold it."""
+    """Return the Chebyshev coefficients of a profile on [a, b].
+
+    None where POINTS of them do not represent it.
+    """
     x = np.clip(0.5 * (a + b) + 0.5 * (b - a) * points(POINTS), a, b)
     series = coefficients(np.asarray(shape(x), dtype=float))
     # The points do not reach the ends, where a kink could hide.
@@ -62,9 +71,9 @@ def resolved(shape: Profile, a: float, b: float, scale: float) -> Array | None:
 
 
 def profile_pieces(rod: WaveBody, shape: Profile, a: float, b: float) -> list[Piece]:
-    """Return (start, end, coefficients) of the profile on [a, b] [m]; kinks are found by bisection.
+    """Return (start, end, coefficients) of the profile on [a, b] [m].
 
-    Raises `CaseError` where the profile jumps, is not finite, or is not smooth in pieces.
+    Kinks are found by bisection. Raises `CaseError` where the profile jumps, is not finite, or is not smooth in pieces.
     """
     sample = np.asarray(shape(np.linspace(a, b, 257)), dtype=float)
     path = f"bodies.{rod.name}.displacement"
@@ -100,7 +109,10 @@ def profile_pieces(rod: WaveBody, shape: Profile, a: float, b: float) -> list[Pi
 
 
 def knots(shape: Profile, a: float, b: float) -> list[float]:
-    """Return where a table bends between a and b [m], as bisection could miss a short piece."""
+    """Return where a table bends between a and b [m].
+
+    Bisection could miss a short piece.
+    """
     if not isinstance(shape, Table):
         return []
     x, u = np.array(shape.x), np.array(shape.u)
@@ -110,7 +122,10 @@ def knots(shape: Profile, a: float, b: float) -> list[float]:
 
 
 def end_pieces(scene: Scene, layout: NetworkLayout) -> dict[int, list[Piece]]:
-    """Return the waves emitted before t = 0 [s] by each end of a rod with a profile, without gravity."""
+    """Return the waves emitted before t = 0 by ends of rods.
+
+    They are those of each end of a rod with a profile, without gravity; times in s.
+    """
     result: dict[int, list[Piece]] = {}
     for name, links in layout.links.items():
         rod = scene.bodies[name].waves
@@ -127,7 +142,10 @@ def end_pieces(scene: Scene, layout: NetworkLayout) -> dict[int, list[Piece]]:
 
 
 def check_held(rod: WaveBody, shape: Profile) -> None:
-    """Refuse a profile that moves a clamped end: the rod would be torn there at t = 0."""
+    """Raise `CaseError` for a profile that moves a clamped end.
+
+    The rod would be torn there at t = 0.
+    """
     scale = float(np.max(np.abs(shape(np.linspace(0.0, rod.length, 257)))))
     for end, x, name in ((rod.left, 0.0, "left"), (rod.right, rod.length, "right")):
         if end.kind == "clamped" and abs(float(shape(np.array([x]))[0])) > 1e-9 * scale:
@@ -139,7 +157,10 @@ def check_held(rod: WaveBody, shape: Profile) -> None:
 
 
 def emitted(rod: WaveBody, link: Link, piece: Piece, direction: float) -> Piece:
-    """Return the emitted wave v0/2 -+ c u'/2 of a profile piece, earlier by the way from the end."""
+    """Return the emitted wave v0/2 -+ c u'/2 of a profile piece.
+
+    It is earlier by the way from the end.
+    """
     a, b, coefficients = piece
     c = link.segment.wave_speed
     slope = np.zeros(1)
@@ -155,7 +176,10 @@ def emitted(rod: WaveBody, link: Link, piece: Piece, direction: float) -> Piece:
 
 
 def with_first_pieces(scene: Scene, layout: NetworkLayout, log: Log) -> Log:
-    """Return the log with the pieces that stand for the waves already inside the rods at t = 0."""
+    """Return the log with pieces for the waves inside at t = 0.
+
+    These waves are already inside the rods.
+    """
     pieces, state, ends = end_pieces(scene, layout), log.state, log.ends
     gravity, tolerance, transit = float(state["gravity"]), float(state["tolerance"]), ends["transit"].tolist()
     speed = [0.0] * len(ends)
@@ -210,7 +234,10 @@ def with_first_pieces(scene: Scene, layout: NetworkLayout, log: Log) -> Log:
 
 
 def integrated(wave: Sequence[float], half: float, last: float) -> tuple[list[float], float]:
-    """Return the integral of a series that ends at ``last``, and its first value; half is half the length in time."""
+    """Return the integral of a series, and its first value.
+
+    It ends at ``last``; half is half the length in time.
+    """
     c = [2.0 * wave[0], *wave[1:], 0.0, 0.0]
     whole = [half * (c[k - 1] - c[k + 1]) / (2.0 * k) for k in range(1, len(wave) + 1)]
     constant = last - sum(whole)

@@ -1,4 +1,7 @@
-"""The scene as a network, nodes joined by rod pieces and contacts, and the log of its march."""
+"""The scene as a network, and the log of its march.
+
+Nodes are joined by rod pieces and contacts.
+"""
 
 from __future__ import annotations
 
@@ -50,14 +53,20 @@ class Link:
 
 
 class Place(NamedTuple):
-    """A place on a rod: its uniform piece and how long a wave takes there from the piece's left end."""
+    """A place on a rod: its uniform piece, and its travel time.
+
+    This is the time of a wave from the left end of the piece.
+    """
 
     link: Link
     way: float | Array  # s; one per time
 
     @classmethod
     def on(cls, links: Sequence[Link], length: float, x: float, exact: bool) -> Place:
-        """Return the place x [m] on a rod of some length [m], which is ``exact`` or rounded to six digits."""
+        """Return the place x [m] on a rod of some length [m].
+
+        It is ``exact`` or rounded to six digits.
+        """
         link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
         way = (x - link.x) / link.segment.wave_speed
         # Names carry six digits: a place that rounds to the end of the rod is the end, however short its last link is.
@@ -78,9 +87,10 @@ class NetworkLayout:
 
 
 class Log(NamedTuple):
-    """The records of a march as arrays with named columns, and the same as the compiled march takes them.
+    """The records of a march as arrays with named columns.
 
-    Nodes, ends and contacts are ordered by junction. They are shared by all logs of a march.
+    ``memory`` holds the same for the compiled march. Nodes, ends and contacts are ordered by junction. They are shared
+    by all logs of a march.
     """
 
     memory: MarchArrays
@@ -106,7 +116,10 @@ class Log(NamedTuple):
 
 
 def copied(log: Log) -> Log:
-    """Return a log that has not marched with arrays of its own, as the march writes into them."""
+    """Return a copy of a log that has not marched.
+
+    It has arrays of its own, as the march writes into them.
+    """
     old, used = log.memory, int(log.state["pool_used"])
     arrays: dict[str, Any] = {name: records.copied(getattr(old, name)) for name in ARRAYS}
     arrays["pool"] = np.empty(len(old.pool))
@@ -118,9 +131,9 @@ def copied(log: Log) -> Log:
 
 
 def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -> Log:
-    """Return a log of zeros for so many junctions, nodes, ends, contacts and rows in a piece.
+    """Return a log of zeros for a network of some size.
 
-    It has no room for pieces and events.
+    ``rows`` is the number of rows in a piece. It has no room for pieces and events.
     """
     states, state = columns(StateRecord, 1)
     of_junctions, junction = columns(JunctionRecord, junctions)
@@ -140,7 +153,10 @@ def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -
 
 
 def with_room(log: Log, pieces: int, pool: int, events: int) -> Log:
-    """Return the log with room for so many pieces per junction, coefficients and events, where it has less."""
+    """Return the log with room for pieces per junction, coefficients and events.
+
+    Room is added where it has less.
+    """
     memory: dict[str, Any] = {}
     named: dict[str, Any] = {}
     count, old = log.pieces.shape
@@ -164,7 +180,10 @@ def grown(log: Log, status: int) -> Log:
 
 
 def without(log: Log, before: float, until: float) -> Log:
-    """Return the log without the pieces that end before a time, and without the events up to another [s]."""
+    """Return the log without old pieces and events.
+
+    Pieces that end ``before`` a time [s], and events up to ``until`` [s], are dropped.
+    """
     count = len(log.junctions)
     used, parts = 0, []
     dropped = np.zeros(count, np.int64)

@@ -1,1 +1,4 @@
-"""Tangents of the exact solution: derivatives of its waves and event times with respect to numbers of the scene."""
+"""Tangents of the exact solution: derivatives of waves and event times.
+
+They are with respect to numbers of the scene.
+"""

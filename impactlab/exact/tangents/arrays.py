@@ -1,7 +1,8 @@
-"""Arrays of a march with tangents: derivatives of the network's numbers, and of all pieces, per parameter.
+"""Arrays of a march with tangents, per parameter.
 
-A tangent is the derivative of a series at a fixed place of its piece; the derivatives of the times where the piece
-begins and ends stand beside it. So a front that moves with a parameter needs no delta function.
+They are derivatives of the network's numbers, and of all pieces. A tangent is the derivative of a series at a fixed
+place of its piece; the derivatives of the times where the piece begins and ends stand beside it. So a front that moves
+with a parameter needs no delta function.
 """
 
 from __future__ import annotations
@@ -38,7 +39,10 @@ class Rates(NamedTuple):
 
 
 class TangentArrays(NamedTuple):
-    """All arrays of the tangents; pieces are numbered as those of the march, with the same room for each junction."""
+    """All arrays of the tangents; pieces are numbered as in the march.
+
+    Each junction has the same room.
+    """
 
     scale: Array
     of_state: Array
@@ -73,7 +77,10 @@ class TangentArrays(NamedTuple):
 
 
 def tangent_arrays(log: Log, rates: Rates) -> TangentArrays:
-    """Return the arrays for the tangents of a log at t = 0, with its room for pieces and events."""
+    """Return the arrays for the tangents of a log at t = 0.
+
+    They have its room for pieces and events.
+    """
     parameters = len(rates.state)
     junctions, room = log.pieces.shape
     nodes, ends = int(log.junctions["nodes"].max()), int(log.junctions["ends"].max())

@@ -1,4 +1,6 @@
-"""How far a parameter is from a change of the sequence of contacts, from the tangents of one run.
+"""Distance of a parameter to a change of the contact sequence.
+
+It follows from the tangents of one run.
 
 A contact that nearly opens or closes has a least force or gap f > 0, which reaches zero after a change -f/(df/dp). One
 that closes at the rate g' < 0 with g'' > 0 would have had the least gap -g'^2/(2 g''), whose derivative is
@@ -50,7 +52,7 @@ class Piece(NamedTuple):
 
 
 def edges(solved: Solved, parameter: int) -> list[Edge]:
-    """Return the changes of the sequence of contacts that the run itself shows, the nearest first."""
+    """Return the contact sequence changes that the run shows, the nearest first."""
     found = [*_events(solved, parameter)]
     for contact in range(len(solved.log.contacts)):
         found += [*_misses(solved, parameter, contact), *_rests(solved, parameter, contact)]
@@ -59,9 +61,9 @@ def edges(solved: Solved, parameter: int) -> list[Edge]:
 
 
 def passes_end(solved: Solved, parameter: int) -> bool:
-    """Return whether a front arrives at the end of the run, and passes it with a change of a parameter.
+    """Return whether a changed parameter moves a front past the run's end.
 
-    Quantities at the end then have another derivative on either side.
+    The front arrives at the end of the run. Quantities at the end then have another derivative on either side.
     """
     log, tangents = solved.log, solved.tangents
     duration, later = float(log.state["duration"]), float(tangents.of_state[parameter, DURATION])
@@ -77,7 +79,10 @@ def passes_end(solved: Solved, parameter: int) -> bool:
 
 
 def _change(f: float, tangent: float) -> float:
-    """Return the change of a parameter at which f is zero; infinity where f hardly changes with it."""
+    """Return the change of a parameter at which f is zero.
+
+    It is infinite where f hardly changes with it.
+    """
     return -f / tangent if tangent != 0.0 else np.inf
 
 
@@ -143,9 +148,10 @@ def _rests(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
 
 
 def _at_joint(before: Piece, piece: Piece, floor: float) -> tuple[float, float]:
-    """Return the least force or gap where two pieces join, and its tangent; zeros where it is not least there.
+    """Return the least force or gap at a joint, and its tangent.
 
-    A front may make it jump at the joint; values up to ``floor`` count as zero.
+    Two pieces join there; both are zero where it is not least there. A front may make it jump at the joint; values up
+    to ``floor`` count as zero.
     """
     old, new = float(chebyshev.chebval(1.0, before.f)), float(chebyshev.chebval(-1.0, piece.f))
     falls = float(chebyshev.chebval(1.0, chebyshev.chebder(before.f))) < 0.0

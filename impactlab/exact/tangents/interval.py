@@ -45,9 +45,9 @@ TAIL_TOL = 1.0e-15  # of the largest coefficient: tail of a tangent that needs n
 
 @EXACT_PART
 def fronts(m: MarchArrays, d: TangentArrays, j: int, t0: float) -> int:
-    """Write how the waves that arrive change with the ends of an interval; return their number of coefficients.
+    """Write the derivatives of arriving waves by the ends of an interval.
 
-    Also the jump of a front that arrives with the start of the interval.
+    Return their number of coefficients. Also the jump of a front that arrives with the start of the interval.
     """
     junction = m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
@@ -71,7 +71,10 @@ def fronts(m: MarchArrays, d: TangentArrays, j: int, t0: float) -> int:
 
 @EXACT_PART
 def arriving(m: MarchArrays, d: TangentArrays, q: int, j: int, t0: float, t1: float) -> int:
-    """Write the tangents of the waves that arrive on [t0, t1]; return their number of coefficients."""
+    """Write the tangents of arriving waves; return their number of coefficients.
+
+    They arrive on [t0, t1].
+    """
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     longest = 1
@@ -122,9 +125,10 @@ def floor_of(m: MarchArrays, d: TangentArrays, q: int) -> float:
 
 @EXACT_PART
 def drive(m: MarchArrays, d: TangentArrays, q: int, j: int, longest: int) -> None:
-    """Write the tangents of the loads of the groups over those of the loads, less drag' times velocity.
+    """Write the tangents of the loads of the groups.
 
-    The value written to m.load then is (load - drag * velocity)' at constant velocity'.
+    They replace the loads and are less drag' times velocity. The value written to m.load then is (load - drag *
+    velocity)' at constant velocity'.
     """
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
@@ -155,7 +159,10 @@ def drive(m: MarchArrays, d: TangentArrays, q: int, j: int, longest: int) -> Non
 
 @EXACT_PART
 def massive(m: MarchArrays, d: TangentArrays, q: int, j: int, i: int, half: float, longest: int, floor: float) -> int:
-    """Write the tangent of the velocity of a group with mass, that of node i; return its coefficients."""
+    """Write the tangent of a group's velocity; return its coefficients.
+
+    The group has mass and is that of node i.
+    """
     node, base = m.nodes[i], m.junctions[j].first_node
     g = node.group
     group = m.nodes[g]
@@ -243,7 +250,10 @@ def displace(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, used
 
 @EXACT_PART
 def move_nodes(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, longest: int, tied: bool) -> int:
-    """Write the tangents of velocities and displacements of the nodes; return the coefficients of the velocities."""
+    """Write the tangents of the nodes' motion; return coefficients of the velocities.
+
+    Motion is velocities and displacements.
+    """
     junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
     rows = d.rows[q]
@@ -271,9 +281,10 @@ def move_nodes(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, lo
 
 @EXACT_PART
 def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float) -> int:
-    """Write all tangents of the record in m.rows on [t0, t1], whose ends move as the junction's time.
+    """Write all tangents of the record in m.rows on [t0, t1].
 
-    m.waves holds the waves that arrive on the same interval. Returned is the number of coefficients that are written.
+    Its ends move as the junction's time. m.waves holds the waves that arrive on the same interval. Returned is the
+    number of coefficients that are written.
     """
     junction = m.junctions[j]
     base, nodes, ends = junction.first_node, junction.nodes, junction.ends
@@ -312,7 +323,10 @@ def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float
 def keep_tangents(
     m: MarchArrays, d: TangentArrays, j: int, number: int, half: float, n: int, filled: int, until: Array
 ) -> None:
-    """Write the tangents of a piece that m.rows holds, its end moved by ``until`` (P,), and move the junction there."""
+    """Write the tangents of a piece; move the junction to its end.
+
+    m.rows holds the piece; its end is moved by ``until`` (P,).
+    """
     junction = m.junctions[j]
     nodes, ends, first = junction.nodes, junction.ends, junction.first_end
     size = n

@@ -1,4 +1,7 @@
-"""March of the exact solver that carries tangents, compiled: the same intervals, none merged with its neighbour."""
+"""March of the exact solver with tangents, compiled.
+
+The intervals are the same; none is merged with its neighbour.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ MORE_TANGENTS = 7  # status: the pool of tangents is full
 
 @EXACT_PART
 def of_horizon(m: MarchArrays, d: TangentArrays, j: int, t1: float, until: Array) -> None:
-    """Write the derivative of the time up to which all waves that arrive are one piece."""
+    """Write the derivative of the end of arriving waves' pieces.
+
+    Up to this time, all waves that arrive are one piece.
+    """
     junction = m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     for q in range(len(until)):
@@ -45,9 +51,10 @@ def of_horizon(m: MarchArrays, d: TangentArrays, j: int, t1: float, until: Array
 
 @EXACT_PART
 def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, until: Array) -> None:
-    """Write the derivative of the time at which a force or gap crosses zero, and how it crosses.
+    """Write the derivative of a zero crossing's time, and its kind.
 
-    f(t, p) = 0, so dt/dp = -(df/dp)/(df/dt). The record ends there; its end still moves as its start.
+    A force or a gap crosses zero. f(t, p) = 0, so dt/dp = -(df/dp)/(df/dt). The record ends there; its end still moves
+    as its start.
     """
     state, junction = m.state[0], m.junctions[j]
     contact = m.contacts[state.contact]
@@ -147,7 +154,10 @@ def cut(m: MarchArrays, j: int, n: int, place: float) -> None:
 
 @EXACT_PART
 def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> None:
-    """Keep the derivative of the time of the event, and of the force after a front that parts faces."""
+    """Keep the derivative of the time of the event.
+
+    That of the force after a front that parts faces is kept, too.
+    """
     state, junction = m.state[0], m.junctions[j]
     if not found and state.kind == CLOSE:
         start_at_closing(m, d, j, half)
@@ -164,7 +174,10 @@ def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> 
 
 @EXACT_PART
 def tried(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> tuple[int, float]:
-    """Solve junction j up to the next break, or a part of it; return the coefficients, 0 for none, and the end."""
+    """Solve junction j up to the next break, or less.
+
+    Return the number of coefficients, 0 for none, and the end.
+    """
     state, junction = m.state[0], m.junctions[j]
     t0 = junction.clock
     t1 = horizon(m, j)
@@ -189,7 +202,10 @@ def tried(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> tuple[int, 
 
 @EXACT_PART
 def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
-    """Advance junction j and its tangents to the next break or event; return a status. As `march.interval`."""
+    """Advance junction j and its tangents to the next break or event.
+
+    Return a status, as `march.interval`.
+    """
     state, junction = m.state[0], m.junctions[j]
     t0 = junction.clock
     n, t1 = tried(m, d, j, until)

@@ -1,4 +1,7 @@
-"""The history of an exact run moved along its tangents: a neighbouring run, to first order."""
+"""A neighbouring exact run to first order, by tangents.
+
+The history of a run is moved along its tangents.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ def kept_pieces(log: Log) -> Iterator[tuple[int, int]]:
 
 
 def largest_step(solved: Solved, parameter: int) -> float:
-    """Return the change of a parameter at which a piece changes its length by `MAX_NARROWER` of it."""
+    """Return the largest change of a parameter for first-order motion.
+
+    There a piece changes its length by the share `MAX_NARROWER`.
+    """
     log, tangents = solved.log, solved.tangents
     room, found = log.pieces.shape[1], np.inf
     for j, count in enumerate(log.junctions["records"].tolist()):
@@ -37,10 +43,10 @@ def largest_step(solved: Solved, parameter: int) -> float:
 def moved(
     solved: Solved, parameter: int, step: float, run: Simulation, layout: NetworkLayout, log: Log
 ) -> ContinuousHistory:
-    """Return the history of a run whose parameter is changed by a step, its waves and events moved along tangents.
+    """Return the history of a run with a parameter changed, by tangents.
 
-    ``run``, ``layout`` and ``log`` are the scene, its layout and network with that step; of the log at t = 0 the
-    numbers are used.
+    Its waves and events are moved by a step of the parameter. ``run``, ``layout`` and ``log`` are the scene, its layout
+    and network with that step; of the log at t = 0 the numbers are used.
     """
     base, tangents = solved.log, solved.tangents
     room = base.pieces.shape[1]

@@ -1,4 +1,6 @@
-"""Derivatives of the numbers of a network: central differences of eighth order of networks built beside it.
+"""Derivatives of a network's numbers by central differences of eighth order.
+
+The networks beside it are built for them.
 
 The numbers are products, quotients and roots of the parameters, so that differences over one per cent are exact to
 1e-13; no formula has to be derived, and every parameter of a case file is supported.
@@ -31,7 +33,10 @@ def numbers(log: Log) -> list[Array]:
 
 
 def same_layout(one: Log, other: Log) -> bool:
-    """Return whether two networks have the same nodes, ends, contacts and first pieces, with any numbers."""
+    """Return whether two networks have the same layout, with any numbers.
+
+    Their nodes, ends, contacts and first pieces must agree.
+    """
     for table in ("junctions", "nodes", "ends", "contacts"):
         a, b = getattr(one, table), getattr(other, table)
         whole = [name for name in a.dtype.names if a.dtype[name].kind == "i"]

@@ -8,7 +8,10 @@ from impactlab.types import Array
 
 @EXACT_PART
 def derivative(a: Array, n: int, out: Array) -> None:
-    """Write the n coefficients of the derivative of a[:n] on [-1, 1]; the last is zero."""
+    """Write the n coefficients of the derivative of a[:n] on [-1, 1].
+
+    The last is zero.
+    """
     out[n - 1] = 0.0
     after = 0.0
     later = 0.0
@@ -21,7 +24,10 @@ def derivative(a: Array, n: int, out: Array) -> None:
 
 @EXACT_PART
 def lever(slopes: Array, n: int, out: Array) -> None:
-    """Write the n coefficients of x times the derivative of n coefficients, the last of which is zero."""
+    """Write the n coefficients of x times a derivative.
+
+    ``slopes`` are the n coefficients of the derivative, the last of which is zero.
+    """
     for k in range(n):
         out[k] = 0.0
     for k in range(n - 1):  # x T_k = (T_(k+1) + T_|k-1|)/2

@@ -1,4 +1,7 @@
-"""Derivatives of the signals of an exact run by one parameter, at times that may move with it."""
+"""Derivatives of an exact run's signals by one parameter.
+
+The times may move with it.
+"""
 
 from __future__ import annotations
 
@@ -89,9 +92,10 @@ class MovingSignal:
         )
 
     def peak(self, first: float, last: float) -> float:
-        """Return the derivative of the largest value on the pieces between two breaks; NaN of several equal peaks.
+        """Return the derivative of the largest value between two breaks.
 
-        A constant value is such: where its derivative varies along it, the peak moves to one of its ends.
+        NaN where several peaks are equal. A constant value is such: where its derivative varies along it, the peak
+        moves to one of its ends.
         """
         inside = np.flatnonzero((self.start >= first - self.tolerance) & (self.stop <= last + self.tolerance))
         found = [self._top(int(piece)) for piece in inside]

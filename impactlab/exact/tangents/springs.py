@@ -1,4 +1,7 @@
-"""Tangents of groups of nodes that springs tie, compiled: their loads, and the solution as of the motion itself."""
+"""Tangents of groups of nodes that springs tie, compiled.
+
+Their loads are written, and solved as those of the motion itself.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ def group_rate(m: MarchArrays, d: TangentArrays, q: int, j: int, g: int) -> floa
 
 @ALLOCATING_PART
 def add_change_of_stiffness(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> None:
-    """Add the effect of stiffer springs and dashpots, at ends and closed contacts, on the loads of the groups."""
+    """Add the effect of stiffer springs and dashpots on groups' loads.
+
+    They are at ends and closed contacts.
+    """
     junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
     for i in range(base, junction.last_node):
@@ -63,7 +69,10 @@ def add_change_of_stiffness(m: MarchArrays, d: TangentArrays, q: int, j: int, b:
 def add_change_of_mass(
     m: MarchArrays, d: TangentArrays, q: int, j: int, damp: Array, stiff: Array, plain: Array, b: Array
 ) -> None:
-    """Add the effect of heavier masses on the loads of their groups: -(m'/m) times their inertia."""
+    """Add the effect of heavier masses on their groups' loads.
+
+    It is -(m'/m) times their inertia.
+    """
     junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
     for g in range(base, junction.last_node):
@@ -127,7 +136,10 @@ _address: dict[bool, int] = {}  # one entry, as in `spring_systems`
 
 
 def with_springs(m: MarchArrays, d: TangentArrays) -> TangentArrays:
-    """Return the tangents with the address of `on_springs` where nodes are tied, compiled when first needed."""
+    """Return the tangents with the address of `on_springs`.
+
+    It is set where nodes are tied, and compiled when first needed.
+    """
     if m.coupled == 0 and COMPILED:
         return d
     if COMPILED not in _address:

@@ -5,7 +5,7 @@ each is as fine in space as costs little beside its steps. Two errors add up: th
 to 4 in their number where nothing shears, and the steps across a contact, of order 2 and, over the scenes of the
 suite, between 3e-4 and 0.7 of the square of a step over a rise of force. A mode costs 1/70 of a step's other work, so
 the modes grow slowly, as steps^(2/3), from a number at which they hardly matter; the error is then that of the steps.
-The flexibility of the modes left out, beside that of the contact, says where more are needed: a beam that shears has a
+The flexibility of the modes left out, beside that of the contact, shows where more are needed: a beam that shears has a
 kink at its force, and its modes converge as 1/n there, elements with a node at it as 1/n2.
 """
 
@@ -145,7 +145,10 @@ def _explicit(request: Simulation) -> Description:
 
 
 def _highest(meshed: Simulation, elements: int) -> float:
-    """Return about the highest frequency of a mesh with so many elements a body [rad/s], by elements cut free."""
+    """Return about the highest frequency of a mesh [rad/s].
+
+    Each body has so many elements; the bound is the highest frequency of a free element.
+    """
     found = [2.0 * elements * max(s.wave_speed / rod.length for s in rod.segments) for rod in meshed.scene.wave_bodies]
     for beam in beams_of(meshed.scene):
         for segment in beam.segments:

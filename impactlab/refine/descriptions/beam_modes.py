@@ -1,9 +1,10 @@
-"""Modes of beams as a description of the automatic choice: their number in a run, and the error of those left out.
+"""Modes of beams as a description of the automatic choice.
 
-Two errors add up: that of the modes left out, of order 3 in their number by bending and of order 1 by shear, and that
-of the steps across a contact, of order 2. As a rule all runs of a scene have the same modes, and the error of the
-others follows from their flexibility (`impactlab.refine.errors.left_out`). Where this needs too many modes, their
-number grows with the steps. Static shapes at the contacts take the place of many modes.
+It sets their number in a run, and predicts the error of those left out. Two errors add up: that of the modes left out,
+of order 3 in their number by bending and of order 1 by shear, and that of the steps across a contact, of order 2. As a
+rule all runs of a scene have the same modes, and the error of the others follows from their flexibility
+(`impactlab.refine.errors.left_out`). Where this needs too many modes, their number grows with the steps. Static shapes
+at the contacts take the place of many modes.
 """
 
 from __future__ import annotations
@@ -65,7 +66,10 @@ def counted_share(request: Simulation) -> float:
 
 
 def rises(n: float) -> float:
-    """Return the steps in a rise of force, of n in the shortest time of the scene."""
+    """Return the number of steps in a rise of force.
+
+    The shortest time of the scene has ``n`` steps.
+    """
     return n / STEPS
 
 
@@ -150,13 +154,19 @@ class BeamModesFamily:
         self.same_modes = self.stiffness_known and enough
 
     def _again(self) -> float:
-        """Return the factor on the error by modes left out where beams with shear are touched again."""
+        """Return the factor on the modal error where beams are touched again.
+
+        The beams have shear, and the error is that by modes left out.
+        """
         beams = {beam.name: beam for beam in self.beams}
         places = ((beams[point.body], point.x) for point in self.request.scene.faces if point.body in beams)
         return TOUCHED_AGAIN_AT_END if any(left_out.is_loose(*place) for place in places) else TOUCHED_AGAIN
 
     def _stated(self) -> float:
-        """Return the number of modes at which the error of those left out has its share of the tolerance."""
+        """Return the number of modes that the tolerance needs.
+
+        There the error of those left out has its share of the tolerance.
+        """
         needed = 0.0
         for error in self.magnified:
             share = STATED_SHARE if error.power > 1.0 else STATED_SHARE_OF_SHEAR
@@ -164,7 +174,10 @@ class BeamModesFamily:
         return needed
 
     def wanted(self, n: int) -> int:
-        """Return the modes required with n steps in the shortest time; the same for all n where they are fixed."""
+        """Return the modes required with n steps in the shortest time.
+
+        The number is the same for all n where it is fixed.
+        """
         return self._wanted(n) if self.modes_of_all is None else self.modes_of_all
 
     def _wanted(self, n: int) -> int:
@@ -183,7 +196,10 @@ class BeamModesFamily:
 
     @staticmethod
     def _few_with_shapes(n: float) -> float:
-        """Return the least modes at so many steps, of those of a mesh or beside static shapes."""
+        """Return the least number of modes at so many steps.
+
+        They are modes of a mesh, or have static shapes beside them.
+        """
         return FEWEST_MESHED * math.pow(n / COARSEST, 1.0 / 3.0)
 
     def modes(self, n: int) -> int:
@@ -198,14 +214,20 @@ class BeamModesFamily:
         return min(self.shortest / n, self.transit)
 
     def beside(self, history: AbstractHistory) -> list[left_out.ModalError]:
-        """Return the errors of displacements by the modes left out of a run; the last result is kept."""
+        """Return the relative errors of displacements by modes left out of a run.
+
+        The last result is kept.
+        """
         if self.read is None or self.read[0] is not history:
             self.read = history, left_out.beside_displacements(self.places, self.request.scene, history)
             self.known_unseen = {}
         return self.read[1]
 
     def unseen(self, n: int, history: AbstractHistory | None = None) -> float:
-        """Return the error by modes that all runs leave out, which their differences do not show."""
+        """Return the error by modes that all runs leave out.
+
+        Differences between the runs do not show it.
+        """
         if not self.same_modes and self.wanted(n) <= self.max_modes:
             return 0.0
         again = self.again if self.touches_again or (history is not None and len(history.contacts) > 1) else 1.0
@@ -233,13 +255,19 @@ class BeamModesFamily:
         return sum(cost.of_eigenvectors(2.0 * self._elements(beam, n)) for beam in self.meshed)
 
     def _elements(self, beam: Beam, n: int) -> int:
-        """Return the elements of the mesh behind the modes of a beam: for these, and for the length of the run."""
+        """Return the number of elements of the mesh behind a beam's modes.
+
+        It suits their number and the length of the run.
+        """
         error = MESH_SHARE * self.tolerance
         long = meshed_modes.elements_for(beam, error, self.rise, self.request.scene.duration)
         return min(max(math.ceil(ELEMENTS_PER_MODE * self.modes(n)), long), MAX_DENSE_ELEMENTS)
 
     def _by_mesh(self, n: int) -> float:
-        """Return the error by the meshes behind modes, which all runs share, beyond the part that margins cover."""
+        """Return the error by the meshes behind modes, beyond margins.
+
+        All runs share it; margins cover a part.
+        """
         duration, share = self.request.scene.duration, MESH_SHARE * self.tolerance
         found = [meshed_modes.error_of(beam, self._elements(beam, n), self.rise, duration) for beam in self.meshed]
         return sum(max(0.0, error - share) for error in found)
@@ -262,7 +290,10 @@ class BeamModesFamily:
         return self.steps(n), len(self.beams) * self.modes(n)
 
     def _cost(self) -> Cost:
-        """Return the cost of a step, with that of the iterations of power laws where their contacts are closed."""
+        """Return the cost of a step, with iterations of power laws.
+
+        These are counted while their contacts are closed.
+        """
         found = cost.BEAM_DAMPED_MODES if self.lossy else cost.BEAM_MODES
         laws, times = self.request.method.laws, times_of(*self.request)
         closed = sum(CLOSED * each.rise for name, each in times.items() if not laws[name].is_spring)
@@ -271,17 +302,26 @@ class BeamModesFamily:
         return found._replace(step_s=found.step_s + power_s, margin=margin)
 
     def _alone(self) -> float:
-        """Return the error that one run states over its predicted one; inf where two are needed."""
+        """Return the ratio of the stated to the predicted error of one run.
+
+        It is inf where two runs are needed.
+        """
         if not self.same_modes or self.touches_again:
             return math.inf
         return stated_alone(self.request) / counted_share(self.request)
 
     def _resolves(self) -> int:
-        """Return the coarsest steps that static shapes follow: of longer ones the error of these is a part."""
+        """Return the fineness of the coarsest steps that resolve the static shapes.
+
+        With longer steps the error of the shapes is a part of that of the steps.
+        """
         return 0 if self.fastest is None else math.ceil(self.shortest * self.fastest / left_out.MAX_TURN)
 
     def _finest(self) -> int:
-        """Return the largest fineness whose modes may be taken: finer runs would differ only in their steps."""
+        """Return the largest fineness whose modes may be taken.
+
+        Finer runs would differ only in their steps.
+        """
         low, high = COARSEST, MAX_STEPS
         while high - low > 1:
             middle = (low + high) // 2
@@ -289,7 +329,7 @@ class BeamModesFamily:
         return low
 
     def _with_more(self, seen: AbstractHistory, magnified: float) -> Description:
-        """Return the description with the number of modes that follows from a run with too few."""
+        """Return the description with more modes, from a run with too few."""
         return BeamModesFamily(self.request, seen, magnified, self.raised + 1).description()
 
     def description(self) -> Description:
@@ -316,5 +356,8 @@ class BeamModesFamily:
 
 
 def _meets_a_wall(scene: Scene) -> bool:
-    """Return whether a body meets a wall: the time in which such a force rises is not known before the run."""
+    """Return whether a body meets a wall.
+
+    The time in which such a force rises is not known before the run.
+    """
     return any(not scene.bodies[point.body].moves for contact in scene.contacts for point in contact.faces)

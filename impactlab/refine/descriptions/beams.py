@@ -1,6 +1,6 @@
-"""Descriptions of scenes with beams for references: modes under exact steps, beam elements, continuous beams on grids.
+"""Descriptions of scenes with beams for references.
 
-Each refines space and time together.
+They are modes under exact steps, beam elements, and continuous beams on grids. Each refines space and time together.
 """
 
 from __future__ import annotations
@@ -67,9 +67,10 @@ def is_infinite(beam: Beam) -> bool:
 
 
 def continuous(request: Simulation, jumps: bool = False, unchecked: bool = False) -> Description | None:
-    """Return the continuous beams, for hard contacts, infinite beams, and where ``jumps`` of a force send fronts.
+    """Return the description by continuous beams.
 
-    None if not possible; ``unchecked``, a run may still be refused as it is set up.
+    It is for hard contacts, infinite beams, and where ``jumps`` of a force send fronts. None if not possible;
+    ``unchecked``, a run may still be refused as it is set up.
     """
     scene, beams = request.scene, beams_of(request.scene)
     sheared = [beam for beam in beams if beam.theory == "timoshenko"]
@@ -147,7 +148,7 @@ def are_delay_lines(scene: Scene) -> bool:
 
 
 def modal_model(beam: Beam, modes: int, elements: int | None = None, fastest: float | None = None) -> Modal:
-    """Return the modes of a beam, in closed form where one is known, else of a mesh.
+    """Return the modes of a beam, in closed form or of a mesh.
 
     The mesh has so many ``elements``, at most `MAX_DENSE_ELEMENTS`; four a mode by default. With ``fastest`` [rad/s]
     static shapes at its contacts stand for those left out (`Modal.residual`), no faster.

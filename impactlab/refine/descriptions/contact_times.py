@@ -58,9 +58,10 @@ def rise_time(scene: Scene, method: Method, contact: Contact, speed: float | Non
 
 
 def tangent_of(scene: Scene, method: Method, contact: Contact, speed: float | None) -> float:
-    """Return the stiffness of a contact [N/m], of a power law at the indentation of `rise_time`; ``speed`` as there.
+    """Return the stiffness of a contact [N/m].
 
-    It is inf of a hard contact, and nan where it is unknown.
+    Of a power law it is the tangent at the indentation of `rise_time`; ``speed`` as there. It is inf of a hard contact,
+    and nan where it is unknown.
     """
     law = method.laws[contact.name]
     if law.hard:
@@ -75,7 +76,10 @@ def tangent_of(scene: Scene, method: Method, contact: Contact, speed: float | No
 
 
 def _inertia(scene: Scene, contact: Contact) -> tuple[float, float]:
-    """Return the mass that the faces of a contact have together [kg], and the mobility of their rods [m/(N s)]."""
+    """Return the mass of a contact's faces [kg] and the mobility [m/(N s)].
+
+    The mass is that of both in series, the mobility that of their rods.
+    """
     masses = [mass for mass in (_mass_at(scene, point) for point in contact.faces) if mass > 0.0]
     mass = 1.0 / sum(1.0 / each for each in masses) if masses and min(masses) < math.inf else math.inf
     return mass, 1.0 / impedance_of(scene, contact)
@@ -101,7 +105,10 @@ def meeting_speed(scene: Scene) -> float:
 
 
 def _mass_at(scene: Scene, point: Point) -> float:
-    """Return the mass right at a face [kg]: 0 of a bare end of a rod, inf of a wall."""
+    """Return the mass directly at a face [kg].
+
+    It is 0 for a bare end of a rod, inf for a wall.
+    """
     body = scene.bodies[point.body]
     if body.waves is None:
         return math.inf if math.isnan(body.rigid_mass) else body.rigid_mass
@@ -110,7 +117,10 @@ def _mass_at(scene: Scene, point: Point) -> float:
 
 
 def _tangent(stiffness: float, exponent: float, speed: float, mass: float, mobility: float) -> float:
-    """Return the tangent of F = K d^n at the indentation that a speed causes [N/m]."""
+    """Return the tangent of F = K d^n at an indentation [N/m].
+
+    A speed [m/s] causes the indentation.
+    """
     depths = []
     if mass < math.inf:
         depths.append((0.5 * (exponent + 1.0) * mass * speed**2 / stiffness) ** (1.0 / (exponent + 1.0)))

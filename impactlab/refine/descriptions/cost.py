@@ -1,4 +1,4 @@
-"""Predicted solving time: a cost per step and per size of the system, and a cost of setting up.
+"""Predicted solving time: a cost of set-up, and one per step and size.
 
 The automatic choice orders descriptions by it, and a converged reference ends where it exceeds its budget. No clock is
 read, so the same scene always has the same prediction. ``python benchmarks/cost_model.py`` measures runs of every

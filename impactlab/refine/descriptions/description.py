@@ -1,4 +1,7 @@
-"""A description of a scene that one number refines: its cost, its predicted error, and where its trials begin."""
+"""A description of a scene that one number refines, with its cost and error.
+
+It also sets where its trials begin.
+"""
 
 from __future__ import annotations
 
@@ -87,7 +90,7 @@ class Description:
         return fineness
 
     def start_for(self, error: float) -> int:
-        """Return the finer of the first two runs for an error, finer where this costs little more.
+        """Return the finer of the first two runs for an error.
 
         So fine that the coarser one is likely to keep it where another trial would take longer than the steps of the
         two: they are few, or another run has the same set-up. Else so fine that the finer one does by three runs.
@@ -114,18 +117,27 @@ class Description:
         return self.whole(max(needed, free))
 
     def first_alone(self, error: float) -> int:
-        """Return the fineness of a first run whose own records state its error; 0 where none do."""
+        """Return the fineness of a first run that states its own error.
+
+        It is 0 where no run does.
+        """
         if math.isinf(self.alone):
             return 0
         return self.whole(min(max(self.fineness_for(error, self.alone), self.resolves), self.max_fineness))
 
     def wanted_of(self, start: int, error: float) -> int:
-        """Return which of the first two runs is predicted to keep an error: the coarser one, else ``start``."""
+        """Return which of the first two runs is predicted to keep an error.
+
+        It is the coarser one if that does, else ``start``.
+        """
         coarser = self.coarser(start)[0]
         return coarser if self.stated_of_two()[1] * self.error(coarser) <= error else start
 
     def stated_of_two(self) -> tuple[float, float]:
-        """Return the error that the coarser of two first runs states, over that of the finer one and over its own."""
+        """Return the stated error of the coarser of two first runs, as ratios.
+
+        They are over the error of the finer run and over its own.
+        """
         shrinks = RATIO ** (2.0 * self.order)  # of the error from the coarser run to the finer one
         safety = max(self.safety, TWO_LEVEL_SAFETY)
         stated = shrinks - 1.0 + safety * (shrinks - 1.0) / (math.pow(shrinks, MIN_ORDER_SHARE) - 1.0)

@@ -1,4 +1,4 @@
-"""Contacts that touch at rest under laws that divide by the speed at which the faces meet.
+"""Contacts that touch at rest under laws that divide by approach speed.
 
 A wave that arrives moves the faces from rest, so that they meet at a speed that falls to zero as steps and elements are
 refined, and the damping factor of such a law grows without a limit: up to that of its `slowest_approach`. Runs of
@@ -19,7 +19,10 @@ MIN_SPEED_SHARE = 0.05  # of the speed at which the bodies meet: a larger slowes
 
 
 def check(request: Simulation) -> None:
-    """Raise `CaseError` for the first contact of a scene whose force has no limit as a description is refined."""
+    """Raise `CaseError` for the first contact whose force has no limit.
+
+    The limit is that of a refined description.
+    """
     if changes(request.scene):
         return
     scene = request.scene

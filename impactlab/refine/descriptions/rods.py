@@ -1,8 +1,9 @@
-"""Descriptions of scenes with rods and rigid bodies: model, integrator and step rule, each with its cost and its order.
+"""Descriptions of scenes with rods and rigid bodies.
 
-Converged references and the automatic choice climb the levels of the same list. Its order is that in which references
-prefer them; the automatic choice compares predicted costs. Factors of predicted errors were measured on the paper's
-impact and its relatives (docs/automatic-choice.md): they decide where trials begin, and never which error is stated.
+Each is a model, an integrator and a step rule, with its cost and its order. Converged references and the automatic
+choice climb the levels of the same list. Its order is that in which references prefer them; the automatic choice
+compares predicted costs. Factors of predicted errors were measured on the paper's impact and its relatives
+(docs/automatic-choice.md): they decide where trials begin, and never which error is stated.
 """
 
 from __future__ import annotations
@@ -115,7 +116,10 @@ def stepped(request: Simulation) -> Iterator[Description]:
 
 
 def mechanisms(request: Simulation) -> Iterator[Description]:
-    """Give the description of a scene with a mechanism: adaptive steps, all bodies in the shapes of their models."""
+    """Yield the description of a scene with a mechanism: adaptive steps.
+
+    All bodies have the shapes of their models.
+    """
     if all(law.smooth for law in laws_of(*request)):
         yield _adaptive(request, *_frequency_and_size(request), cost.MECHANISM)
 
@@ -138,13 +142,19 @@ def without_places(scene: Scene) -> Scene:
 
 
 def recorded(made: Simulation, steps: float) -> Simulation:
-    """Return the scene with up to `MAX_RECORDS` steps kept, unless the case limits them: records give the forces."""
+    """Return the scene with enough records for a run of ``steps``.
+
+    Up to `MAX_RECORDS` are kept, unless the case limits them: records give the forces.
+    """
     records = max(RECORDS, min(math.ceil(steps), MAX_RECORDS))
     return made if made.scene.records != RECORDS or records == RECORDS else made.but(records=records)
 
 
 def _smooth_error(request: Simulation, factor: float, time: float) -> Callable[[int], float]:
-    """Return the error of forces without fronts: of the second order in a time [s] over the fineness."""
+    """Return the error of forces without fronts as a function of fineness.
+
+    It is of the second order in a time [s] over the fineness.
+    """
     scale = shortest_rise(*request) * request.scene.duration
     return lambda n: factor * (time / n) ** 2 / scale
 
@@ -200,7 +210,10 @@ def _adaptive(request: Simulation, frequency: float = 0.0, size: int = 0, prices
 
 
 def _by_delays(request: Simulation, unit: float) -> Callable[[int], Simulation]:
-    """Return the scene on delay lines, by the number of steps in a unit of time [s]."""
+    """Return the scene on delay lines as a function of fineness.
+
+    This is the number of steps in a unit of time [s].
+    """
 
     def simulation(n: int) -> Simulation:
         dt = unit / n
@@ -233,7 +246,10 @@ def _delay_line(request: Simulation) -> Description:
 
 
 def _delay_chain(request: Simulation, unit: float) -> Description:
-    """Give rods of segments, struck inside, as delays of whole steps: a unit [s] holds a whole number of them."""
+    """Return the description of segmented rods, struck inside, as chains of delays.
+
+    The delays are of whole steps: a unit [s] holds a whole number of them.
+    """
     scene = request.scene
     size = sum(len(rod.segments) for rod in scene.wave_bodies) + len(scene.contacts)
 
@@ -249,11 +265,11 @@ def _delay_chain(request: Simulation, unit: float) -> Description:
 
 
 def _explicit(request: Simulation) -> Iterator[Description]:
-    """Give lumped meshes: at courant 1 for hard contact and fronts, and off it where that disperses fronts, too.
+    """Yield lumped meshes at courant 1 or below, under central difference.
 
-    On special rods waves go one element in a step at courant 1, whatever the number of elements. Then a mesh disperses
-    nothing, and its error is that of its contacts alone: two meshes at that step have the same advantage, and do not
-    check each other.
+    It is 1 for hard contact and fronts, and not 1 where such a mesh disperses fronts, too. On special rods waves go one
+    element in a step at courant 1, whatever the number of elements. Then a mesh disperses nothing, and its error is
+    that of its contacts alone: two meshes at that step have the same advantage, and do not check each other.
     """
     scene, jumps, shortest = request.scene, force_jumps(*request), shortest_transit(request.scene)
     times = [segment.length / segment.wave_speed for rod in scene.wave_bodies for segment in rod.segments]
@@ -290,7 +306,10 @@ def _explicit(request: Simulation) -> Iterator[Description]:
 
 
 def _mesh_work(scene: Scene, elements: int, courant: float) -> tuple[float, float]:
-    """Return the steps of a mesh with so many elements a rod, by its shortest element, and the number of elements."""
+    """Return the number of steps of a mesh, and of its elements.
+
+    Each rod has so many elements; the shortest sets the step.
+    """
     shortest = min(
         segment.length / segment.wave_speed / count
         for rod in scene.wave_bodies

@@ -1,4 +1,4 @@
-"""Descriptions that suit a scene: those of its bodies, as far as its physics has a unique solution."""
+"""Descriptions that suit a scene, as far as it has a unique solution."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ def stepped(request: Simulation) -> list[Description]:
 
 
 def _stepped(request: Simulation) -> Iterator[Description]:
-    """Give the descriptions that step and suit a scene, each made when it is asked for."""
+    """Yield the descriptions with steps that suit a scene.
+
+    Each is made when it is needed.
+    """
     if not has_unique_solution(request):
         return
     if changes(request.scene):
@@ -32,7 +35,10 @@ def _stepped(request: Simulation) -> Iterator[Description]:
 
 
 def exact_for(request: Simulation) -> tuple[Description | None, str]:
-    """Return the exact solver, or None and why it does not apply; a scene with beams needs no reason."""
+    """Return the exact solver, or None and the reason against it.
+
+    A scene with beams needs no reason.
+    """
     if beams_of(request.scene):
         return None, ""
     try:
@@ -44,7 +50,10 @@ def exact_for(request: Simulation) -> tuple[Description | None, str]:
 def for_choice(
     request: Simulation, served: tuple[Description | None, str] | None = None
 ) -> tuple[list[Description], str]:
-    """Return the descriptions that are compared, and why a preferred one is not; ``served`` as of `in_turn`."""
+    """Return the descriptions compared, and why a preferred one is not.
+
+    ``served`` as of `in_turn`.
+    """
     found, why = in_turn(request, served)
     return list(found), why
 
@@ -52,10 +61,10 @@ def for_choice(
 def in_turn(
     request: Simulation, served: tuple[Description | None, str] | None = None
 ) -> tuple[Iterator[Description], str]:
-    """Return the descriptions that are compared, each made when it is asked for, and why a preferred one is not.
+    """Return the descriptions compared, and why a preferred one is not.
 
-    The one that the physics prefers is the first. ``served`` is the exact solver as `exact_for` has found it. Raise
-    `CaseError` where a force has no limit as descriptions are refined.
+    Each is made when it is needed. The one that the physics prefers is the first. ``served`` is the exact solver as
+    `exact_for` has found it. Raise `CaseError` where a force has no limit as descriptions are refined.
     """
     resting_touches.check(request)
     if beams_of(request.scene) and not changes(request.scene):
@@ -95,7 +104,10 @@ def has_unique_solution(request: Simulation) -> bool:
 
 
 def _closed_together(scene: Scene, hard: list[int]) -> list[int]:
-    """Return contacts without those that cannot be closed while another is: of a face with room between two walls."""
+    """Return the contacts that may be closed at the same time.
+
+    Of a face with room between two walls, only one contact is kept.
+    """
     kept: list[int] = []
     room: dict[tuple[str, float, bool], float] = {}  # gap by body, place and side of its wall
     for number in hard:

@@ -95,7 +95,10 @@ def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records],
 def _all_sizes(
     histories: Sequence[AbstractHistory], raw: Sequence[Records], moving: MovingFrames
 ) -> dict[str, dict[tuple[int, int], Sizes]]:
-    """Return the norms of displacements, and of their differences, of all pairs of runs by channel and pair."""
+    """Return norms of displacements and of their differences.
+
+    They are of all pairs of runs, by channel and pair.
+    """
     names = moving.channels
     if raw and all(name in raw[0].columns for name in names):
         values = [records.displacements(names, CELLS) for records in raw]
@@ -109,7 +112,10 @@ def _all_sizes(
 
 
 def _evaluated(history: AbstractHistory, moving: MovingFrames, raw: Records | None) -> Array:
-    """Return the displacements of a run [m], (n_channels, CELLS), of those that are recorded by its records."""
+    """Return the displacements of a run [m], (n_channels, CELLS).
+
+    Those that are recorded are read from its records.
+    """
     found = [
         raw.displacements([name], CELLS)[0] if raw is not None and name in raw.columns
         else history.evaluate(moving.t, name)
@@ -139,10 +145,11 @@ def _peaks(
     margin: float,
     least_jump: float,
 ) -> Iterator[Distance]:
-    """Give the distances of the peak forces of contacts: of two runs, at the instants of both peaks.
+    """Yield the distances of the peak forces of contacts.
 
-    Peaks below `MIN_PEAK` of the largest are left out. The larger of these two differences bounds that of the peaks.
-    Two peaks may agree by luck while the forces around them ring; the forces at the instants of both do not.
+    Two runs are compared at the instants of both peaks. Peaks below `MIN_PEAK` of the largest are left out. The larger
+    of these two differences bounds that of the peaks. Two peaks may agree by luck while the forces around them ring;
+    the forces at the instants of both do not.
     """
     every: list[tuple[str, list[list[float]]]] = []
     for number, contact in enumerate(scene.contacts):

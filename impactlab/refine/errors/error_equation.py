@@ -1,4 +1,4 @@
-"""The error by the steps of a run in modes, from the linear equation that it obeys.
+"""Error estimate by the linear error equation of a stepped modal run.
 
 Modes under exact steps move without error between the steps; the only error is that of a force which is constant over
 each of them. With a step h and an overlap d
@@ -24,18 +24,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.integrators.exact_modal import LOAD
 from impactlab.numerics.addresses import entered_with_table
 from impactlab.numerics.compiling import ENTRY, PART
 from impactlab.numerics.linear import solve_banded
+from impactlab.refine.errors.modal_march import (
+    LIFT,
+    LIFT_OF_RAMP,
+    PUSH,
+    PUSH_OF_RAMP,
+    Coordinates,
+    moved,
+    push,
+    swing,
+    write_compliances,
+    write_coordinates,
+)
 from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.types import Array, Ints
 
-MAX_SERIES = 0.3  # rad, turn of a mode in a step up to which a series is exact to 1e-6
 MIN_CHORD = 1e-6  # of an overlap: across less the slope of a chord is rounding
 MAX_SPEEDING = 0.5  # change of a speed of approach in the step of its touch: above, it is no speed
 NEAR_PEAK = 0.9  # of the largest force: steps whose errors count for the peak
-COSINE, SINE, TURN, LIFT, PUSH, LIFT_OF_RAMP, PUSH_OF_RAMP = range(7)  # rows of the constants of the coordinates
 STIFFNESS, EXPONENT, HYSTERESIS = range(3)  # columns of the laws
 # Columns of the memory of a contact: errors of both faces at the start of the step, and of the rate of the overlap;
 # speed of the approach, its error, and its change in the step of the touch over itself; share by which the error of the
@@ -49,7 +58,7 @@ FORCE, IMPULSE, TOTAL, AT_PEAK, READING, OF_LEFT, OF_RIGHT, PEAK, GIVEN, IN_TOUC
 
 
 class ContactError(NamedTuple):
-    """Errors of one contact by the steps of its run, and sizes that they are compared with."""
+    """Errors of one contact by the steps, and sizes for comparison."""
 
     force: float  # N, root of the mean square over the steps
     impulse: float  # N s, in all
@@ -64,111 +73,9 @@ class ContactError(NamedTuple):
     missed: float  # largest error of a gap that nearly closes (under a law with hysteresis: or opens), over this gap
 
 
-class Coordinates(NamedTuple):
-    """All modes and rigid coordinates of a run, one after the other, and the faces of its contacts as their sums."""
-
-    constants: Array  # (7, n): cosine, sine, turn, displacement and velocity by a force, and by a force ramp, in a step
-    rows: Array  # (2 n_contacts, n), left then right
-    ranges: Ints  # (2 n_contacts, 2): coordinates of the body of a face
-
-
-@PART
-def write_constants(mass: float, frequency: float, dt: float, own: Array) -> None:
-    """Write how a mode moves in a step: as `ExactModal`, and under the force s (t - h/2), over s.
-
-    A frequency below zero is minus the rate at which an unstable mode grows.
-    """
-    angle = frequency * dt
-    square = angle * abs(angle)
-    if angle > 0.0:
-        half = math.sin(0.5 * angle)
-        own[COSINE], own[SINE], own[LIFT] = math.cos(angle), math.sin(angle) / frequency, 2.0 * (half / frequency) ** 2
-    elif angle < 0.0:
-        half = math.sinh(0.5 * angle)
-        own[COSINE], own[SINE], own[LIFT] = (
-            math.cosh(angle),
-            math.sinh(angle) / frequency,
-            2.0 * (half / frequency) ** 2,
-        )
-    else:
-        own[COSINE], own[SINE], own[LIFT] = 1.0, dt, 0.5 * dt * dt
-    if angle > MAX_SERIES:
-        own[LIFT_OF_RAMP] = dt**3 / square * (0.5 * (1.0 + own[COSINE]) - math.sin(angle) / angle)
-    else:
-        own[LIFT_OF_RAMP] = dt**3 * (-1.0 / 12.0 + square * (1.0 / 80.0 - square / 2016.0))
-    own[TURN], own[PUSH] = frequency * abs(frequency) * own[SINE], own[SINE]
-    own[PUSH_OF_RAMP] = own[LIFT] - 0.5 * dt * own[PUSH]
-    for row in range(LIFT, PUSH_OF_RAMP + 1):
-        own[row] /= mass
-
-
-@PART
-def write_coordinates(m: StepArrays, dt: float, at: Coordinates) -> None:
-    """Write the coordinates of a run whose bodies are stepped by `ExactModal`."""
-    for number in range(len(m.bodies)):
-        body = m.bodies[number]
-        n, first, start = body.n_dof, body.state_start // 2, body.parameter_start + LOAD
-        for i in range(n):
-            mass, frequency = m.parameters[start + n + i], m.parameters[start + 2 * n + i]
-            write_constants(mass, frequency, dt, at.constants[:, first + i])
-    for face in range(len(m.faces)):
-        at.ranges[face, 0] = at.ranges[face, 1] = 0
-        for i in range(at.rows.shape[1]):
-            at.rows[face, i] = 0.0
-        if m.faces[face].moves != 0:
-            body = m.bodies[m.faces[face].body]
-            first = body.state_start // 2
-            at.ranges[face, 0], at.ranges[face, 1] = first, first + body.n_dof
-            for entry in range(m.row_start[face], m.row_start[face + 1]):
-                at.rows[face, m.row_index[entry] - body.state_start + first] = m.row_value[entry]
-
-
-@PART
-def moved(at: Coordinates, face: int, u: Array) -> float:
-    """Return the displacement of a face."""
-    total = 0.0
-    for i in range(at.ranges[face, 0], at.ranges[face, 1]):
-        total += at.rows[face, i] * u[i]
-    return total
-
-
-@PART
-def push(at: Coordinates, contact: int, by_u: int, by_v: int, force: float, state: Array) -> None:
-    """Add the response to a force of a contact to the state; ``by_u`` and ``by_v`` are rows of the constants."""
-    for face in range(2 * contact, 2 * contact + 2):
-        signed = -force if face == 2 * contact else force
-        for i in range(at.ranges[face, 0], at.ranges[face, 1]):
-            state[0, i] += signed * at.constants[by_u, i] * at.rows[face, i]
-            state[1, i] += signed * at.constants[by_v, i] * at.rows[face, i]
-
-
-@PART
-def swing(at: Coordinates, state: Array) -> None:
-    """Move all coordinates by a step without forces."""
-    for i in range(state.shape[1]):
-        u = state[0, i]
-        state[0, i] = at.constants[COSINE, i] * u + at.constants[SINE, i] * state[1, i]
-        state[1, i] = at.constants[COSINE, i] * state[1, i] - at.constants[TURN, i] * u
-
-
-@PART
-def write_compliances(at: Coordinates, out: Array) -> None:
-    """Write the overlaps that unit forces take away in a step, (contacts, contacts)."""
-    for one in range(len(out)):
-        for other in range(len(out)):
-            total = 0.0
-            for i in range(at.rows.shape[1]):
-                total += (
-                    (at.rows[2 * one, i] - at.rows[2 * one + 1, i])
-                    * at.constants[LIFT, i]
-                    * (at.rows[2 * other, i] - at.rows[2 * other + 1, i])
-                )
-            out[one, other] = total
-
-
 @PART
 def bend_at(record: Array, step: int, column: int) -> float:
-    """Return a sixth of the second difference of a column at the end of a step; 0 at both ends of the run."""
+    """Return a sixth of a column's second difference after a step; 0 at run ends."""
     if step == 0 or step == len(record) - 1:
         return 0.0
     return float(record[step + 1, column] - 2.0 * record[step, column] + record[step - 1, column]) / 6.0
@@ -185,7 +92,7 @@ def spring_at(law: Array, overlap: float) -> tuple[float, float]:
 
 @PART
 def write_sizes(record: Array, contact: int, dt: float, by_steps: float, out: Array) -> None:
-    """Write largest force, impulse and error of reading the peak of a `ContactError`; clear the rest."""
+    """Write largest force, impulse and peak-reading error of a contact; clear the rest."""
     column, last = 1 + COLUMNS * contact, len(record) - 1
     total, top = 0.0, 1
     for step in range(1, last + 1):
@@ -215,11 +122,11 @@ def error_before_reply(
     rate_error: float,
     own: Array,
 ) -> float:
-    """Return the error of a force with the overlap that is in error by ``overlap`` at the end of the step [m].
+    """Return the error of a force [N] for an overlap in error.
 
-    The rate of the overlap is in error by ``rate_error`` there [m/s]. Both are those before the force's own error
-    changes them; how it then follows the overlap is written to ``own``. Errors by the step itself are multiplied by
-    ``by_steps``.
+    ``overlap`` and ``rate_error`` are the errors of the overlap [m] and its rate [m/s] at the end of the step, before
+    the force's own error changes them; how it then follows the overlap is written to ``own``. Errors by the step itself
+    are multiplied by ``by_steps``.
     """
     column = 1 + COLUMNS * contact
     start, end = -record[step - 1, column + 1], -record[step, column + 1]
@@ -253,9 +160,10 @@ def error_before_reply(
 def book_faces(
     record: Array, by_steps: float, step: int, contact: int, at: Coordinates, state: Array, own: Array, out: Array
 ) -> None:
-    """Add the errors of the displacements of both faces in a step, and keep those at its end.
+    """Add the errors of both faces' displacements in a step.
 
-    Within the step a displacement is read along a line, which lies beside its curve by s (h - s) u''/2.
+    Those at its end are kept. Within the step a displacement is read along a line, which lies beside its curve by
+    s (h - s) u''/2.
     """
     for side in range(2):
         column = 3 + COLUMNS * contact + 2 * side
@@ -271,7 +179,10 @@ def book_faces(
 def book_force(
     record: Array, dt: float, law: Array, step: int, contact: int, error: float, own: Array, out: Array
 ) -> None:
-    """Add the error of a force in a step to those of its contact, and that of a gap that nearly closes or opens."""
+    """Add the error of a force in a step to its contact.
+
+    An error of a gap that nearly closes or opens is added, too.
+    """
     column, last = 1 + COLUMNS * contact, len(record) - 1
     force, gap = record[step, column], record[step, column + 1]
     out[FORCE] += error * error
@@ -388,7 +299,7 @@ def errors_by_steps(record: Array, dt: float, laws: Array, m: StepArrays) -> lis
 
 
 def errors_by_shifts(record: Array, dt: float, laws: Array, shifts: Array, m: StepArrays) -> list[ContactError]:
-    """Return the errors of the contacts of a run by shifts of their overlaps; parameters as of `errors_by_steps`.
+    """Return the errors of contacts by shifts of overlaps, as `errors_by_steps` does.
 
     Parameters
     ----------

@@ -30,7 +30,10 @@ MODES_RATIO = 1.05  # of neighbouring numbers of modes in a search for the least
 
 
 class StaticShapes(NamedTuple):
-    """Static shapes that a run has in place of the modes left out: only their vibrations are then missing."""
+    """Static shapes that a run has in place of the modes left out.
+
+    Only the vibrations of these are then missing.
+    """
 
     bending: float  # rad/s, frequency of the first mode in bending; that of mode n is n^2 times it
     shear: float  # rad/s, the same in shear; that of mode n is at most n times it; inf without shear
@@ -39,7 +42,10 @@ class StaticShapes(NamedTuple):
     lasting: float = 1.0  # factor for vibrations that go on after the force has ended
 
     def missing_share(self, modes: float, dt: float) -> float:
-        """Return the share of the flexibility beyond a number of modes that is missing under steps of dt [s]."""
+        """Return the missing share of the flexibility beyond a number of modes.
+
+        The steps have the length dt [s].
+        """
         last = min(self.bending * modes * modes, self.shear * modes)
         if min(LEFT_OUT_RATIO * last, self.max_frequency) * dt > MAX_TURN:
             return UNRESOLVED_FACTOR
@@ -48,7 +54,10 @@ class StaticShapes(NamedTuple):
 
 
 class ModalError(NamedTuple):
-    """Relative error by the modes left out of a run with n modes: factor / n^power, less with static shapes."""
+    """Relative error by the modes left out of a run.
+
+    With n modes it is factor / n^power, less with static shapes.
+    """
 
     factor: float
     power: float
@@ -64,7 +73,10 @@ class ModalError(NamedTuple):
         return self._replace(factor=factor * self.factor)
 
     def modes_for(self, error: float, dt: float = 0.0) -> float:
-        """Return about the least number of modes with at most this error, under steps of dt [s]."""
+        """Return about the least number of modes with at most this error.
+
+        The steps have the length dt [s].
+        """
         most = math.pow(self.factor / error, 1.0 / self.power)
         if self.shapes is None or most <= 1.0:
             return most
@@ -76,7 +88,10 @@ class ModalError(NamedTuple):
 
 
 class LeftOut(NamedTuple):
-    """Flexibility at a contact of the modes of a beam beyond the n-th: factor / n^power [m/N]."""
+    """Flexibility of a beam's modes beyond the n-th at a contact [m/N].
+
+    It is factor / n^power.
+    """
 
     contact: Contact
     stiffness: float  # N/m, of the contact; NaN where it is not known
@@ -88,10 +103,11 @@ class LeftOut(NamedTuple):
 
 
 def left_out(request: Simulation, max_frequency: float | None = None) -> Iterator[LeftOut]:
-    """Give the flexibility of the modes beyond n at every contact of a beam, by bending and by shear.
+    """Yield the flexibility of modes beyond n at each contact [m/N].
 
-    At the middle of a pinned beam it is 2 L^3/(3 pi^4 EI n^3) by bending, and L/(pi^2 kGA n) by shear below the cut-off
-    frequency. Above it, of n modes c0/(c0 + cs) n shear the sections and the others rotate them, with
+    Each contact of a beam has one by bending, and one by shear. At the middle of a pinned beam it is at most 2 L^3/(3
+    pi^4 EI n^3) by bending (half of it, as every other mode has a node there), and L/(pi^2 kGA n) by shear below the
+    cut-off frequency. Above it, of n modes c0/(c0 + cs) n shear the sections and the others rotate them, with
     c0 = sqrt(EI/(rho I)) and cs = sqrt(kGA/(rho A)). At an end that may move all modes have twice the amplitude of
     their waves inside, and the flexibility is twice as large.
 
@@ -127,14 +143,20 @@ def left_out(request: Simulation, max_frequency: float | None = None) -> Iterato
 
 
 def stiffened(law: AbstractContactLaw) -> float:
-    """Return by how much the hysteresis of a law raises its tangent as a touch begins: K grows to K (1 + a v0)."""
+    """Return the factor by which hysteresis raises a law's initial tangent.
+
+    As a touch begins, K grows to K (1 + a v0).
+    """
     if isinstance(law, AbstractHystereticLaw):
         return float((1.0 + law.hysteresis()) ** (2.0 / (law.exponent + 1.0)))
     return 1.0
 
 
 def _shapes(beam: Beam, rise: float, max_frequency: float) -> StaticShapes:
-    """Return the static shapes of a beam under a force that rises in a time [s]."""
+    """Return the static shapes of a beam under a rising force.
+
+    The force rises in a time [s].
+    """
     number, shear = math.pi / beam.length, math.inf
     bending = number**2 * min(math.sqrt(s.bending_stiffness / (s.density * s.area)) for s in beam.segments)
     if beam.theory == "timoshenko":  # modes that shear and modes that rotate sections: so many below a frequency
@@ -143,7 +165,10 @@ def _shapes(beam: Beam, rise: float, max_frequency: float) -> StaticShapes:
 
 
 def _softer(shapes: StaticShapes | None, modes: float) -> StaticShapes | None:
-    """Return static shapes whose fast modes begin at a number of modes: those before it are softer than the contact."""
+    """Return static shapes whose fast modes begin at a number of modes.
+
+    Those before it are softer than the contact.
+    """
     if shapes is None:
         return None
     first = min(shapes.bending * modes * modes, shapes.shear * modes)
@@ -151,24 +176,25 @@ def _softer(shapes: StaticShapes | None, modes: float) -> StaticShapes | None:
 
 
 def is_loose(beam: Beam, x: float) -> bool:
-    """Return whether a place is an end of a beam that nothing stiff or heavy holds."""
+    """Return whether a place is an end without stiff or heavy support."""
     ends = [end for at, end in ((0.0, beam.left), (beam.length, beam.right)) if at == x]
     return any(end.kind in ("free", "spring", "dashpot") for end in ends)
 
 
 def beside_contacts(places: Sequence[LeftOut]) -> list[ModalError]:
-    """Return the flexibility left out over that of the contact in series with it; measured errors are 0.1 to 1.2 of it.
+    """Return the flexibility left out, relative to that of each contact.
 
-    Contacts whose stiffness is not known are omitted.
+    Both are in series. Measured errors are 0.1 to 1.2 of the ratio. Contacts whose stiffness is not known are omitted.
     """
     found = [ModalError(each.factor * each.stiffness, each.power, each.shapes) for each in places]
     return [error for error in found if error.factor > 0.0]
 
 
 def beside_displacements(places: Sequence[LeftOut], scene: Scene, history: AbstractHistory) -> list[ModalError]:
-    """Return the flexibility left out times the contact force of a run, over the displacements of beams at contacts.
+    """Return errors by the flexibility left out, relative to displacements of beams.
 
-    A stiff beam under a soft contact moves so little that this error is far larger than that of `beside_contacts`.
+    The absolute error is this flexibility times the contact force of a run; displacements are those at contacts. A
+    stiff beam under a soft contact moves so little that this error is far larger than that of `beside_contacts`.
     """
     sizes = dict[str, float]()
     touched, raw = touched_in(history), records_of(history)
@@ -199,7 +225,10 @@ def beside_displacements(places: Sequence[LeftOut], scene: Scene, history: Abstr
 
 
 def _closed(scene: Scene, history: AbstractHistory, contact: str) -> float:
-    """Return the time that a contact was closed in a run [s], at least a thousandth of the run."""
+    """Return the time that a contact was closed in a run [s].
+
+    It is at least a thousandth of the run.
+    """
     closed = sum((scene.duration if span.end is None else span.end) - span.start for span in history.spans(contact))
     return max(closed, 1e-3 * scene.duration)
 

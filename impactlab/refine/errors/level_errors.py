@@ -1,4 +1,4 @@
-"""Errors of the levels of a study by Richardson extrapolation over all quantities that count, and the next level."""
+"""Richardson extrapolation over all quantities that count, and the next level."""
 
 from __future__ import annotations
 
@@ -60,7 +60,10 @@ def allowed(method: Method) -> float:
 
 
 def spent_s(studies: list[Study], following: Study | None = None) -> float:
-    """Return the predicted seconds of all runs so far, and of the set-up of one that follows, if any."""
+    """Return the predicted time of all runs so far [s].
+
+    The set-up of one that follows is included, if any.
+    """
     found = 0.0
     for each in studies:
         runs = [level.fineness for level in each.levels]
@@ -73,14 +76,20 @@ def spent_s(studies: list[Study], following: Study | None = None) -> float:
 
 
 def choosing_s(study: Study) -> float:
-    """Return the predicted seconds of choosing with one more run: all runs except the one that is chosen."""
+    """Return the predicted time of choosing with one more run [s].
+
+    It is that of all runs except the one that is chosen.
+    """
     description, count = study.description, len(study.levels)
     one_s = ESTIMATE_S + (ALIKE_S if description.alike else description.cost.setup_s)
     return DESCRIBED_S + count * one_s + sum(description.seconds(level.fineness) for level in study.levels)
 
 
 def estimate_errors(study: Study, request: Simulation) -> None:
-    """Set the error of every level, and the fineness of the next level or the reason why none follows."""
+    """Set the errors of all levels, and the fineness of the next.
+
+    Where no level follows, set the reason.
+    """
     description, levels, tolerance = study.description, study.levels, allowed(request.method)
     finest = levels[-1]
     study.order_share = order_share(description, [level.history for level in levels], request)
@@ -173,9 +182,9 @@ def _why_closed(study: Study, met: list[int], promised: int, too_few: bool) -> s
 
 
 def keeps_energy(study: Study, level: Level, tolerance: float) -> bool:
-    """Return whether a checked run gains no more energy than its error allows; otherwise raise its error.
+    """Return whether a checked run's energy gain suits its error.
 
-    A study that was done then continues.
+    Otherwise raise its error. A study that was done then continues.
     """
     level.gain = gain_of(level.history) if study.description.unit else 0.0
     if level.gain / MAX_GAIN_RATIO <= max(level.error, tolerance):
@@ -193,7 +202,10 @@ def gains(level: Level) -> str:
 
 
 def _reach(study: Study, error: float, tolerance: float) -> Reach:
-    """Return the fineness that a study needs, by the declared order or, from four runs on, the one that shows."""
+    """Return the fineness that a study needs for a tolerance.
+
+    It follows from the declared order or, from four runs on, from the one that shows.
+    """
     finest, order = study.levels[-1], study.description.order + EXTRA_ORDER
     study.falling[finest.fineness] = error
     first = min(study.falling)
@@ -207,10 +219,11 @@ def _reach(study: Study, error: float, tolerance: float) -> Reach:
 def _extrapolated(
     levels: list[Level], request: Simulation, description: Description, share: float
 ) -> tuple[list[tuple[float, str]], float]:
-    """Return the error of each level from its distance to the finest one, and that of the finest by the declared order.
+    """Return the error of each level, and the finest one's by order.
 
-    Each is the largest over the quantities that count; those of the levels carry the name of that quantity. The second
-    result determines the next fineness; from three levels on it is the stated error of the finest level.
+    The first follow from the distances to the finest level, the second from the declared order. Each is the largest
+    over the quantities that count; those of the levels carry the name of that quantity. The second result determines
+    the next fineness; from three levels on it is the stated error of the finest level.
     """
     last = len(levels) - 1
     fineness = [level.fineness for level in levels]
@@ -239,9 +252,10 @@ def _extrapolated(
 
 
 def _distance_to_check(study: Study) -> float:
-    """Return the distance of the finest level to a run off the special step c dt = h; 0 within the error of that run.
+    """Return the distance of the finest level to a check run.
 
-    Levels with c dt = h share an advantage, so that two of them may agree by chance.
+    The check run is off the special step c dt = h. The distance is 0 if within the error of that run. Levels with c dt
+    = h share an advantage, so that two of them may agree by chance.
     """
     description, finest = study.description, study.levels[-1]
     if description.check is None:
@@ -254,7 +268,10 @@ def _distance_to_check(study: Study) -> float:
 
 
 def resolves_contacts(history: AbstractHistory, request: Simulation) -> bool:
-    """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
+    """Return whether each contact period has enough steps for an order.
+
+    Only contacts under compliant laws count.
+    """
     if history.dt is None:
         return True
     for contact, law in zip(request.scene.contacts, laws_of(*request), strict=True):

@@ -1,4 +1,7 @@
-"""Factors by which touches magnify the error of a run, also that of modes which all runs leave out."""
+"""Factors by which touches magnify the error of a run.
+
+They also magnify the error of modes which all runs leave out.
+"""
 
 from __future__ import annotations
 
@@ -24,10 +27,11 @@ MAX_GROWTH = 2.0  # of an error by later touches, up to which the margins on it 
 
 
 def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
-    """Return the factor by which touches magnify an error: the error by the steps of a run over its predicted one.
+    """Return the factor by which touches magnify an error.
 
-    A difference between two runs of a beam grows with each touch, whether it comes from the steps or from modes left
-    out. Runs with the same modes show only that from the steps.
+    It is the error by the steps of a run over its predicted one. A difference between two runs of a beam grows with
+    each touch, whether it comes from the steps or from modes left out. Runs with the same modes show only that from the
+    steps.
     """
     touches = Counter(span.contact for span in finest.history.contacts)
     if not description.alike or not math.isfinite(error) or max(touches.values(), default=0) < 2:
@@ -36,10 +40,11 @@ def magnified_by_touches(description: Description, finest: Level, error: float) 
 
 
 def magnified_by_later_touches(description: Description, history: AbstractHistory, request: Simulation) -> float:
-    """Return the factor by which later touches magnify the error of modes left out, by the linear equation of errors.
+    """Return the factor by which later touches magnify errors of modes left out.
 
-    It is the largest error of a quantity that a tolerance bounds, by a shift of the overlaps, over this shift. A touch
-    with little overlap, as one that begins as the run ends, has a large one.
+    It follows from the linear equation of errors. It is the largest error of a quantity that a tolerance bounds, by a
+    shift of the overlaps, over this shift. A touch with little overlap, as one that begins as the run ends, has a large
+    one.
     """
     records = records_of(history)
     again = len(history.contacts) > 1 or len(request.scene.contacts) > 1
@@ -55,7 +60,10 @@ def magnified_by_later_touches(description: Description, history: AbstractHistor
 
 
 def _shifts(history: AbstractHistory, request: Simulation, records: Records) -> list[Array]:
-    """Return shifts of the overlap of one contact each, as large as its beams move, after a touch at t = 0."""
+    """Return shifts of the overlap of one contact each [m].
+
+    They are as large as its beams move, and begin after a touch at t = 0.
+    """
     scene, found = request.scene, []
     moving = moving_frames(scene, touched_in(history))
     for number, contact in enumerate(scene.contacts):

@@ -1,4 +1,4 @@
-"""Instants at which runs of a scene are compared, the displacements compared there, and the motion of their frames."""
+"""Instants and displacements at which runs are compared, and their frames' motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CELLS = 400  # of the midpoint rule: fewer than a summary takes, as an estimate 
 
 
 class MovingFrames:
-    """Displacements of a scene that are compared, and those of the frames of bodies that interact.
+    """Displacements that are compared, and those of interacting bodies' frames.
 
     Parameters
     ----------
@@ -36,7 +36,10 @@ class MovingFrames:
                 row[:] = common_drift(scene, channel, self.t, touched)
 
     def drift(self, channel: str) -> Array:
-        """Return the displacement of the frame of a channel's body in the middles of the cells [m], (CELLS,)."""
+        """Return the displacement of a channel's frame [m], (CELLS,).
+
+        It is that of the frame of the channel's body, in the middles of the cells.
+        """
         return np.asarray(self.drifts[self.channels.index(channel)])
 
 

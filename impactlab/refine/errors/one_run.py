@@ -1,9 +1,9 @@
-"""Runs of beams in modes and of rigid bodies whose own records state their error, and how fine the next one must be.
+"""Errors of single runs from their own records, and the next fineness.
 
-Forces without jumps act between beams in modes and rigid bodies. The error by the steps follows from its linear
-equation (`impactlab.refine.errors.error_equation`), that by the modes left out from their flexibility. A first run is
-as fine as is likely to do. The error that it states falls as the square of the step, so that a second one as fine as
-the tolerance needs is mostly the last.
+They are runs of beams in modes and of rigid bodies. Forces without jumps act between beams in modes and rigid bodies.
+The error by the steps follows from its linear equation (`impactlab.refine.errors.error_equation`), that by the modes
+left out from their flexibility. A first run is as fine as is likely to do. The error that it states falls as the square
+of the step, so that a second one as fine as the tolerance needs is mostly the last.
 
 Measured on random scenes by `studies.error_equation`; the figures are in docs/theory/error-estimates.md.
 """
@@ -45,10 +45,11 @@ OF_SECOND_ORDER = 15.0  # share of it by which errors may exceed those of the eq
 
 
 def error_alone(history: AbstractHistory, request: Simulation) -> float:
-    """Return the error of one run of a scene that `stated_alone` allows; inf where the equation does not give it.
+    """Return the relative error of one run from its records.
 
-    That is where the error of a touch is not small, or a gap nearly closes. The force of a law with hysteresis depends
-    on the speed of the approach: where a touch begins with no speed of its own, nothing is stated.
+    `stated_alone` must allow it. The error is inf where the equation does not give it. That is where the error of a
+    touch is not small, or a gap nearly closes. The force of a law with hysteresis depends on the speed of the approach:
+    where a touch begins with no speed of its own, nothing is stated.
     """
     records = records_of(history)
     if records is None or not history.contacts or not records.of_every_step:
@@ -62,9 +63,10 @@ def error_alone(history: AbstractHistory, request: Simulation) -> float:
 
 
 def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
-    """Set the error of a level by its own records, and the next fineness or why none follows.
+    """Set the error of a level by its own records.
 
-    Return False, with nothing set, where it takes two runs to know the error.
+    Also set the next fineness, or the reason why none follows. Return False, with nothing set, where it takes two runs
+    to know the error.
     """
     description, tolerance = study.description, allowed(request.method)
     if math.isinf(description.alone) or not resolves_contacts(level.history, request):
@@ -102,7 +104,10 @@ def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
 
 
 def _needed(study: Study, level: Level, tolerance: float) -> int:
-    """Return about the least fineness with which an error falls within the tolerance; 0 where it takes more modes."""
+    """Return about the least fineness within the tolerance.
+
+    It is 0 where more modes are needed.
+    """
     description, order = study.description, _shown_order(study, level)
 
     def unseen_at(fineness: int) -> float:
@@ -129,7 +134,10 @@ def _needed(study: Study, level: Level, tolerance: float) -> int:
 
 
 def _shown_order(study: Study, level: Level) -> float:
-    """Return the order with which the errors of single runs fall, at most the declared one."""
+    """Return the order that the errors of single runs show.
+
+    It is at most the declared one.
+    """
     order, first = study.description.order, study.levels[0]
     if first.fineness >= level.fineness or 0.0 in (first.by_steps, level.by_steps):
         return order  # a run that ends as the faces meet may show no error at all
@@ -138,7 +146,10 @@ def _shown_order(study: Study, level: Level) -> float:
 
 
 def _saves(study: Study, level: Level) -> bool:
-    """Return whether a coarser run in place of one that keeps the tolerance is worth its time."""
+    """Return whether a coarser run is worth its time.
+
+    It would replace one that keeps the tolerance.
+    """
     if any(each.fineness == study.next for each in study.levels):
         return False
     least = MIN_SAVING_ALONE if choosing_s(study) <= MAX_CHOOSING * study.seconds else MIN_SAVING_OF_SHORT

@@ -1,4 +1,4 @@
-"""Probes of a chosen run: how far they are from those of the next coarser one.
+"""Differences of a chosen run's probes to those of the next coarser run.
 
 A tolerance bounds displacements, impulses and peak forces of contacts. Internal forces are derivatives of displacements
 and converge more slowly, above all beside ends and contacts, so a run within the tolerance may still be far off there.
@@ -18,7 +18,10 @@ NAMED = 3  # probes in the text; the others are counted
 
 
 def warnings(study: Study, chosen: Level) -> Iterator[Warned]:
-    """Give a warning where a probe of the chosen run differs much from that of another level of its description."""
+    """Yield a warning where probes of the chosen run are not converged.
+
+    They differ much from those of another level of its description.
+    """
     probes = chosen.history.scene.probes
     others = [level for level in study.levels if level is not chosen]
     if not probes or not others:

@@ -1,8 +1,8 @@
-"""Compiled passes over the records of a stepped run for an error estimate: no channel is made of them.
+"""Compiled passes over the records of a stepped run for error estimates.
 
-Displacements are linear between records. Forces are means over steps, read with the slopes of
-`impactlab.numerics.slopes`; those of hard contacts are linear between the middles of steps. Each run of a study is read
-once, however many others it is compared with.
+No channel is made of the records. Displacements are linear between records. Forces are means over steps, read with the
+slopes of `impactlab.numerics.slopes`; those of hard contacts are linear between the middles of steps. Each run of a
+study is read once, however many others it is compared with.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ WHOLE_TOL = 1e-6  # of a step: rounding of the instant at which it ends
 
 
 class Sizes(NamedTuple):
-    """Norms of a displacement at instants, and of its difference to that of another run [m]."""
+    """Norms of a displacement, and of its difference to another run's [m]."""
 
     apart: float
     other: float
@@ -44,7 +44,10 @@ class Steps(NamedTuple):
     hard: bool
 
     def peak_time(self, left_out: Array) -> float:
-        """Return the instant of the largest force outside intervals (k, 2) [s] that rise and do not overlap."""
+        """Return the instant of the largest force outside intervals [s].
+
+        The intervals (k, 2) [s] rise and do not overlap.
+        """
         return peak_time(*self, left_out)
 
     def samples(self) -> Samples:
@@ -59,18 +62,23 @@ class Steps(NamedTuple):
         return force_at(*self, t)
 
     def moved(self, cells: int) -> Array:
-        """Return the displacements of both faces in the middles of equal cells of the run [m], shape (2, cells)."""
+        """Return the displacements of both faces in middles of cells [m].
+
+        The cells of the run are equal; the shape is (2, cells).
+        """
         found, columns = np.empty((2, cells)), np.array([self.column + 2, self.column + 4])
         write_displacements(self.record, columns, self.duration, found)
         return found
 
     def size(self, cells: int) -> float:
-        """Return the norm of the mean forces in the middles of equal cells of the run [N]."""
+        """Return the norm of mean forces in middles of equal cells [N]."""
         return mean_size(*self[:5], cells)
 
 
 class Records:
-    """The records of a run, the column of each displacement by its channel, and values read before.
+    """The records of a run, with the columns of displacements by channel.
+
+    Values that were read before are kept.
 
     Parameters
     ----------
@@ -108,7 +116,10 @@ class Records:
         return Steps(self.record, column, self._late, self.dt, self._duration, hard)
 
     def peak_time(self, number: int, hard: bool, left_out: Array) -> float:
-        """Return the instant of the largest force of a contact outside intervals (k, 2) [s], as of `Steps`."""
+        """Return the instant of a contact's largest force outside intervals [s].
+
+        Intervals (k, 2) are those of `Steps`.
+        """
         key = number, hard, left_out.tobytes()
         if key not in self._peaks:
             self._peaks[key] = self.force(number, hard).peak_time(left_out)
@@ -119,7 +130,10 @@ _known: WeakKeyDictionary[RecordedHistory, Records] = WeakKeyDictionary()
 
 
 def records_of(history: AbstractHistory) -> Records | None:
-    """Return the records of a stepped run over the whole duration of its scene; else None."""
+    """Return the records of a complete stepped run; else None.
+
+    A complete run has the whole duration of its scene.
+    """
     if not isinstance(history, RecordedHistory) or "assembly" not in vars(history):
         return None
     count = history.assembly.clock.n_records
@@ -141,7 +155,10 @@ def _value(record: Array, column: int, at: int, t: float) -> float:
 
 @PART
 def _record_before(record: Array, first: int, t: float) -> int:
-    """Return the last record at an instant or before, from ``first`` on; never the last one of all."""
+    """Return the last record at an instant or before.
+
+    The search begins at ``first``; the last record of all is never returned.
+    """
     low, reach, last = first, 1, len(record) - 2
     while low + reach <= last and record[low + reach, 0] <= t:
         low += reach
@@ -200,7 +217,10 @@ def _end(record: Array, step: int, late: float, dt: float) -> float:
 
 @PART
 def _middle(record: Array, step: int, late: float, dt: float, duration: float) -> float:
-    """Return the middle of the interval over which the force of a step acted, within the run [s]."""
+    """Return the middle of the interval of a step's force [s].
+
+    It is the interval over which the force acted, within the run.
+    """
     return min(0.5 * (_end(record, step, late, dt) + _end(record, step - 1, late, dt)), duration)
 
 
@@ -227,7 +247,7 @@ def _step_at(record: Array, late: float, dt: float, t: float) -> int:
 
 @PART
 def _steepness(record: Array, column: int, step: int, late: float, dt: float) -> float:
-    """Return the slope from the mean of a step to that of the next one [N/s]."""
+    """Return the slope between the means of consecutive steps [N/s]."""
     length = _mean_middle(record, step + 1, late, dt) - _mean_middle(record, step, late, dt)
     steepness: float = (record[step + 1, column] - record[step, column]) / length
     return steepness
@@ -281,10 +301,10 @@ def force_at(record: Array, column: int, late: float, dt: float, duration: float
 def peak_time(
     record: Array, column: int, late: float, dt: float, duration: float, hard: bool, left_out: Array
 ) -> float:
-    """Return the instant of the largest force outside intervals that rise; 0 where there is none.
+    """Return the instant of the largest force outside rising intervals [s].
 
-    It is the middle of a step, as slopes keep a force between the means of its neighbours, or the border of an
-    interval.
+    It is 0 where there is none. It is the middle of a step, as slopes keep a force between the means of its neighbours,
+    or the border of an interval.
     """
     best, largest, interval = 0.0, -math.inf, 0
     for step in range(1, len(record)):
@@ -305,7 +325,7 @@ def peak_time(
 
 @ENTRY
 def mean_size(record: Array, column: int, late: float, dt: float, duration: float, cells: int) -> float:
-    """Return the norm of the mean forces in the middles of equal cells of the run [N]."""
+    """Return the norm of mean forces in middles of equal cells [N]."""
     total, step = 0.0, 1
     for k in range(cells):
         t = (k + 0.5) * (duration / cells)

@@ -1,4 +1,7 @@
-"""Scenes whose forces have no jumps: which runs state their error alone, and the order that two runs may assume."""
+"""Scenes whose forces have no jumps, and their error estimates.
+
+It states which runs state their error alone, and the order that two runs may assume.
+"""
 
 from __future__ import annotations
 
@@ -25,15 +28,18 @@ def are_soft(request: Simulation) -> bool:
 
 
 def is_smooth(request: Simulation) -> bool:
-    """Return whether all contacts have a law without a jump, and neither rods nor loads send waves."""
+    """Return whether no law has a jump and no waves exist.
+
+    Waves are sent by rods and by loads on ends.
+    """
     return are_soft(request) and not request.scene.wave_bodies and not request.scene.loaded_ends
 
 
 def stated_alone(request: Simulation) -> float:
-    """Return the error that one run states over its predicted one; inf where two runs are needed.
+    """Return the ratio of the stated to the predicted error of one run.
 
-    Two are needed with probes, as only two runs show whether these converge, with beams that lose energy, which are not
-    stepped exactly, and with many contacts.
+    It is inf where two runs are needed. Two are needed with probes, as only two runs show whether these converge, with
+    beams that lose energy, which are not stepped exactly, and with many contacts.
     """
     if request.scene.probes or not 0 < len(request.scene.contacts) <= MAX_CONTACTS or not is_smooth(request):
         return math.inf

@@ -99,7 +99,10 @@ def _converged(request: Simulation, budget: float) -> Reference | None:
 
 
 def descriptions_of(request: Simulation) -> Iterator[Description]:
-    """Give the descriptions that references use, the best first; none where the physics has no unique solution."""
+    """Yield the descriptions that references use, the best first.
+
+    There are none where the physics has no unique solution.
+    """
     beams = beams_of(request.scene)
     if beams and not changes(request.scene) and has_unique_solution(request):
         continuous = beam_descriptions.continuous(request)
@@ -112,7 +115,10 @@ def descriptions_of(request: Simulation) -> Iterator[Description]:
 
 
 def least_s(description: Description) -> float:
-    """Return the predicted seconds of the three levels without which nothing is known of an error."""
+    """Return the predicted solving time of the first three levels [s].
+
+    An error estimate needs at least three.
+    """
     levels = MIN_FINENESS, round(RATIO * MIN_FINENESS), round(RATIO * round(RATIO * MIN_FINENESS))
     return sum(description.seconds(description.per_level * level) for level in levels)
 
@@ -159,7 +165,10 @@ def refine(
 
 
 def target(next_s: float, alone: bool = False) -> float:
-    """Return the uncertainty at which refining ends, by the predicted seconds of solving the next level."""
+    """Return the uncertainty at which refining ends.
+
+    It depends on the predicted time of solving the next level [s].
+    """
     if next_s <= MAX_CHEAP_LEVEL_S:
         return MIN_UNCERTAINTY
     if next_s <= MIN_COSTLY_LEVEL_S:

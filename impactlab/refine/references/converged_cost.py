@@ -28,7 +28,10 @@ FIRST_OF_YIELDING = 2e-2  # the same where a contact yields; steps that do not e
 
 
 def predicted_s(scene: Scene, method: Method) -> float | None:
-    """Return the predicted seconds of a converged reference; None where none would converge within the budget."""
+    """Return the predicted time of a converged reference [s].
+
+    None where none would converge within the budget.
+    """
     request = Simulation(scene, method).but(records=default_records(scene, RECORDS), frames=())
     found = list(descriptions_of(request))
     if not found or all(least_s(each) > FIRST_SHARE * FULL_BUDGET_S for each in found):
@@ -53,10 +56,10 @@ def _levels_s(
     enough: float = 0.0,
     alone: bool = False,
 ) -> tuple[float, float]:
-    """Return the predicted seconds of the levels of a description in all and of solving, up to an uncertainty.
+    """Return the predicted times of all levels and of their solving [s].
 
-    They end at a budget of solving. ``first`` is the uncertainty that is expected of the coarsest level, ``most`` the
-    largest order with which it falls.
+    The levels end at an uncertainty. They end at a budget of solving. ``first`` is the uncertainty that is expected of
+    the coarsest level, ``most`` the largest order with which it falls.
     """
     level, solving, total, count = MIN_FINENESS, 0.0, 0.0, 0
     while True:

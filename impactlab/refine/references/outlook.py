@@ -1,4 +1,4 @@
-"""Whether a plain run computes its reference: the predicted time of the reference against that of the run.
+"""Whether a plain run computes its reference, by predicted times of both.
 
 No clock is read, so that the same case has the same summary on every machine. Both predictions count work: steps,
 unknowns and contacts of the run, and of the levels that a converged reference is expected to need. A level costs more

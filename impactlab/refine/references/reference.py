@@ -49,5 +49,8 @@ def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S, exact_only
 
 
 def _is_affordable(scene: Scene, method: Method, budget: float) -> bool:
-    """Return whether the exact solution may be sought: each of many links splits every front that passes it."""
+    """Return whether the exact solution is affordable within a budget [s].
+
+    Each of many links splits every front that passes it.
+    """
     return all(law.branches() is None for law in laws_of(scene, method)) or predicted_s(scene, method) <= budget

@@ -1,6 +1,7 @@
-"""A run as an animation: the bodies above, coloured by their load, and below them the diagram that their waves draw.
+"""A run as an animation of its bodies, with their wave diagram.
 
-Displacements and gaps are shown larger than they are, both by the same factor, so that faces touch where they do.
+The bodies stand above, coloured by their load; the diagram that their waves draw is below. Displacements and gaps are
+shown larger than they are, both by the same factor, so that faces touch where they do.
 """
 
 from __future__ import annotations
@@ -53,7 +54,10 @@ def animate(history: AbstractHistory, seconds: float = 8.0) -> FuncAnimation:
 
 @drawn
 def film(history: AbstractHistory) -> tuple[Figure, Step, int]:
-    """Return a figure of a history, the function that draws one of its frames, and how many there are."""
+    """Return an animated figure of a history, its step and frame count.
+
+    The step is the function that draws one of its frames.
+    """
     from matplotlib.figure import Figure
 
     scene = dataclasses.replace(history.scene, duration=history.duration)
@@ -163,7 +167,10 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
 
 
 def _names(axes: Axes, place: _Place, names: Iterable[tuple[float, str, Array | None]]) -> Iterator[Step]:
-    """Write the names of the bodies in rows, each that has room beside those before it."""
+    """Write the names of the bodies in rows that have room.
+
+    Each name has room beside those before it.
+    """
     low, high = axes.get_xlim()
     letter = LETTER * (high - low) / (axes.get_position().width * SIZE[0])
     ends = [-math.inf] * NAME_ROWS
@@ -186,7 +193,10 @@ def _name(axes: Axes, place: _Place, name: str, at: tuple[float, float], u: Arra
 
 
 def _lying(place: _Place, left: float, body: ElasticBody, u: Array, height: float) -> Corners:
-    """Return the outline of a rod or beam along the train, as a function of the frame: lower and upper edge."""
+    """Return a body's outline along the train as a function of frames.
+
+    The outline of a rod or beam is its lower and its upper edge.
+    """
     x, nodes = np.linspace(0.0, body.length, CELLS + 1), np.linspace(0.0, body.length, u.shape[1])
 
     def corners(number: int) -> Array:
@@ -215,7 +225,7 @@ def _standing(place: _Place, spot: BodyPlace, body: ElasticBody, u: Array) -> Co
 
 
 def _elastic(axes: Axes, corners: Corners, load: Array | None, limit: float) -> Step:
-    """Draw a body as cells that move with it, coloured by the load, and its outline."""
+    """Draw a body as moving cells coloured by load, with its outline."""
     from matplotlib.collections import PolyCollection
 
     cells = PolyCollection([], cmap=COLOURS, edgecolors="face", linewidths=0.3, gid=MOVING)

@@ -53,7 +53,10 @@ EDGE = 0.05  # of the width of a loop, free on both sides of it
 
 
 class Loop(NamedTuple):
-    """Force over closing of one contact, or of all of one name: their sum over the mean of their closings."""
+    """Force over closing of one contact, or of all of one name.
+
+    Several contacts have the sum of their forces over the mean of their closings.
+    """
 
     name: str
     closing: Array  # (n,) m, zero at the start
@@ -61,7 +64,10 @@ class Loop(NamedTuple):
 
 
 def plates_of(trace: Trace, scene: Scene) -> list[PageFigure]:
-    """Return the figures of a run whose laws remember: loops, the head of a pile, curves of specimens."""
+    """Return the figures of a run whose laws have memory.
+
+    They are loops, the head of a pile, and curves of specimens.
+    """
     history, plates = trace.history, []
     laws = history.method.laws
     if any(isinstance(law, Smith) for law in laws.values()):
@@ -91,9 +97,9 @@ def plates_of(trace: Trace, scene: Scene) -> list[PageFigure]:
 
 
 def loops(history: AbstractHistory, scene: Scene) -> list[Loop]:
-    """Return the loops of all contacts whose law keeps a permanent deformation, pieces of one name together.
+    """Return the loops of all contacts with permanent deformation.
 
-    Specimens are left out: they have curves of stress over strain.
+    Pieces of one name are taken together. Specimens are left out: they have curves of stress over strain.
     """
     grouped: dict[str, list[str]] = {}
     for contact in scene.contacts:
@@ -109,7 +115,10 @@ def loops(history: AbstractHistory, scene: Scene) -> list[Loop]:
 
 
 def _closed(loop: Loop) -> tuple[float, float]:
-    """Return the closings between which a loop has a force [m], with a margin: faces may part by far more than that."""
+    """Return the closings between which a loop has a force [m].
+
+    They have a margin: faces may part by far more than that.
+    """
     held = loop.closing[loop.force != 0.0]
     least, most = (min(0.0, held.min()), max(0.0, held.max())) if len(held) else (0.0, 0.0)
     margin = EDGE * ((most - least) or float(np.abs(loop.closing).max()) or 1.0)
@@ -149,7 +158,10 @@ def pile_head(head: Head, scene: Scene) -> Figure:
 
 
 def by_gauges(history: AbstractHistory, incident: str, transmission: str, law: Specimen) -> hopkinson.Curve | None:
-    """Return the curve that the probes of two bars give by three waves; None where they are no such bars."""
+    """Return the curve of two bars' probes by three-wave analysis.
+
+    None where they are no such bars.
+    """
     diameter = float(np.sqrt(4.0 * law.area / np.pi))
     with suppress(ImpactlabError), warnings.catch_warnings():
         warnings.simplefilter("ignore", RunWarning)  # the caption has the end of the curve
@@ -160,7 +172,10 @@ def by_gauges(history: AbstractHistory, incident: str, transmission: str, law: S
 
 @drawn
 def stress_strain(history: AbstractHistory, contact: str, law: Specimen, gauges: hopkinson.Curve | None) -> Figure:
-    """Return the stress of a specimen over its strain: of its law, in the run, and by the gauges on both bars."""
+    """Return the stress of a specimen over its strain as a figure.
+
+    It shows the law, the run, and the curve by the gauges on both bars.
+    """
     times = page_times(history.duration)
     gap, force = history.evaluate(times, f"gap:{contact}"), history.evaluate(times, f"force:{contact}")
     strain, stress = (gap[0] - gap) / law.length, force / law.area
@@ -179,9 +194,10 @@ def stress_strain_curves(
     others: Mapping[str, hopkinson.Curve],
     band: tuple[ArrayLike, ArrayLike, ArrayLike] | None,
 ) -> Figure:
-    """Return the stress of curves over their strain, the first without a name where it is alone; a band behind them.
+    """Return the stress of curves over their strain as a figure.
 
-    The band is strain, lower and upper stress [Pa], shape (n,) each.
+    The first has no name where it is alone; a band may stand behind them. The band is strain, lower and upper stress
+    [Pa], shape (n,) each.
     """
     curves = {"curve": (curve.strain, curve.stress, INK, "-", 1.4)}
     for number, (name, other) in enumerate(others.items()):
@@ -195,7 +211,10 @@ def stress_strain_curves(
 
 
 def _over_strain(curves: Mapping[str, tuple[Array, Array, str, str, float]], named: bool = True) -> Figure:
-    """Return stress [MPa] over strain [%] of curves by name: strain, stress [Pa], colour, dash and width of each."""
+    """Return a figure of stress [MPa] over strain [%] of named curves.
+
+    Each curve has strain, stress [Pa], colour, dash and width.
+    """
     margins = Margins(right=room_beside(curves), top=upper_margin(curves)) if named else Margins()
     figure, ((axis,),) = grid(1, 1, 2.8, margins)
     for x, y, colour, dash, width in curves.values():

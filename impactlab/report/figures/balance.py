@@ -1,4 +1,4 @@
-"""Figures of energy: the balance of several methods, and where the energy of one run is."""
+"""Figures of energy: balances of methods, and shares in one run."""
 
 from __future__ import annotations
 
@@ -37,7 +37,10 @@ ROUNDING = 1e-9  # %, below which the balance is drawn as the straight line it i
 
 @drawn
 def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
-    """Return the energy balance of each trace, in % of the reference energy: above zero was gained, below was lost."""
+    """Return the energy balance of each trace [%] as a figure.
+
+    It is in % of the reference energy: above zero was gained, below was lost.
+    """
     names = [trace.name for trace in traces]
     left = 0.95  # rounding has long numbers on its axis
     margins = Margins(left, room_beside(names), upper_margin(names), lower_margin(trips=True))
@@ -64,7 +67,10 @@ def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
 
 @drawn
 def energy_shares(trace: Trace, scene: Scene) -> Figure:
-    """Return where the energy of a run is, stacked: in each body, in contacts, in booked losses."""
+    """Return the energy of a run by place as stacked areas.
+
+    They are each body, contacts, and booked losses.
+    """
     book, time = trace.history.energy, clock(scene)
     parts = {name: values for name, values in drawn_energies(book).items() if np.any(values)}
     parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}

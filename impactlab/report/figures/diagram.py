@@ -1,4 +1,7 @@
-"""The Lagrange diagram: the load of all bodies end to end, place to the right and time upwards, events marked."""
+"""The Lagrange diagram: load over place and time, with events.
+
+All bodies stand end to end, place to the right and time upwards.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +24,16 @@ MEANING = {"stress": "stress σ", "torque": "torque T", "displacement": "deflect
 
 
 def has_waves(history: AbstractHistory, scene: Scene) -> bool:
-    """Return whether the history has the load of a body at the frames of a page."""
+    """Return whether a history has a body's load at the page's frames."""
     return any(entry["load"] is not None for entry in frames(history, scene).values())
 
 
 @drawn
 def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
-    """Return the diagram of a history; of a body whose fields it does not keep only the contacts are drawn."""
+    """Return the Lagrange diagram of a history.
+
+    Of a body whose fields it does not keep, only the contacts are drawn.
+    """
     spots, time = layout(scene), clock(scene)
     loads = {name: entry["load"] for name, entry in frames(history, scene).items() if entry["load"] is not None}
     elastic = {name: body for name, body in scene.elastic.items() if name in loads}

@@ -1,4 +1,7 @@
-"""The part of a scene with many contacts that figures and page draw: contacts spread over it, and their bodies."""
+"""The drawn part of a scene with many contacts.
+
+It has contacts spread over the scene, and their bodies.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,10 @@ MAX_DRAWN = 40  # contacts of a page: a figure of more is no longer read
 
 
 def drawn_energies(book: EnergyBook) -> Mapping[str, Array]:
-    """Return the energy of each body (n,) [J] by name; of more bodies than a figure holds that of all together."""
+    """Return the energy of each body (n,) [J] by name.
+
+    Of more bodies than a figure holds, it is that of all together.
+    """
     if len(book.bodies) <= MAX_DRAWN:
         return book.bodies
     return {f"all {len(book.bodies)} bodies": np.asarray(sum(book.bodies.values(), np.zeros_like(book.time)))}
@@ -30,7 +36,10 @@ class DrawnPart(NamedTuple):
 
 
 def drawn_part(scene: Scene) -> DrawnPart:
-    """Return the scene with at most `MAX_DRAWN` contacts, the bodies that they join, and those of probes."""
+    """Return the part of a scene that is drawn.
+
+    It has at most `MAX_DRAWN` contacts, the bodies that they join, and those of probes.
+    """
     count = len(scene.contacts)
     if count <= MAX_DRAWN:
         return DrawnPart(scene, "")

@@ -32,7 +32,10 @@ def load_of(body: ElasticBody) -> str:
 
 @drawn
 def snapshots(traces: Sequence[Trace], scene: Scene, body: str) -> Figure:
-    """Return the load along a body at the times of ``scene.snapshots``: a row per trace, a column per time."""
+    """Return the load along a body at the snapshots as a figure.
+
+    It has a row per trace, and a column per time of ``scene.snapshots``.
+    """
     shown = scene.elastic[body]
     place, time, quantity = scaled("m", shown.length), clock(scene), load_of(shown)
     rows, columns = len(traces), len(scene.snapshots)
@@ -79,7 +82,10 @@ def snapshots(traces: Sequence[Trace], scene: Scene, body: str) -> Figure:
 def _row_scales(
     axis: Axes, traces: Sequence[Trace], bases: Sequence[float], extent: tuple[float, float], top: float
 ) -> None:
-    """Label zero and one round value of each row at the left, and name the rows."""
+    """Label zero and one round value of each row; name the rows.
+
+    Labels are at the left.
+    """
     largest = max(extent, key=abs) or 1.0
     leading = 10.0 ** math.floor(math.log10(abs(largest)))
     tick = math.copysign(max(n for n in (1, 2, 4, 5, 6, 8) if n * leading <= abs(largest) * 1.0001) * leading, largest)
@@ -91,6 +97,9 @@ def _row_scales(
 
 
 def few(x: Array, values: Array) -> tuple[Array, Array]:
-    """Return a curve along a body at no more than `MAX_POINTS` places, first and last included."""
+    """Return a curve along a body at no more than `MAX_POINTS` places.
+
+    The first and the last place are included.
+    """
     kept = np.unique(np.linspace(0, x.size - 1, min(x.size, MAX_POINTS)).round().astype(int))
     return x[kept], values[kept]

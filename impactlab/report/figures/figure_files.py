@@ -30,12 +30,14 @@ class FigureFiles(NamedTuple):
 
 
 def figure_files(formats: str | None, width: str | None, folder: Path | None = Path()) -> FigureFiles:
-    """Return how figures are written from the words of a command: ``svg,pdf`` and ``one``; all of them if one is given.
+    """Return how figures are written, from the words of a command.
+
+    Words are such as ``svg,pdf`` and ``one``; all figures are written if one is given.
 
     Raises
     ------
     CaseError
-        If a format or a width is not known, or figures are asked for and there is no ``folder`` for them.
+        If a format or a width is not known, or figures are requested and there is no ``folder`` for them.
     """
     if folder is None and (formats or width):
         option = "--figures" if formats else "--width"
@@ -60,7 +62,10 @@ class Plate(NamedTuple):
 
 
 def saved_plates(folder: Path, plates: Iterable[Plate]) -> tuple[list[dict[str, str]], str]:
-    """Write the figures of a page into its folder ``figures``; return them for its template, and their style rules."""
+    """Write the figures of a page; return their entries and style rules.
+
+    They are written into its folder ``figures``; the entries are for its template.
+    """
     (folder / "figures").mkdir(exist_ok=True)
     made, drawings = [], []
     for name, title, caption, figure in plates:
@@ -80,7 +85,10 @@ def to_svg(figure: Figure) -> str:
 
 @drawn
 def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("svg", "png")) -> str:
-    """Write ``name.svg``, ``name.png`` or ``name.pdf``, by the formats, into the folder and return the SVG text."""
+    """Write a figure in each format into the folder; return the SVG.
+
+    Files are ``name.svg``, ``name.png`` or ``name.pdf``.
+    """
     svg = to_svg(figure)
     if "svg" in formats:
         (folder / f"{name}.svg").write_text(svg, encoding="utf-8")
@@ -97,7 +105,9 @@ THEMED = {INK: "ink", MUTED: "muted", GRID: "line", PAPER: "paper"} | {c: f"c{i}
 
 
 def inline(svg: str, label: str) -> str:
-    """Return SVG text fit to stand inside a page: themed by its variables, sized by its column, ids that clash removed.
+    """Return SVG text fit to stand inside a page.
+
+    It is themed by the variables of the page, sized by its column, and has no clashing ids.
 
     Parameters
     ----------
@@ -122,7 +132,10 @@ NUMBER = re.compile(r"-?\d+\.\d{2,}")
 
 
 def compact(svg: str) -> str:
-    """Return SVG text with coordinates to a tenth of a point, paths in steps, without groups of one thing."""
+    """Return SVG text with short coordinates, and without needless groups.
+
+    Coordinates have a tenth of a point, paths are in steps.
+    """
     svg = re.sub(r' d="([^"]*)"', lambda path: f' d="{_steps(path.group(1))}"', svg)
     svg = re.sub(r' (?:points|x|y|width|height|transform|viewBox)="[^"]*"', lambda match: _short(match.group()), svg)
     svg = re.sub(r">\s+<", "><", svg).replace("xlink:href", "href")
@@ -143,7 +156,10 @@ MAX_RUN = 24  # points that one straight line may stand for
 
 
 def _steps(path: str) -> str:
-    """Return a path of straight lines as steps from point to point, in tenths of a point; another one rounded."""
+    """Return a path of straight lines as steps in tenths of a point.
+
+    Another path is rounded.
+    """
     if not re.fullmatch(r"[ML\d\s.z-]*", path):
         return " ".join(_short(path).split())
     text = ""
@@ -158,7 +174,10 @@ def _steps(path: str) -> str:
 
 
 def _straightened(points: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return the points without those that lie within `MAX_STRAY` of the line between the ones kept."""
+    """Return the points of a path without those on straight lines.
+
+    Those within `MAX_STRAY` of the line between the points kept are left out.
+    """
     kept, last, at = points[:1], 0, 2
     while at < len(points):
         (x, y), (to_x, to_y) = points[last], points[at]
@@ -173,14 +192,20 @@ def _straightened(points: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def _tenths(number: int, *, apart: bool = False) -> str:
-    """Return a number of tenths as text, with a space before it where it must stand apart from one before."""
+    """Return a number of tenths as text.
+
+    A space stands before it where it must be apart from one before.
+    """
     text = f"{number / 10:g}"
     text = text.replace("0.", ".", 1) if abs(number) < 10 else text
     return text if text.startswith("-") or not apart else f" {text}"
 
 
 def with_classes(figures: Sequence[str]) -> tuple[list[str], str]:
-    """Return inlined figures with classes in place of their style attributes, and the rules of those classes."""
+    """Return inlined figures with style classes, and their rules.
+
+    Classes take the place of style attributes.
+    """
     names: dict[str, str] = {}
 
     def named(match: re.Match[str]) -> str:

@@ -1,4 +1,7 @@
-"""A mechanism to scale: the figure at the start, where contacts begin and at the end, and the motion on a page."""
+"""A mechanism to scale, in figures and on a page.
+
+Figures show it at the start, where contacts begin and at the end; a page shows its motion.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ MARGIN = 0.12  # of the size of the mechanism, around it
 
 
 def joints(history: AbstractHistory, mechanism: Mechanism, times: Array) -> Array:
-    """Return the places of ground hinge, joints and end, (n_times, n_links + 1, 2) [m]; links are drawn straight."""
+    """Return the places of ground hinge, joints and end [m].
+
+    The shape is (n_times, n_links + 1, 2); links are drawn straight.
+    """
     angles = np.array([history.evaluate(times, f"angle:{link.name}") for link in mechanism.links])
     lengths = np.array([link.length for link in mechanism.links])
     steps = lengths[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=2)
@@ -35,7 +41,10 @@ def chains(scene: Scene) -> list[Mechanism]:
 
 
 def met(scene: Scene) -> list[dict[str, Any]]:
-    """Return contacts of chains as page.js draws them: the place on a link, the direction, and the other body."""
+    """Return contacts of chains as page.js draws them.
+
+    An entry has the place on a link, the direction, and the other body.
+    """
     found = []
     for number, contact in enumerate(scene.contacts):
         for here, there, sign in ((contact.left, contact.right, 1), (contact.right, contact.left, -1)):
@@ -53,7 +62,10 @@ def met(scene: Scene) -> list[dict[str, Any]]:
 def moving(
     axis: Axes, history: AbstractHistory, mechanisms: Sequence[Mechanism], times: Array, mark: str
 ) -> Callable[[int], None]:
-    """Draw mechanisms to scale, lines marked as moving; return the function that moves them to one of the times."""
+    """Draw mechanisms to scale; return the function that moves them.
+
+    Lines are marked as moving; the function moves them to one of the times.
+    """
     drawn_at = []
     for mechanism in mechanisms:
         places = joints(history, mechanism, times)
@@ -79,7 +91,10 @@ def moving(
 
 @drawn
 def positions(history: AbstractHistory, scene: Scene, name: str) -> Figure:
-    """Return the mechanism at the start, where contacts begin, and at the end, with the path of its end between."""
+    """Return a figure of the mechanism at start, contacts and end.
+
+    Contacts are shown where they begin, with the path of the end between.
+    """
     mechanism = scene.bodies[name]
     if not isinstance(mechanism, Mechanism):
         raise TypeError(f"{name} is not a mechanism")

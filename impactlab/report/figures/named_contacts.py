@@ -1,4 +1,7 @@
-"""Contacts as figures show them: one for each name, and of many the first, the last and the largest between."""
+"""Contacts as figures show them: by name, and some of many.
+
+Of many these are the first, the last and those of the largest force between.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ class NamedContact(NamedTuple):
 
 
 def named_contacts(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
-    """Return the contacts of the scene that histories share, one for each name, in its order."""
+    """Return the contacts of the scene that histories share, by name.
+
+    Each name has one, in the order of the scene.
+    """
     if not histories:
         return []
     found: dict[str, list[tuple[int, str]]] = defaultdict(list)
@@ -47,15 +53,19 @@ def named_contacts(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
 
 
 def _is_linked(history: AbstractHistory, members: Sequence[str]) -> bool:
-    """Return whether contacts are joined from the start in a run, also in one that was read from a file."""
+    """Return whether contacts are joined from the start in a run.
+
+    The run may have been read from a file.
+    """
     laws = history.method.laws
     return all(name in laws and laws[name].two_sided for name in members)
 
 
 def with_figures(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
-    """Return at most `MAX_FIGURES` contacts: the first, the last, and those of the largest force between.
+    """Return at most `MAX_FIGURES` contacts.
 
-    Of several with forces alike those are chosen that are spread over the row.
+    They are the first, the last, and those of the largest force between. Of several with forces alike those are chosen
+    that are spread over the row.
     """
     contacts = named_contacts(histories)
     if len(contacts) <= MAX_FIGURES:
@@ -76,7 +86,10 @@ def with_figures(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
 
 
 def _largest_forces(history: AbstractHistory) -> Mapping[str, float]:
-    """Return the largest force of contacts and links [N] by name; of impulse laws the impulse [N s]."""
+    """Return the largest force of contacts and links [N] by name.
+
+    Of impulse laws it is the impulse [N s].
+    """
     found: dict[str, float] = {}
     for span in history.contacts:
         own = span.impulse if span.peak_force is None else span.peak_force
@@ -85,7 +98,10 @@ def _largest_forces(history: AbstractHistory) -> Mapping[str, float]:
 
 
 def words_on_figures(histories: Sequence[AbstractHistory], rest: str) -> str:
-    """Return a sentence on the contacts that have figures and ``rest``, which has the others; empty if all have."""
+    """Return a sentence on the contacts that have figures.
+
+    ``rest`` is the file that has the others; the text is empty if all have figures.
+    """
     count = len(named_contacts(histories))
     if count <= MAX_FIGURES:
         return ""
@@ -104,7 +120,10 @@ def law_of(history: AbstractHistory, contact: NamedContact) -> str:
 
 
 def force_of(history: AbstractHistory, name: str, times: Array) -> Array:
-    """Return the force of the contacts of one name at some times (n,) [N]: the sum of the pieces."""
+    """Return the force of the contacts of one name [N].
+
+    It is the sum of the pieces at some times (n,).
+    """
     try:
         return history.evaluate(times, f"force:{name}")
     except ImpactlabError:  # a run whose channels are those of the pieces
@@ -115,7 +134,10 @@ def force_of(history: AbstractHistory, name: str, times: Array) -> Array:
 
 
 def gap_of(history: AbstractHistory, name: str, times: Array) -> Array:
-    """Return the gap of the contacts of one name at some times (n,) [m]: the least one of the pieces."""
+    """Return the gap of the contacts of one name [m].
+
+    It is the least one of the pieces at some times (n,).
+    """
     try:
         return history.evaluate(times, f"gap:{name}")
     except ImpactlabError:  # a name for several contacts, or other than that of the contact
@@ -141,9 +163,10 @@ def view_of(histories: Sequence[AbstractHistory], name: str, duration: float) ->
 
 
 def _loaded(history: AbstractHistory, name: str, duration: float) -> tuple[float, float] | None:
-    """Return the times [s] between which a contact carries a force above `RISE_TOL`; None of one that never does.
+    """Return the times between which a contact has a force [s].
 
-    Of laws without a force those of the first and the last period of contact.
+    It is above `RISE_TOL`; None for a contact that is never closed. Of laws without a force those of the first and the
+    last period of contact.
     """
     spans = history.spans_of(members_of(history.scene, name))
     if not spans:

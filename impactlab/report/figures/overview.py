@@ -1,4 +1,4 @@
-"""Figures that set methods side by side: when each is in contact, and how far each is off."""
+"""Figures of methods side by side: contact periods, and errors."""
 
 from __future__ import annotations
 
@@ -46,9 +46,10 @@ FLOOR = 1e-4  # %, smaller values do not widen the scale
 
 @drawn
 def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
-    """Return when each contact is closed: a bar per period of contact, a tick per kick, a row per method.
+    """Return a figure of the contact periods of each method.
 
-    Links have no periods; of many contacts those are drawn that have figures of their own.
+    It has a bar per period of contact, a tick per kick, a row per method. Links have no periods; of many contacts those
+    are drawn that have figures of their own.
     """
     known = [contact for contact in with_figures([trace.history for trace in traces]) if not contact.linked]
     reference = exact_of(traces)
@@ -107,9 +108,10 @@ def _spans(axis: Axes, trace: Trace, scene: Scene, contacts: Sequence[str], row:
 
 @drawn
 def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Figure:
-    """Return the errors of every method, one panel per norm that exists, in per cent on a logarithmic axis.
+    """Return the errors of every method as a figure [%].
 
-    Dots, not bars: on a logarithmic axis the length of a bar has no meaning. Panels share one scale.
+    It has one panel per norm that exists, with a logarithmic axis. Dots, not bars: on a logarithmic axis the length of
+    a bar has no meaning. Panels share one scale.
 
     Parameters
     ----------
@@ -148,7 +150,10 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
 
 
 def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], low: float, high: float) -> None:
-    """Draw one panel of `errors`: a dot on a thread per method; the best stands in bold."""
+    """Draw one panel of `errors`: a dot per method.
+
+    The best stands in bold.
+    """
     axis.set_xscale("log")
     axis.set_xlim(low / 1.6, high)
     axis.set_ylim(len(values) - 0.4, -0.6)
@@ -156,7 +161,7 @@ def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], lo
     axis.grid(visible=False, axis="y")
     axis.tick_params(axis="y", length=0)
     axis.spines["left"].set_visible(False)
-    best = min((v for v in values if v is not None and v >= low), default=None)  # an exact answer does not compete
+    best = min((v for v in values if v is not None and v >= low), default=None)  # an exact solution does not compete
     known = [(row, max(value, low), value) for row, value in enumerate(values) if value is not None]
     shades = [colours[row] for row, _, _ in known]
     rows, ends = [row for row, _, _ in known], [at for _, at, _ in known]

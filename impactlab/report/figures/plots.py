@@ -1,6 +1,7 @@
 """Figures over time of one contact or of a whole run: probes, force, displacements, gap.
 
-Every function takes traces (histories with name, colour and reference) and returns a figure. The exact answer is dark.
+Every function takes traces (histories with name, colour and reference) and returns a figure. The exact solution is
+dark.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ FLOOR = 1e-4  # %, differences below it are drawn there
 
 
 class Scale(NamedTuple):
-    """Units and limits of a figure of forces: times between two instants, forces between two in the unit."""
+    """Units of a figure of forces, and its limits in them."""
 
     view: tuple[float, float]  # s
     time: Unit
@@ -74,9 +75,10 @@ class Scale(NamedTuple):
 
 @drawn
 def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[str, str] | None = None) -> Figure:
-    """Return the force of the contacts of one name over time, one panel per trace on common axes.
+    """Return the force of the contacts of one name over time.
 
-    A contact that is short in a long run is drawn large (`named_contacts.view_of`).
+    The figure has one panel per trace on common axes. A contact that is short in a long run is drawn large
+    (`named_contacts.view_of`).
 
     Parameters
     ----------
@@ -139,7 +141,7 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
 
 
 def _draw_force(axis: Axes, trace: Trace, contacts: Sequence[str], line: tuple[Array, Array], scale: Scale) -> str:
-    """Draw the force of contacts of one name; return the words on their impulses under a law that has no force."""
+    """Draw the force of one name's contacts; return words on impulses."""
     t, values = line
     if not t.size:
         return _kicks(axis, trace, contacts, scale.view, scale.force)
@@ -152,14 +154,14 @@ def _draw_force(axis: Axes, trace: Trace, contacts: Sequence[str], line: tuple[A
 
 
 def _extent(curves: Sequence[Array]) -> tuple[float, float] | None:
-    """Return the least value of curves, at most 0, and the largest, at least 0; None where all are 0."""
+    """Return the least and largest value with 0; None where all are 0."""
     low = min((float(values.min()) for values in curves), default=0.0)
     high = max((float(values.max()) for values in curves), default=0.0)
     return None if low >= 0.0 >= high else (min(low, 0.0), max(high, 0.0))
 
 
 def force_line(history: AbstractHistory, contact: str, view: tuple[float, float], panels: int) -> tuple[Array, Array]:
-    """Return times [s] and force [N] of a contact within a view, thinned; empty where it has no values."""
+    """Return thinned times [s] and force [N] of a contact; possibly empty."""
     start, end = view
     times = start + page_times(end - start)
     force = with_short_peaks(history, contact, times, force_of(history, contact, np.minimum(times, end)))
@@ -183,7 +185,7 @@ def _write_depth_of_cut(axis: Axes, lowest: float, bottom: float, unit: Unit) ->
 
 
 def _kicks(axis: Axes, trace: Trace, contacts: Sequence[str], view: tuple[float, float], unit: Unit) -> str:
-    """Draw the kicks of an impulse law as their mean force over short windows, and say so: it has no force."""
+    """Draw the mean forces of an impulse law's kicks; return the caption."""
     events = [event for event in trace.history.events if event.contact in contacts and event.kind == "impulse"]
     kicks = [(event.time, event.impulse or 0.0) for event in events]
     start, end = view
@@ -206,9 +208,10 @@ def signals(
     compared: bool,
     view: tuple[float, float] | None = None,
 ) -> Figure:
-    """Return panels of signals in rows of three: the names of methods beside them, or of places inside each.
+    """Return panels of signals in rows of three as a figure.
 
-    Of many places some have names, those of curves far apart.
+    The names of methods stand beside them, those of places inside each. Of many places some have names, those of curves
+    far apart.
 
     Parameters
     ----------
@@ -264,7 +267,7 @@ def _is_ink(line: Line, histories: Sequence[Trace]) -> bool:
 
 
 def _frame(axis: Axes, panel: Panel, histories: Sequence[Trace]) -> Unit:
-    """Set the scale and the names of a panel, by its reference if it has one; return the unit of its values."""
+    """Set the scale and names of a panel; return its unit."""
     frame = [line for line in panel.lines if _is_ink(line, histories)] or panel.lines
     low = min(float(np.nanmin(line.values)) for line in frame)
     high = max(float(np.nanmax(line.values)) for line in frame)
@@ -280,7 +283,7 @@ def _frame(axis: Axes, panel: Panel, histories: Sequence[Trace]) -> Unit:
 def _in_drawing_order(
     panel: Panel, histories: Sequence[Trace], places: Sequence[int], *, compared: bool
 ) -> list[tuple[int, str]]:
-    """Return the numbers of lines with their colours: those without a name first, the reference last."""
+    """Return numbers and colours of lines, unnamed first, the reference last."""
     colours = {number: PALETTE[place % len(PALETTE)] for place, number in enumerate(places)}
     found = []
     for number, line in enumerate(panel.lines):
@@ -291,7 +294,7 @@ def _in_drawing_order(
 
 
 def _legend(axis: Axes, lines: Mapping[str, Line2D], count: int) -> None:
-    """Write the names of lines into a panel, and how many others of ``count`` there are."""
+    """Write the names of lines into a panel, and how many others exist."""
     from matplotlib.lines import Line2D
 
     handles, names = list(lines.values()), list(lines)
@@ -308,9 +311,10 @@ def differences(traces: Sequence[Trace]) -> list[Trace]:
 
 @drawn
 def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
-    """Return the largest difference of displacements from the reference so far, a panel per mass and face.
+    """Return the largest difference from the reference so far as a figure.
 
-    In % of the largest reference value, on one logarithmic scale: a curve that only rises, so that methods stay apart.
+    It is that of displacements, with a panel per mass and face. In % of the largest reference value, on one logarithmic
+    scale: a curve that only rises, so that methods stay apart.
     """
     channels, compared = mass_channels(scene) + face_channels(scene), differences(traces)
     columns = across(min(len(channels), 3))
@@ -348,9 +352,10 @@ def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
 
 @drawn
 def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
-    """Return the gap of the contacts of one name over time, the least one, and beside it the same large near zero.
+    """Return the least gap of one name's contacts over time.
 
-    The closer view shows penetration in contact, and touches that are nearly missed.
+    Beside it, the figure shows the same large near zero. The closer view shows penetration in contact, and touches that
+    are nearly missed.
     """
     time, reference, times = clock(scene), exact_of(traces), page_times(scene.duration)
     lines = [thinned(times, gap_of(trace.history, contact, times), COLUMNS // 2) for trace in traces]

@@ -1,4 +1,7 @@
-"""The time traces of a page: probes first, then forces, displacements, gaps and energy, on one grid of times."""
+"""The time traces of a page on one grid of times.
+
+They are probes, then forces, displacements, gaps and energy.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,10 @@ class Panel(NamedTuple):
 
 
 def shown(traces: Sequence[Trace]) -> list[Trace]:
-    """Return the histories that a page shows: the traces, then the reference of their errors, in ink."""
+    """Return the histories that a page shows.
+
+    They are the traces, then the reference of their errors, in ink.
+    """
     reference = exact_of(traces)
     if reference is None or (len(traces) == 1 and traces[0].history.dt is None):
         return list(traces)
@@ -66,7 +72,9 @@ def panels(
     contacts: Sequence[NamedContact] | None = None,
     view: tuple[float, float] | None = None,
 ) -> list[Panel]:
-    """Return the panels of a page: of one run with a curve per place, of a comparison with a curve per method.
+    """Return the panels of a page with their curves.
+
+    One run has a curve per place, a comparison a curve per method.
 
     Parameters
     ----------
@@ -104,7 +112,10 @@ def panels(
 
 
 def panels_of(history: Trace, channels: Sequence[str], times: Array) -> list[Panel]:
-    """Return the panels of some channels of one run at some times (n,) [s]: one for each quantity."""
+    """Return the panels of some channels of one run, by quantity.
+
+    Times are (n,) [s].
+    """
     made = []
     quantities = [channel.partition(":")[0] for channel in channels]
     for quantity in dict.fromkeys(quantities):
@@ -144,7 +155,7 @@ def _panels(
 
 
 def measured(history: AbstractHistory, probes: Sequence[Probe], times: Array) -> dict[int, Array]:
-    """Return the nearest samples of the probes that are instruments, by their place among these probes.
+    """Return the nearest samples of probes with instruments, by probe number.
 
     A history read from a file has no others than those of its own instants.
     """
@@ -159,7 +170,10 @@ def measured(history: AbstractHistory, probes: Sequence[Probe], times: Array) ->
 
 
 def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | None:
-    """Return a channel at some times; None where the history has no such channel, or no value of it."""
+    """Return a channel at some times.
+
+    None where the history has no such channel, or no value of it.
+    """
     quantity, _, name = channel.partition(":")
     try:
         if quantity == "gap":
@@ -174,7 +188,10 @@ def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | Non
 
 
 def with_short_peaks(history: AbstractHistory, contact: str, times: Array, force: Array) -> Array:
-    """Return the force [N] of a contact at equally spaced times (n,), with the peaks of periods that these may miss."""
+    """Return the force of a contact with peaks of short periods [N].
+
+    Times (n,) are equally spaced, and may miss such peaks.
+    """
     cell = float(times[1] - times[0])
     short = [span for span in history.spans_of([contact]) if span.until(np.inf) - span.start < SHORT_PERIOD * cell]
     made = force.copy() if short else force

@@ -1,4 +1,7 @@
-"""The scene as a page animates it: where bodies stand, end to end, and their motion and load at the frames."""
+"""The scene as a page animates it: places, motion and load.
+
+Bodies stand end to end; motion and load are those at the frames.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ class BodyPlace(NamedTuple):
 
 
 def layout(scene: Scene) -> dict[str, BodyPlace]:
-    """Return the spot of every body: rows of bodies that meet at contacts, one row after the other."""
+    """Return the place of every body: rows of bodies in contact.
+
+    One row follows after the other.
+    """
     left, spots = dict.fromkeys(scene.bodies), {}
     total = sum(body.length for body in scene.bodies.values()) or 1.0
     start = 0.0
@@ -58,7 +64,10 @@ def layout(scene: Scene) -> dict[str, BodyPlace]:
 
 
 def _first(scene: Scene, left: Mapping[str, Any]) -> str:
-    """Return the body at which a row begins: a beam, else one with nothing on its left."""
+    """Return the body at which a row begins.
+
+    It is a beam, else one with nothing on its left.
+    """
     beams = [name for name in left if scene.bodies[name].bends]
     free = [name for name in left if all(contact.right.body != name for contact in scene.contacts)]
     return [*beams, *free, *left][0]
@@ -79,7 +88,10 @@ def _row(scene: Scene, first: str) -> dict[str, BodyPlace]:
 
 
 def _next(scene: Scene, spot: BodyPlace, contact: Contact, side: int) -> BodyPlace:
-    """Return the spot of the body on one side of a contact: 1 to the right (or above a beam), -1 to the left."""
+    """Return the place of the body on one side of a contact.
+
+    The side is 1 to the right (or above a beam), -1 to the left.
+    """
     here, there = contact.faces if side > 0 else (contact.right, contact.left)
     if scene.bodies[here.body].bends and not scene.bodies[there.body].bends:
         return BodyPlace(spot.x + here.x, 0, side * contact.gap, here.body, side, here.x)
@@ -91,7 +103,10 @@ def _next(scene: Scene, spot: BodyPlace, contact: Contact, side: int) -> BodyPla
 
 
 def described(scene: Scene) -> list[dict[str, Any]]:
-    """Return the bodies as page.js draws them: name, kind, spot, segments as (length, relative height), ends."""
+    """Return the bodies as page.js draws them.
+
+    An entry has name, kind, place, segments as (length, relative height), and ends.
+    """
     spots = layout(scene)
     tallest = max((s.area for b in scene.elastic.values() for s in b.segments), default=1.0)
     heaviest = max((b.moving_mass for b in scene.bodies.values() if _is_icon(b)), default=1.0)
@@ -124,9 +139,10 @@ _known: WeakKeyDictionary[AbstractHistory, Frames] = WeakKeyDictionary()  # the 
 
 
 def frames(history: AbstractHistory, scene: Scene) -> Frames:
-    """Return the motion ``u`` (frames, places) [m] and the load (frames, PLACES) of every body at the frames.
+    """Return the motion and the load of every body at the frames.
 
-    A body without fields moves as its faces do, straight lines between them, and has no load: None.
+    The motion ``u`` is (frames, places) [m], the load (frames, PLACES). A body without fields moves as its faces do,
+    straight lines between them, and has no load: None.
     """
     if history not in _known:
         _known[history] = _frames(history, scene)
@@ -151,7 +167,10 @@ def _frames(history: AbstractHistory, scene: Scene) -> Frames:
 
 
 def _field(history: AbstractHistory, body: ElasticBody, times: Array, quantity: str, places: int) -> Array | None:
-    """Return a quantity along a body at all frames, shape (frames, places); None where the history keeps none."""
+    """Return a quantity along a body at all frames, (frames, places).
+
+    None where the history keeps none.
+    """
     x = np.linspace(0.0, body.length, places)
     rows = np.empty((times.size, places))
     try:
@@ -164,7 +183,10 @@ def _field(history: AbstractHistory, body: ElasticBody, times: Array, quantity: 
 
 
 def _faces(history: AbstractHistory, body: ElasticBody, times: Array) -> Array | None:
-    """Return the displacement [m] of a body from its faces that were recorded, straight between them."""
+    """Return the displacement of a body from its recorded faces [m].
+
+    It is straight between them.
+    """
     known: dict[float, Array] = {}
     for channel in history.channels():
         quantity, _, rest = channel.partition(":")

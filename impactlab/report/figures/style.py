@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-INK = "#1b2330"  # the exact answer, text
+INK = "#1b2330"  # the exact solution, text
 MUTED = "#6b7480"  # text and lines in the background
 GRID = "#e1e5ea"
 PAPER = "#ffffff"
@@ -76,7 +76,7 @@ def drawn(function: Callable[P, R]) -> Callable[P, R]:
 def traces(
     histories: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory] | None = None
 ) -> list[Trace]:
-    """Return the histories with a colour each and its reference; beyond the palette lines are dashed."""
+    """Return the histories with colours and references; dashed beyond the palette."""
     n, references = len(PALETTE), references or {}
     return [
         Trace(name, history, PALETTE[i % n], DASHES[min(i // n, len(DASHES) - 1)], references.get(name))
@@ -85,7 +85,7 @@ def traces(
 
 
 def exact_of(drawn: Sequence[Trace]) -> AbstractHistory | None:
-    """Return the first reference of the traces: the dark line of a figure in which all share one axes."""
+    """Return the first reference of the traces, the dark line of a figure."""
     return next((trace.reference for trace in drawn if trace.reference is not None), None)
 
 
@@ -100,7 +100,7 @@ def figure_width(inches: float) -> Iterator[None]:
 
 
 def is_narrow() -> bool:
-    """Return whether figures are drawn for one column: no room beside axes, and for one panel across."""
+    """Return whether figures are drawn for one column."""
     return _width.get() < 4.0
 
 
@@ -110,7 +110,7 @@ def across(columns: int) -> int:
 
 
 class Margins(NamedTuple):
-    """Space around and between the axes of a figure [inch]: fixed, so that figures line up on a page and draw fast."""
+    """Fixed space around and between the axes of a figure [inch]."""
 
     left: float = 0.72
     right: float = 0.12
@@ -131,16 +131,16 @@ def room_for(names: Iterable[str]) -> float:
 
 
 def room_beside(names: Iterable[str]) -> float:
-    """Return the inches beside axes for the names of lines; a narrow figure has a legend instead."""
+    """Return the inches beside axes for line names; little if narrow."""
     return MARGINS.right if is_narrow() else room_for(names)
 
 
 def grid(
     rows: int, columns: int, panel: float, margins: Margins = MARGINS, *, share: bool = False
 ) -> tuple[Figure, list[list[Axes]]]:
-    """Return a figure of the width in use and its axes, row by row, each ``panel`` inches high.
+    """Return a figure of the present width and its axes by row.
 
-    With ``share`` the panels have common scales, and only the outer ones show them.
+    Each is ``panel`` inches high. With ``share`` the panels have common scales, and only the outer ones show them.
     """
     from matplotlib.figure import Figure
 
@@ -161,7 +161,7 @@ def grid(
 
 
 def panel_grid(count: int, columns: int, panel: float, margins: Margins) -> tuple[Figure, list[Axes]]:
-    """Return a figure as `grid` does, and the axes of so many panels; what is left of the last row stays empty."""
+    """Return a figure as `grid`, and the axes of ``count`` panels."""
     figure, rows = grid(-(-count // columns), columns, panel, margins)
     flat = [axes for row in rows for axes in row]
     for axes in flat[count:]:
@@ -175,7 +175,7 @@ def clock(scene: Scene) -> Unit:
 
 
 def log_axis(axis: Axis) -> None:
-    """Label a logarithmic axis by its decades, 0.01 and not 10 to the -2; no ticks between them."""
+    """Label a logarithmic axis by its decades in decimal notation."""
     from matplotlib.ticker import NullLocator
 
     axis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "\N{MINUS SIGN}"))
@@ -186,7 +186,7 @@ TRIPS = 0.4  # inches below an axis of time, for a second one in round trips T
 
 
 def time_axis(axes: Axes, scene: Scene, *, trips: bool = False, view: tuple[float, float] | None = None) -> None:
-    """Set up a horizontal axis of time, with ``trips`` a second one in round trips below it.
+    """Set up a time axis; ``trips`` adds one in round trips.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def _seconds(time: float) -> str:
 
 
 def _trip_axis(axes: Axes, trip: float, start: float, end: float) -> None:
-    """Draw an axis of round trips below that of time: lines and words, which an axis of its own draws slower."""
+    """Draw lines and words of round trips below the time axis."""
     from matplotlib.lines import Line2D
     from matplotlib.ticker import MaxNLocator
 
@@ -247,7 +247,7 @@ def curve(history: AbstractHistory, channel: str, duration: float, columns: int 
 
 
 def thinned(t: Array, values: Array, columns: int) -> tuple[Array, Array]:
-    """Return the first, least, largest and last sample in each of many columns of time; empty if one is missing."""
+    """Return first, least, largest and last samples per column; empty if one is missing."""
     if not np.all(np.isfinite(values)):
         return np.empty(0), np.empty(0)
     first = np.searchsorted(t, np.linspace(t[0], t[-1], columns, endpoint=False))
@@ -264,9 +264,10 @@ MAX_LABELS = 10  # names beside an axes: more do not fit
 
 
 def labelled(curves: Sequence[Array], most: int = MAX_LABELS) -> list[int]:
-    """Return the numbers of the curves (n,) that have a name in a figure: all of a few, else those furthest apart.
+    """Return the numbers of curves that have a name in a figure.
 
-    Each one is chosen for its largest distance from all curves chosen before it, the first curve first.
+    Of few these are all, else those furthest apart. Each one is chosen for its largest distance from all curves chosen
+    before it, the first curve first.
     """
     if len(curves) <= most:
         return list(range(len(curves)))
@@ -279,7 +280,7 @@ def labelled(curves: Sequence[Array], most: int = MAX_LABELS) -> list[int]:
 
 
 def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]]) -> None:
-    """Write names at the right of an axes beside the ends of their lines, moved apart where they would overlap.
+    """Write names beside the ends of their lines, without overlaps.
 
     Parameters
     ----------
@@ -300,12 +301,12 @@ def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]]) -> None:
 
 
 def key(axes: Axes, traces: Sequence[Trace]) -> None:
-    """Write the names of the traces at the right of an axes, one below the other: for lines that end elsewhere."""
+    """Write the names of traces at the right of an axes."""
     name_lines(axes, [(trace.name, trace.colour, trace.dash) for trace in traces])
 
 
 def name_lines(axes: Axes, names: Sequence[tuple[str, str, Any]]) -> None:
-    """Write names with colour and dash at the right of an axes, one below the other; in a narrow figure above it."""
+    """Write names with colour and dash beside an axes; above if narrow."""
     if is_narrow():
         small_legend(axes, names)
         return
@@ -318,12 +319,12 @@ LEGEND_LINE = 0.15  # inches
 
 
 def upper_margin(names: Iterable[str]) -> float:
-    """Return the margin above the axes [inch]; in a narrow figure the names of lines stand in it."""
+    """Return the margin above axes [inch], with line names if narrow."""
     return MARGINS.top + (LEGEND_LINE * ((len(list(names)) + 1) // 2) + 0.05 if is_narrow() else 0.0)
 
 
 def small_legend(axes: Axes, names: Sequence[tuple[str, str, Any]]) -> None:
-    """Write names at the top of a narrow figure, each with its line, in rows of two."""
+    """Write names and lines at the top of a narrow figure."""
     from matplotlib.lines import Line2D
 
     figure = cast("Figure", axes.get_figure())
@@ -342,7 +343,7 @@ def small_legend(axes: Axes, names: Sequence[tuple[str, str, Any]]) -> None:
 
 
 def _line_height(axes: Axes) -> float:
-    """Return the height of a line of names as a share of the height of the axes."""
+    """Return the height of a line of names relative to the axes."""
     figure = cast("Figure", axes.get_figure())
     return 1.4 * LABEL / 72.0 / (figure.get_figheight() * axes.get_position().height)
 
@@ -350,7 +351,7 @@ def _line_height(axes: Axes) -> float:
 def beside(
     axes: Axes, name: str, colour: str, at: float, end: tuple[float, float], gap: float = 0.2, **line: Any
 ) -> None:
-    """Write a name ``gap`` [inch] beside an axes at height ``at`` and a line to ``end``, both as shares of the axes."""
+    """Write a name ``gap`` [inch] beside an axes, and its line to ``end``."""
     axes.annotate(
         name,
         xy=end,
@@ -390,7 +391,7 @@ def spread(heights: Sequence[float], distance: float) -> list[float]:
 
 
 def inside(heights: Sequence[float]) -> list[float]:
-    """Return heights (sorted) moved together so that the highest is at most 1, then the lowest at least 0."""
+    """Return sorted heights moved together into 0 to 1."""
     if not heights:
         return []
     down = max(0.0, heights[-1] - 1.0)

@@ -1,4 +1,4 @@
-"""A contact in an adaptive run: its law at one instant, and whether it is closed."""
+"""A contact in an adaptive run: its law and state at one instant."""
 
 from __future__ import annotations
 
@@ -63,7 +63,10 @@ class InstantContact:
         return reply
 
     def force_and_loss(self, gap: float, rate: float) -> tuple[float, float]:
-        """Return the force [N] and the power lost [W]; zero where the contact is open (see `released`)."""
+        """Return the force [N] and the power lost [W].
+
+        Both are zero where the contact is open (see `released`).
+        """
         if not self.closed:
             return 0.0, 0.0
         elastic, force = self.evaluate(gap, 0.0).trial, self.evaluate(gap, rate).trial

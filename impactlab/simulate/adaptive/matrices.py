@@ -1,4 +1,7 @@
-"""Bodies with constant matrices as one system: M u'' + C u' + K u = load + forces, in bands."""
+"""Bodies with constant matrices as one banded system.
+
+It is M u'' + C u' + K u = load + forces.
+"""
 
 from __future__ import annotations
 
@@ -109,7 +112,10 @@ class ConstantMatrices(AbstractEquations):
         return float((velocity * at_ends).sum()), float((velocity * (drag - at_ends)).sum())
 
     def shares(self, masses: Mapping[str, float]) -> Array:
-        """Return the root mean square over the coordinates of a body that moves with the speed."""
+        """Return root mean squares over the coordinates of bodies, per speed.
+
+        A body that moves as a whole has the speed; ``masses`` are those of moving bodies [kg].
+        """
         found = np.ones(self.n_dof)
         for name in masses.keys() & self.parts.keys():
             part = self.parts[name]
@@ -168,6 +174,9 @@ class ConstantMatrices(AbstractEquations):
         return found
 
     def shortest_interval(self, duration: float) -> float:
-        """Return the shortest time [s] in which a load changes its slope, or a small part of the run."""
+        """Return the shortest time between changes of a load's slope [s].
+
+        It is at least a small part of the run.
+        """
         spacings = [load.spacing(duration) for _, _, load in self._loads]
         return max(min(spacings, default=duration), duration / MAX_PARTS)

@@ -1,4 +1,7 @@
-"""The record of an adaptive run: equal instants and events, so that memory does not follow the steps."""
+"""The record of an adaptive run at equal instants and events.
+
+Its memory does not grow with the number of steps.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ MIN_SPACING = 1e-3  # of the spacing: an equal instant nearer to an event is lef
 
 
 class Record:
-    """Instants with impulses, gaps, faces and probes; energies at some of them; states at the snapshots."""
+    """Instants with impulses, gaps, faces and probes; energies and states at some.
+
+    Energies are kept at some instants, states at the snapshots.
+    """
 
     def __init__(self, system: System) -> None:
         self.system, scene = system, system.scene

@@ -36,9 +36,10 @@ class Energies(NamedTuple):
 
 
 class System:
-    """The state holds positions, their rates, impulses and losses of the contacts, then integrals of powers of bodies.
+    """Bodies and contacts as one system of first-order equations.
 
-    The integrals are entries of the state, so that they are as exact as the motion.
+    The state holds positions, their rates, impulses and losses of the contacts, then integrals of powers of bodies. The
+    integrals are entries of the state, so that they are as exact as the motion.
     """
 
     def __init__(self, scene: Scene, method: Method, built: dict[str, BuiltBody]) -> None:
@@ -74,7 +75,7 @@ class System:
         return row
 
     def _scales(self) -> None:
-        """Set the scales of this scene: speed, time, force, and that of every entry of the state.
+        """Set the scales of speed, time, force and of each state entry.
 
         The speed is the largest of: a body's own in the frame of the bodies that may interact, that of its strain
         energy at the start, gravity or centrifugal force over the run, that of the wave that an end force sends, that
@@ -114,7 +115,10 @@ class System:
 
     @property
     def shortest_interval(self) -> float:
-        """Shortest time [s] in which a force over time changes its slope; the run where there is none."""
+        """Shortest time between changes of the slope of a force [s].
+
+        It is the duration of the run where no force varies.
+        """
         duration = self.scene.duration
         return duration if self._matrices is None else self._matrices.shortest_interval(duration)
 
@@ -126,7 +130,10 @@ class System:
         return self.equations.motion(state[: self.n], state[self.n : 2 * self.n])
 
     def gaps_of(self, state: Array) -> tuple[Array, Array]:
-        """Return gaps [m] and gap rates [m/s] of all contacts in states (n_state,) or (n_state, n_times)."""
+        """Return gaps [m] and gap rates [m/s] of all contacts.
+
+        States are (n_state,) or (n_state, n_times).
+        """
         displacement, velocity = self.motion(state)
         gaps, rates = self._rows @ displacement, self._rows @ velocity
         return (gaps.T + self.gaps).T, rates

@@ -1,1 +1,1 @@
-"""Parts of a plan: bodies in coordinates, pairs that may not meet, forces at t = 0, limits of the step."""
+"""Parts of a plan: bodies, pairing checks, initial forces, step limits."""

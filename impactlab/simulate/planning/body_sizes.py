@@ -22,7 +22,10 @@ MAX_BEAM_MODES = 5000  # analytic ones, 0.15 ms each to find
 
 
 def check_bodies(scene: Scene, method: Method) -> float:
-    """Return the numbers that bodies in coordinates take; raise `CaseError` if too many, before any is built."""
+    """Return the count of numbers in memory for bodies in coordinates.
+
+    Raises `CaseError` if they are too many, before any body is built.
+    """
     ports = Counter(point.body for point in scene.faces)
     adaptive = isinstance(method.integrator, AbstractAdaptive)
     total, largest, count_of_bodies, named, field = 0.0, 0.0, 0, "", ""
@@ -43,7 +46,10 @@ def check_bodies(scene: Scene, method: Method) -> float:
 
 
 def _described(body: ElasticBody, model: AbstractRodModel, ports: int) -> tuple[float, float, str]:
-    """Return the coordinates and numbers of a description, and its text; zeros where they are not known."""
+    """Return a description's coordinates and numbers in memory, and its text.
+
+    Counts are zero where they are not known.
+    """
     each = body.coordinates_per_node
     if isinstance(model, FiniteElement):
         elements = max(model.elements, len(body.segments))

@@ -1,4 +1,7 @@
-"""The stability limit of an explicit step with a contact closed whose law works along two rows (Nitsche's method)."""
+"""Stability limit of explicit steps with a closed contact under Nitsche's method.
+
+Its law works along two rows.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,9 @@ def check_closed(
     integrator: AbstractIntegrator,
     dt: float,
 ) -> None:
-    """Raise `CaseError` where an explicit step is beyond the stability limit of bodies joined by a closed contact.
+    """Raise `CaseError` for an explicit step beyond a closed contact's limit.
+
+    It is the stability limit of the bodies that the contact joins.
 
     A law with F = S - gap/g and a push Q = theta gap along the row of S adds to the stiffness K of both bodies
     -d s' + d d'/g - theta s d', with the rows d of the gap and s of S. Leapfrog is stable up to w dt = 2, w^2 the
@@ -63,7 +68,10 @@ def check_closed(
 def _largest_root(
     scene: Scene, built: dict[str, BuiltBody], number: int, pushes: list[Push], gains: tuple[float, float]
 ) -> float:
-    """Return the largest real part of a squared frequency [1/s2] of the two bodies of a closed contact."""
+    """Return the largest squared frequency of two joined bodies [1/s2].
+
+    It is the largest real part, with their contact closed.
+    """
     contact = scene.contacts[number]
     names = list(dict.fromkeys((contact.left.body, contact.right.body)))
     systems = [built[name].system for name in names]

@@ -1,4 +1,7 @@
-"""Facts of the contacts of a plan that the checks of its runs read: they follow from scene, method and step alone."""
+"""Facts of the contacts of a plan that its runs' checks read.
+
+They follow from scene, method and step alone.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +62,10 @@ class ContactFacts:
 
     @cached_property
     def resolution(self) -> float:
-        """Time resolution [s]: step or half the shortest period of its rods; of beams the step alone counts."""
+        """Time resolution: the step or half the shortest period of rods [s].
+
+        For beams the step alone counts.
+        """
         return self._resolution(beams=False)
 
     @cached_property
@@ -77,9 +83,9 @@ class ContactFacts:
 
     @cached_property
     def delay(self) -> float:
-        """Time [s] by which a spring in place of a hard contact delays its force: impedance over stiffness.
+        """Time by which a spring in a hard contact delays its force [s].
 
-        A spring given in N/m is physics, and so is its delay: it is 0 here.
+        It is impedance over stiffness. A spring given in N/m is physics, and so is its delay: it is 0 here.
         """
         if not self.is_relative:
             return 0.0

@@ -1,7 +1,8 @@
-"""Forces at t = 0 of faces that are pressed together or joined, which schemes need whose forces act at an instant.
+"""Forces at t = 0 of faces that are pressed together or joined.
 
-Leapfrog keeps the velocities of half a step before: under a force F they are v - dt F/(2 m) there. Generalised-alpha
-keeps accelerations. A start without F would be an error of first order in a scheme of second order.
+They are needed by schemes whose forces act at an instant. Leapfrog keeps the velocities of half a step before: under a
+force F they are v - dt F/(2 m) there. Generalised-alpha keeps accelerations. A start without F would be an error of
+first order in a scheme of second order.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ from impactlab.types import Port, Reply, Start
 
 
 class ClosedAtStart(NamedTuple):
-    """A pair of overlapping or joined faces at t = 0, under a law whose force follows from gap, rate and memory."""
+    """A pair of overlapping or joined faces at t = 0.
+
+    The force of its law follows from gap, rate and memory.
+    """
 
     law: AbstractContactLaw
     start: Start
@@ -26,7 +30,10 @@ class ClosedAtStart(NamedTuple):
     rate: float  # m/s
 
     def force(self, dt: float) -> float:
-        """Return the force [N] at this instant; zero where the law fails, as the first step then states."""
+        """Return the force at this instant [N].
+
+        It is zero where the law fails, as the first step then states.
+        """
         port, reply = Port(), Reply()
         port.dt, port.first_weight, port.in_contact = dt, 1.0, 1.0
         port.parameters[: len(self.start.parameters)] = [*self.start.parameters]
@@ -48,7 +55,10 @@ def forces_at_start(
     dt: float,
     numbers: Iterable[int] | None = None,
 ) -> dict[int, float]:
-    """Return the contact forces at t = 0 [N] that are not zero, by the number of the contact; of all by default."""
+    """Return the nonzero contact forces at t = 0 [N], by number.
+
+    They are of all contacts by default.
+    """
     found: dict[int, float] = {}
     known: dict[tuple[int, int, float, float], float] = {}  # contacts of a chain are mostly alike
     for number in range(len(scene.contacts)) if numbers is None else numbers:

@@ -1,7 +1,8 @@
-"""Bodies that a scene has in common with the one before it: they keep their matrices, and steps of the same length.
+"""Bodies that a scene has in common with the one before it.
 
-Runs of a sweep, a fit or a sensitivity differ in a few numbers, mostly of one body, of a law or of the step. All that
-the description of a body follows from is compared by value, so a body that is not built again has the same bits.
+They keep their matrices, and steps of the same length. Runs of a sweep, a fit or a sensitivity differ in a few numbers,
+mostly of one body, of a law or of the step. All that the description of a body follows from is compared by value, so a
+body that is not built again has the same bits.
 """
 
 from __future__ import annotations
@@ -53,14 +54,20 @@ class KnownBodies(NamedTuple):
         return all(name in self.built and self.built[name].model is body.model for name, body in elastic)
 
     def same_steppers(self, same: Collection[str], integrator: AbstractIntegrator, dt: float) -> dict[str, Stepper]:
-        """Return the steppers of bodies that are the ``same``, for a scheme and a step [s] without pushed rows."""
+        """Return the steppers of bodies that are the ``same``.
+
+        They are for a scheme and a step [s] without pushed rows.
+        """
         if integrator != self.integrator or dt != self.dt:
             return {}
         return {name: self.steppers[name] for name in same if name in self.steppers}
 
 
 def faces_read(scene: Scene, body: str, model: AbstractRodModel | None) -> tuple[Face, ...]:
-    """Return the faces of a body as its model reads them: without the masses of its partners where it does not."""
+    """Return the faces of a body as its model reads them.
+
+    The masses of partners are left out where the model does not read them.
+    """
     faces = faces_of(scene, body)
     if model is not None and model.reads_partners:
         return faces

@@ -1,4 +1,4 @@
-"""Error of modal messengers against the free motion of the modes, checked before the first step."""
+"""Errors of modal messengers against free modal motion, before the first step."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DRIFT_WARN = 1e-3
 
 
 def _read(scene: Scene, starts: tuple[Start, ...]) -> Iterator[tuple[int, Arriving, Point]]:
-    """Yield each reading of messengers: number of the contact, reading, and the face that it is of."""
+    """Yield each reading of messengers, with contact number and face."""
     for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True)):
         for reading in start.readings:
             if isinstance(reading, Arriving):
@@ -65,10 +65,11 @@ def check_step_of_face(
     steppers: Mapping[str, Stepper],
     starts: tuple[Start, ...],
 ) -> list[Warned]:
-    """Return warnings of steps that move a face otherwise than the free waves, or the compliance, that a law takes.
+    """Return warnings where steps move a face unlike the law assumes.
 
-    Under a constant force F the modes come to rest where the velocity by the waves, -F sum phi^2 sin(w dt)/w, and that
-    by the force of the step cancel. A scheme whose step gives another velocity leaves a drift of the faces in contact.
+    A law assumes the motion by free waves, or by a compliance. Under a constant force F the modes come to rest where
+    the velocity by the waves, -F sum phi^2 sin(w dt)/w, and that by the force of the step cancel. A scheme whose step
+    gives another velocity leaves a drift of the faces in contact.
     """
     warnings = []
     for number, reading, point in _read(scene, starts):

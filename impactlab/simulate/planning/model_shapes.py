@@ -1,4 +1,7 @@
-"""Shapes of the arrays that a model gives: compiled code reads them without looking at their bounds."""
+"""Checks of the array shapes that a model gives.
+
+Compiled code reads these arrays without checking their bounds.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ FLOAT = np.dtype(float)
 
 
 def check_operators(body: str, system: Operators) -> None:
-    """Raise `PairingError` unless all arrays of a body have one number of coordinates, as `Operators` states them."""
+    """Raise `PairingError` unless a body's arrays agree in their coordinates.
+
+    `Operators` states their shapes.
+    """
     n_dof = np.size(system.load)
     for name in ARRAYS:
         array = getattr(system, name)
@@ -31,7 +37,10 @@ def check_operators(body: str, system: Operators) -> None:
 
 
 def checked_row(body: str, row: Array, n_dof: int, method: str = "row") -> Array:
-    """Return a row over the coordinates of a body; raise `PairingError` unless it is an array of the shape (n_dof,)."""
+    """Return a row over the coordinates of a body.
+
+    Raises `PairingError` unless it is an array of the shape (n_dof,).
+    """
     if not isinstance(row, np.ndarray) or row.shape != (n_dof,):
         given = f"the shape {row.shape}" if isinstance(row, np.ndarray) else _shown(row)
         text = f"`{method}` of the model of '{body}' returned {given}, and the body has {n_dof} coordinates"

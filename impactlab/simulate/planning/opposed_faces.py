@@ -1,4 +1,7 @@
-"""Faces that a force moves against itself by the end of a step, as on strongly damped meshes under some schemes."""
+"""Faces that a force moves against itself by a step's end.
+
+They occur on strongly damped meshes under some schemes.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +28,12 @@ def check_faces(
     integrator: AbstractIntegrator,
     dt: float,
 ) -> list[Warned]:
-    """Return warnings of damped bodies whose face a force moves against itself; raise `CaseError` where none opens.
+    """Return warnings of damped bodies whose face a force moves against itself.
 
-    Forces that act beside the accelerations move a face by F dt^2/2 over its mass, traced back to the start of the
-    step. Dampers that are fast beside the step take the velocity from it, and under some weights more than that: the
-    displacement left over then has the wrong sign. Where that of both faces together has, no force opens the gap, and
-    a constraint finds none: the bodies pass through each other.
+    Raises `CaseError` where no force opens a contact. Forces that act beside the accelerations move a face by F dt^2/2
+    over its mass, traced back to the start of the step. Dampers that are fast beside the step take the velocity from
+    it, and under some weights more than that: the displacement left over then has the wrong sign. Where that of both
+    faces together has, no force opens the gap, and a constraint finds none: the bodies pass through each other.
     """
     damped = {
         name

@@ -1,4 +1,7 @@
-"""Pairs of parts: checks of integrator, laws, bodies and events, and the energy gain that they declare together."""
+"""Checks of pairs of parts, and the energy gain they declare.
+
+Parts are integrator, laws, bodies and events.
+"""
 
 from __future__ import annotations
 
@@ -153,7 +156,10 @@ def check_located(scene: Scene, method: Method, integrator: AbstractIntegrator, 
 
 
 def check_smooth(scene: Scene, method: Method, integrator: AbstractAdaptive, own: Own) -> None:
-    """Raise `PairingError` where an adaptive integrator does not support the laws or descriptions of a scene."""
+    """Raise `PairingError` where an adaptive integrator does not support a scene.
+
+    The laws or the descriptions of the bodies may be the reason.
+    """
     name = kind_of(integrator)
     others = "midpoint" if changes(scene) else "newmark, central_difference or exact_modal"
     for number, law in enumerate(laws_of(scene, method)):

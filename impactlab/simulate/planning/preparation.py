@@ -1,4 +1,7 @@
-"""Preparation of a run: bodies in coordinates, their steppers, and constants and readings of each law."""
+"""Preparation of a run: bodies in coordinates, steppers, and constants of laws.
+
+The readings of each law are prepared, too.
+"""
 
 from __future__ import annotations
 
@@ -84,7 +87,10 @@ def build_bodies(scene: Scene, method: Method, same: Mapping[str, BuiltBody] = N
 
 
 def _is_plain(body: Body) -> bool:
-    """Return whether a body is rigid and moves along one line, so that mass and velocity describe it."""
+    """Return whether mass and velocity alone describe a body.
+
+    Such a body is rigid and moves along one line.
+    """
     return body.elastic is None and not body.changes and body.rotation is None and not body.loads
 
 
@@ -112,10 +118,11 @@ def prepare_steppers(
     start_forces: Mapping[int, float] = NOTHING,
     same: Mapping[str, Stepper] = NOTHING,
 ) -> dict[str, Stepper]:
-    """Return the steppers of bodies; ports are their faces in the order of the contacts, pushed rows, loads over time.
+    """Return the steppers of bodies.
 
-    Without ``impulses`` their columns in a mechanism stay those at t = 0. ``start_forces`` are contact forces at t = 0
-    [N], by the number of the contact. Steppers that are the ``same`` as in a scene before are taken as they are.
+    Their ports are faces in the order of the contacts, pushed rows, loads over time. Without ``impulses`` their columns
+    in a mechanism stay those at t = 0. ``start_forces`` are contact forces at t = 0 [N], by the number of the contact.
+    Steppers that are the ``same`` as in a scene before are taken as they are.
     """
     points = [contact.faces for contact in scene.contacts]
     pushed: dict[str, list[Push]] = {}
@@ -172,7 +179,10 @@ def _stepper(
     dt: float,
     forces: Sequence[Array],
 ) -> Stepper:
-    """Return the stepper of a body of a name with matrices, under some forces on its coordinates at t = 0."""
+    """Return the stepper of a body with matrices.
+
+    ``forces`` act on its coordinates at t = 0.
+    """
     at_start = sum(forces, np.zeros(system.load.size)) if forces else None
     if system.momentum is None:
         system = system._replace(momentum=checked_row(name, model.momentum_row(), system.load.size, "momentum_row"))
@@ -180,7 +190,10 @@ def _stepper(
 
 
 class placed_at(in_precision):  # noqa: N801 - used as `with placed_at(...)`
-    """Give the errors of a law the path of its contact, in front of the field that they name."""
+    """Errors of a law with the path of its contact.
+
+    The path stands in front of the field that they name.
+    """
 
     __slots__ = ("at",)
 
@@ -207,10 +220,10 @@ class placed_at(in_precision):  # noqa: N801 - used as `with placed_at(...)`
 
 
 def check_explicit_spring(law: AbstractContactLaw, facts: Facts, dt: float, path: str) -> None:
-    """Raise `CaseError` where a contact spring is too stiff for a force that acts at the start of the step.
+    """Raise `CaseError` where a contact spring is too stiff for explicit steps.
 
-    Two bodies and the spring between them swing with w^2 = k (compliances of both faces); leapfrog is stable up to
-    w dt = 2.
+    The force acts at the start of the step. Two bodies and the spring between them swing with w^2 = k (compliances of
+    both faces); leapfrog is stable up to w dt = 2.
     """
     with placed_at(path):
         stiffness = law.stiffest(*facts, dt)
@@ -230,7 +243,10 @@ def check_explicit_spring(law: AbstractContactLaw, facts: Facts, dt: float, path
 def facts_of(
     scene: Scene, method: Method, built: Mapping[str, BuiltBody], steppers: Mapping[str, Stepper], number: int
 ) -> Facts:
-    """Return the facts of both sides of a contact; without a stepper a face has no velocity per force."""
+    """Return the facts of both sides of a contact.
+
+    Without a stepper a face has no velocity per force.
+    """
     found = []
     for point, port in zip(scene.contacts[number].faces, scene.places[number], strict=True):
         body, moved = built[point.body], math.nan
@@ -266,7 +282,10 @@ def start_law(law: AbstractContactLaw, facts: Facts, contact: str, path: str, dt
 
 
 def fault_of_start(start: Start) -> str:
-    """Return the reason why a port has no room for the constants, memory and readings of a law, or an empty text."""
+    """Return why a law's constants, memory or readings do not fit.
+
+    They are kept in a port; the text is empty if they fit.
+    """
     if not isinstance(start, Start):
         return f"the `begin` of the law returned {str(start)[:40]}, and must return a Start(...)"
     for name, given, room in (
@@ -290,13 +309,16 @@ def face_read(contact: Contact, reading: Reading | Arriving) -> Point:
 
 
 def reading_place(contact: Contact, reading: Reading) -> tuple[Point, float]:
-    """Return the face that a reading belongs to, and the x at which it is taken [m]."""
+    """Return the face of a reading, and its position x [m]."""
     point = face_read(contact, reading)
     return point, point.x + (-reading.distance if reading.side == "left" else reading.distance)
 
 
 def pushes_of(scene: Scene, built: Mapping[str, BuiltBody], starts: Sequence[Start]) -> tuple[Push, ...]:
-    """Return the rows that laws push along; raise `PairingError` where one is zero, or is not that of the contact."""
+    """Return the rows that laws push along.
+
+    Raises `PairingError` where one is zero, or its force is not that of the contact.
+    """
     pushes = []
     for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True)):
         for reading, weight in start.pushed:
@@ -309,7 +331,10 @@ def pushes_of(scene: Scene, built: Mapping[str, BuiltBody], starts: Sequence[Sta
 def _check_pushed(
     scene: Scene, model: AbstractDiscreteModel, point: Point, x: float, quantity: Quantity, path: str
 ) -> None:
-    """Raise `PairingError` where a row that a law pushes along is zero, or its force is not that of the contact."""
+    """Raise `PairingError` where a law cannot push along a row.
+
+    The row is zero, or its force is not that of the contact.
+    """
     text, remedy = "", "Use finite_element, or modal with basis craig_bampton."
     left_out = abs(model.left_out(x, quantity, point.x))
     largest = np.abs(model.row(0.5 * scene.bodies[point.body].length, quantity)).max(initial=0.0)
@@ -349,7 +374,10 @@ def check_phases(phased: Mapping[str, Phases], built: Mapping[str, BuiltBody], s
 def left_out_per_force(
     model: AbstractDiscreteModel, contact: Contact, body: str, x: float, quantity: Quantity
 ) -> float:
-    """Return the static response at x of the modes left out per unit force of a contact."""
+    """Return a contact's static response at x by the modes left out.
+
+    It is per unit force.
+    """
     total = 0.0
     for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
         if point.body == body:

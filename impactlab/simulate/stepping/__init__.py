@@ -1,1 +1,1 @@
-"""The stepped run: from a scene to flat arrays, and the compiled loop that walks over them."""
+"""The stepped run: a scene as flat arrays, and the compiled step loop."""

@@ -101,7 +101,10 @@ class ContactRecord(ctypes.Structure):
 
 @record
 class BeadRowRecord(ctypes.Structure):
-    """A row of rigid masses, each in contact with the next by a `PowerForce`; see `beads`."""
+    """A row of rigid masses, each in contact with the next by a `PowerForce`.
+
+    See `beads`.
+    """
 
     body: int  # the first bead's number among the bodies; the others follow
     count: int  # of beads
@@ -125,7 +128,7 @@ class ReadingRecord(ctypes.Structure):
 
 @record
 class PushRecord(ctypes.Structure):
-    """A row along which a contact may push a body, beside the force along its gap."""
+    """A row along which a contact may push a body, beside its force."""
 
     contact: int
     body: int
@@ -137,7 +140,7 @@ class PushRecord(ctypes.Structure):
 
 @record
 class LoadRecord(ctypes.Structure):
-    """A force over time on an end of a body: its samples, its impulse and work so far."""
+    """A force over time on an end of a body, with its impulse and work."""
 
     body: int
     place: int  # which of its body's ports
@@ -167,7 +170,7 @@ class PhaseRecord(ctypes.Structure):
 
 @record
 class DamperRecord(ctypes.Structure):
-    """Dashpots side by side, from coordinates that follow each other to others that do, or to the ground."""
+    """Dashpots side by side, from consecutive coordinates to consecutive others, or to the ground."""
 
     first: int  # in `dashpots`
     count: int
@@ -196,7 +199,10 @@ class EventRecord(ctypes.Structure):
 
 @record
 class SnapshotRecord(ctypes.Structure):
-    """A snapshot: its time, the two instants around it, and which phases were closed then (bit n: phase n)."""
+    """A snapshot: its time, the instants around it, and the closed phases there.
+
+    Bit n of a number of closed phases stands for phase n.
+    """
 
     time: float
     before: float
@@ -207,7 +213,7 @@ class SnapshotRecord(ctypes.Structure):
 
 @record
 class ClockRecord(ctypes.Structure):
-    """State of the run that continues from one call of the loop to the next: time, counters, booked losses."""
+    """State that continues between calls of the loop: time, counters, booked losses."""
 
     time: float
     step: int

@@ -1,4 +1,4 @@
-"""Readout of rows of beads: energies, records, and their motion in the state of the whole scene."""
+"""Readout of rows of beads: energies, records, and motion in the state."""
 
 from __future__ import annotations
 
@@ -42,7 +42,10 @@ def stored_in(row: BeadRowRecord, u: Array, v: Array, gap: Array, stiffness: Arr
 
 @PART
 def sample_beads(m: BeadArrays, dt: float) -> tuple[float, bool]:
-    """Sample energies and momenta of beads; return the energy stored in their contacts [J], and if all is finite."""
+    """Sample energies and momenta of beads; return their stored energy [J].
+
+    The second value is whether all of them are finite.
+    """
     sample, stored, total = m.sample[m.clock[0].n_samples], 0.0, 0.0
     for number in range(len(m.bead_rows)):
         row = m.bead_rows[number]
@@ -79,7 +82,10 @@ def record_forces(forces: Array, recent: Array, span: Array, total: Array, share
 
 @PART
 def record_beads(m: BeadArrays, first: int, steps: float) -> None:
-    """Write the forces of bead contacts, means over some steps, and the motion of beads from a column on."""
+    """Write the forces of bead contacts and the motion of beads to the record.
+
+    Forces are means over ``steps``; the columns begin at ``first``.
+    """
     values, record = m.bead_contacts, m.record[m.clock[0].n_records]
     share = 1.0 / steps if steps > 0.0 else 0.0
     at = first

@@ -1,4 +1,4 @@
-"""Rows of beads: rigid masses in contact by power laws, kicked and moved as a row.
+"""Rows of beads: rigid masses in contact by power laws, stepped as rows.
 
 In a scheme whose forces act at the start of the step (v += dt F/m, then u += dt v) the force K d^n of an overlap is
 known before anything moves. It is then a load like any other: no law is called and nothing is solved. All other
@@ -60,7 +60,10 @@ HERTZ = 1.5  # the exponent whose power is a root
 
 
 class BeadArrays(NamedTuple):
-    """The arrays of `StepArrays` that rows of beads need: few enough to be handed to code that is compiled apart."""
+    """The arrays of `StepArrays` that rows of beads need.
+
+    They are few, so that they can be handed to code that is compiled separately.
+    """
 
     clock: Sequence[ClockRecord]
     bead_rows: Sequence[BeadRowRecord]
@@ -83,9 +86,10 @@ def bead_arrays(m: StepArrays) -> BeadArrays:
 
 
 class BeadBlock(NamedTuple):
-    """A row, or a block of one, as views of the layers of `StepArrays.beads` and `StepArrays.bead_contacts`.
+    """A row, or a block of one, as views of the arrays of beads.
 
-    Displacements reach one entry further than the slots; forces begin one slot before them.
+    The views are of the layers of `StepArrays.beads` and `StepArrays.bead_contacts`. Displacements reach one entry
+    further than the slots; forces begin one slot before them.
     """
 
     u: Array  # (n + 1,) m
@@ -100,7 +104,7 @@ class BeadBlock(NamedTuple):
 
 @INLINE
 def block_of(m: BeadArrays, first: int, size: int) -> BeadBlock:
-    """Return some slots of a row from one on, and the entries to the left of them."""
+    """Return consecutive slots of a row, and the entries to the left of them."""
     return BeadBlock(
         window(m.beads[U], first, size + 1),
         window(m.beads[V], first, size),
@@ -115,7 +119,10 @@ def block_of(m: BeadArrays, first: int, size: int) -> BeadBlock:
 
 @PART
 def date_bead(m: BeadArrays, row: BeadRowRecord, slot: int, step: int, dt: float) -> None:
-    """Write the event of a contact that has closed or opened within the step before, from the state before it moves."""
+    """Write the event of a contact that closed or opened within the step before.
+
+    The state is the one before the beads move.
+    """
     place, values = row.first + slot, m.bead_contacts
     gap = values[GAP, place] + m.beads[U, place + 1] - m.beads[U, place]
     rate = m.beads[V, place + 1] - m.beads[V, place]
@@ -139,7 +146,7 @@ def date_bead(m: BeadArrays, row: BeadRowRecord, slot: int, step: int, dt: float
 
 @PART
 def watch_beads(m: BeadArrays, number: int, dt: float) -> None:
-    """Count contacts whose step is long against their own time; one beyond the stability limit fails.
+    """Count contacts whose step is coarse; mark one beyond the stability limit.
 
     Beads have moved: the gap at the start of the step is the present one less the travel of the step.
     """
@@ -157,9 +164,10 @@ def watch_beads(m: BeadArrays, number: int, dt: float) -> None:
 
 @PART
 def step_hertz(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: int, dt: float) -> int:
-    """Take a step of a block by eight slots at a time; return whether a force was above ``watched``.
+    """Take a step of a block; return whether a force exceeded ``watched``.
 
-    A bead moves when the forces on both sides are known: those from the left are carried along the row.
+    Eight slots are stepped at a time. A bead moves when the forces on both sides are known: those from the left are
+    carried along the row.
     """
     u, v, kick = m.beads[U], m.beads[V], m.beads[KICK]
     gap, stiffness = m.bead_contacts[GAP], m.bead_contacts[STIFFNESS]
@@ -193,7 +201,10 @@ def step_hertz(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: i
 
 @PART
 def write_block_forces(row: BeadBlock, watched: float, exponent: float) -> tuple[int, int]:
-    """Write the forces of a block; return whether one closed or opened, and whether one is above ``watched``."""
+    """Write the forces of a block [N]; return two flags.
+
+    They are: whether a contact closed or opened, and whether a force is above ``watched``.
+    """
     changed, large = 0, 0
     for i in range(row.gap.size):
         overlap, force = row.u[i] - row.u[i + 1] - row.gap[i], 0.0
@@ -219,7 +230,7 @@ def move(row: BeadBlock, gained: float, dt: float) -> None:
 
 @INLINE
 def stays_at_rest(m: BeadArrays, first: int, size: int) -> bool:
-    """Return whether a block at rest feels nothing: no force from the left, no overlap with the next bead."""
+    """Return whether no force from the left or overlap ends the rest of a block."""
     u, last = m.beads[U], first + size - 1
     return bool(
         m.bead_contacts[REST, first] != 0.0
@@ -230,7 +241,10 @@ def stays_at_rest(m: BeadArrays, first: int, size: int) -> bool:
 
 @INLINE
 def step_power(m: BeadArrays, row: BeadRowRecord, start: int, size: int, step: int, dt: float) -> int:
-    """Take a step of a block with another exponent than that of Hertz; return whether a force was above ``watched``."""
+    """Take a step of a block with another exponent than Hertz's.
+
+    Return whether a force was above ``watched``.
+    """
     block = block_of(m, row.first + start, size)
     changed, large = write_block_forces(block, row.watched, row.exponent)
     if changed != 0:
@@ -264,7 +278,10 @@ def step_row(m: BeadArrays, row: BeadRowRecord, step: int, dt: float) -> int:
 
 @PART
 def march_row(m: BeadArrays, number: int, dt: float, steps: int) -> int:
-    """Take steps of a row, fewer where the events are full or a contact fails; return how many were taken."""
+    """Take steps of a row; return their number.
+
+    It is below ``steps`` where the events are full or a contact fails.
+    """
     row, clock = m.bead_rows[number], m.clock[0]
     began = clock.step
     for taken in range(steps):
@@ -279,7 +296,10 @@ def march_row(m: BeadArrays, number: int, dt: float, steps: int) -> int:
 
 @PART
 def march_beads(m: BeadArrays, dt: float, steps: int) -> int:
-    """Take steps of all rows, fewer where there are several or something happens; return how many were taken."""
+    """Take steps of all rows; return their number.
+
+    It is below ``steps`` where there are several rows, the events are full, or a contact fails.
+    """
     if len(m.bead_rows) == 1:
         return march_row(m, 0, dt, steps)
     for number in range(len(m.bead_rows)):
@@ -290,7 +310,10 @@ def march_beads(m: BeadArrays, dt: float, steps: int) -> int:
 
 @PART
 def step_beads(m: BeadArrays, dt: float) -> None:
-    """Take a step of all rows; the motion of beads that something else moves, too, is written to the state."""
+    """Take a step of all rows of beads.
+
+    Beads on which other contacts or loads act are written to the state, too.
+    """
     march_beads(m, dt, 1)
     for i in range(0, m.shared.size, 2):
         at, entry = m.shared[i], m.shared[i + 1]

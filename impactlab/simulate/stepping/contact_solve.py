@@ -1,7 +1,8 @@
-"""The contact solve: direct for one contact, Gauss-Seidel sweeps with Newton steps for several coupled ones.
+"""The contact solve: Gauss-Seidel sweeps with Newton steps for coupled contacts.
 
-Each contact visits its neighbours alone: those that act on it through a body they share. Where sweeps are slow, as
-along a chain, Newton steps solve a banded system: of a chain tridiagonal by contacts, in time linear in their number.
+A single contact is solved directly. Each contact visits its neighbours alone: those that act on it through a body they
+share. Where sweeps are slow, as along a chain, Newton steps solve a banded system: of a chain tridiagonal by contacts,
+in time linear in their number.
 """
 
 from __future__ import annotations
@@ -123,7 +124,7 @@ def evaluate(m: StepArrays, number: int, time: float, dt: float) -> None:
 
 @INLINE
 def neighbour_changed(m: StepArrays, number: int, sweep: int) -> bool:
-    """Return whether a contact that acts on this one has changed its reply since this one was evaluated."""
+    """Return whether a neighbour's reply has changed since this contact was evaluated."""
     changed = False
     contact = m.contacts[number]
     for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
@@ -135,10 +136,10 @@ def neighbour_changed(m: StepArrays, number: int, sweep: int) -> bool:
 
 @PART
 def write_slopes(m: StepArrays, number: int, other: int, kind: int, step: float, time: float, dt: float) -> None:
-    """Write how the replies of a contact change with the force (kind 0) or the impulse (1) of another one.
+    """Write the slopes of a contact's replies with respect to another contact.
 
-    Slopes are differences. A nonzero reply is extended beyond the end of its piece: the larger of the differences to
-    both sides is its slope. A zero reply stays zero.
+    They are with respect to its force (kind 0) or its impulse (1). Slopes are differences. A nonzero reply is extended
+    beyond the end of its piece: the larger of the differences to both sides is its slope. A zero reply stays zero.
     """
     size, band = 2 * len(m.contacts), 2 * m.clock[0].reach + 1
     width, base = min(3 * band + 1, size), min(3 * band + 1, size) + 1
@@ -163,11 +164,12 @@ def write_slopes(m: StepArrays, number: int, other: int, kind: int, step: float,
 
 @PART
 def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
-    """Take a Newton step of all forces and impulses on the residuals of the laws, reply less present value.
+    """Take a Newton step of all forces and impulses on the laws' residuals.
 
-    Replies are piecewise linear, so one step within the right pieces is exact, and the set of acting contacts is found
-    as by an active set method. A law is evaluated for changes of its neighbours alone, those that act on it: of a
-    chain the system is tridiagonal by contacts. Entries that are zero and stay zero change nothing.
+    A residual is the reply of a law less its present value. Replies are piecewise linear, so one step within the right
+    pieces is exact, and the set of acting contacts is found as by an active set method. A law is evaluated for changes
+    of its neighbours alone, those that act on it: of a chain the system is tridiagonal by contacts. Entries that are
+    zero and stay zero change nothing.
     """
     size, band = 2 * len(m.contacts), 2 * m.clock[0].reach + 1
     width = min(3 * band + 1, size)
@@ -209,7 +211,10 @@ def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
 
 @PART
 def take_up(m: StepArrays) -> None:
-    """Start Newton steps from the forces of the step before where they are larger: most contacts that press go on."""
+    """Start Newton steps from the forces of the step before where larger.
+
+    Most contacts that press continue to do so.
+    """
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
         if abs(contact.before) > abs(contact.force):
@@ -244,9 +249,10 @@ def size_of(m: StepArrays, number: int, dt: float) -> float:
 
 @INLINE
 def skipped(m: StepArrays, number: int) -> bool:
-    """Return whether a law need not be evaluated, as its faces stay apart in this step as in the one before.
+    """Return whether a law need not be evaluated, as its faces stay apart.
 
-    No other contact may act on the faces within the step, so that the free step is their whole motion.
+    They stay apart in this step and in the one before. No other contact may act on the faces within the step, so that
+    the free step is their whole motion.
     """
     contact = m.contacts[number]
     if contact.zero_apart == 0:
@@ -263,7 +269,10 @@ def skipped(m: StepArrays, number: int) -> bool:
 
 @PART
 def solve_several(m: StepArrays, time: float, dt: float) -> None:
-    """Evaluate the laws until their coupled replies agree; in `scratch` whether they do, and no law failed."""
+    """Evaluate the laws until their coupled replies agree.
+
+    `scratch` holds whether they agree without a failed law.
+    """
     n_contacts, given = len(m.contacts), 0.0
     for number in range(n_contacts):
         contact = m.contacts[number]
@@ -310,7 +319,10 @@ def solve_several(m: StepArrays, time: float, dt: float) -> None:
 
 @INLINE
 def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
-    """Evaluate the law of the only contact, or those of several; return False if one failed or they do not agree."""
+    """Evaluate the laws of the step; return False if one failed.
+
+    Return False, too, if coupled replies do not agree.
+    """
     if len(m.contacts) > 1:
         call(m.pieces[SOLVE_SEVERAL], m, time, dt)
         return bool(m.scratch[0] != 0.0)

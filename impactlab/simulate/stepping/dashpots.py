@@ -14,7 +14,10 @@ from impactlab.types import Array
 
 @PART
 def write_lengths(lengths: Array, near: Array, far: Array) -> None:
-    """Write the lengths of dashpots from the displacements of their ends; ``far`` is empty where that is the ground."""
+    """Write the lengths of dashpots [m] from the displacements of their ends.
+
+    ``far`` is empty where the other ends are the ground.
+    """
     if far.size == 0:
         for i in range(lengths.size):
             lengths[i] = near[i]
@@ -27,9 +30,10 @@ def write_lengths(lengths: Array, near: Array, far: Array) -> None:
 def loss_times_step(
     damping: Array, lengths: Array, changes: Array, near: Array, far: Array, share_before: float
 ) -> float:
-    """Return the loss in dashpots over a step, times its length [J s], and write by how much their lengths change.
+    """Return the loss in dashpots over a step, times its length [J s].
 
-    They act on the change of this step, or with ``share_before`` = 1/2 on the mean of it and of the one before.
+    The changes of their lengths are written. They act on the change of this step, or with ``share_before`` = 1/2 on the
+    mean of it and of the one before.
     """
     total, share = 0.0, 1.0 - share_before
     if far.size == 0:
@@ -55,13 +59,19 @@ def near_ends(m: StepArrays, group: DamperRecord) -> Array:
 
 @INLINE
 def far_ends(m: StepArrays, group: DamperRecord) -> Array:
-    """Return the displacements of the other ends of a group; none where these are the ground."""
+    """Return the displacements of the other ends of a group [m].
+
+    The array is empty where these are the ground.
+    """
     return window(m.state, max(group.other, 0), group.count if group.other >= 0 else 0)
 
 
 @INLINE
 def rate_in(m: StepArrays, group: DamperRecord, number: int, derivative: int) -> float:
-    """Return the velocity (``derivative`` 1) or acceleration (2) of the length of a dashpot of a group."""
+    """Return a time derivative of the length of a dashpot of a group.
+
+    It is the velocity for ``derivative`` 1, the acceleration for 2.
+    """
     shift = derivative * group.rates + number
     near = float(m.state[group.index + shift])
     return near - float(m.state[group.other + shift]) if group.other >= 0 else near
@@ -69,7 +79,10 @@ def rate_in(m: StepArrays, group: DamperRecord, number: int, derivative: int) ->
 
 @PART
 def write_rates(m: StepArrays, group: DamperRecord) -> None:
-    """Write the rates of the lengths at the start of a step, and their products with the accelerations."""
+    """Write the rates of the lengths at the start of a step.
+
+    Their products with the accelerations are written, too.
+    """
     for i in range(group.count):
         rate = rate_in(m, group, i, 1)
         m.dashpots[RATE, group.first + i] = rate
@@ -78,7 +91,7 @@ def write_rates(m: StepArrays, group: DamperRecord) -> None:
 
 @PART
 def add_kicks(m: StepArrays, group: DamperRecord) -> None:
-    """Add the effect of impulses at the start of the step to the rates of the lengths there."""
+    """Add the effect of impulses at the step's start to the lengths' rates."""
     for number in range(len(m.faces)):
         face = m.faces[number]
         given = face.sign * m.contacts[number // 2].impulse

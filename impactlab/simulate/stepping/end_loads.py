@@ -1,4 +1,7 @@
-"""Forces over time on ends, in the step loop: each acts as the force of a contact does, known before the step."""
+"""Forces over time on ends, in the step loop.
+
+Each acts as the force of a contact does, but is known before the step.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,10 @@ ON_GRID = 1e-6  # of a step, by which a sample may lie beside an instant
 
 @PART
 def force_at(times: Array, forces: Array, piece: int, t: float) -> float:
-    """Return the force [N] of samples at a time in the piece after sample ``piece``; -1 is before the first."""
+    """Return the force of samples at a time [N].
+
+    The time is in the piece after sample ``piece``; -1 is before the first.
+    """
     if piece < 0:
         return float(forces[0])
     if piece == times.size - 1:
@@ -23,7 +29,10 @@ def force_at(times: Array, forces: Array, piece: int, t: float) -> float:
 
 @PART
 def bends_there_alone(times: Array, piece: int, end: float, instant: float, dt: float) -> bool:
-    """Return whether one sample lies between the start of a piece's range and ``end`` [s], and lies at an instant."""
+    """Return whether the only sample before ``end`` lies at an instant.
+
+    The samples counted are those after ``piece``; times are in s.
+    """
     first = piece + 1
     one = first < times.size and times[first] < end and not (first + 1 < times.size and times[first + 1] < end)
     return one and abs(times[first] - instant) <= ON_GRID * dt
@@ -31,12 +40,13 @@ def bends_there_alone(times: Array, piece: int, end: float, instant: float, dt: 
 
 @PART
 def force_over(times: Array, forces: Array, piece: int, start: float, dt: float, point: float) -> float:
-    """Return the force of a load in a step [N]: its exact mean over the step, or over as long about an instant.
+    """Return the force of a load in a step [N].
 
-    The instant is the start of the step (point 0) or its end (1), where some schemes take forces: a value there alone
-    would miss what begins and ends between two of them. Where the only sample lies at the instant, it is the value
-    there: so samples on the grid of the steps keep their impulse, and are not smoothed. ``piece`` is that of the start
-    of the step; straight lines stand between samples.
+    It is the exact mean over the step, or over the same length about an instant. The instant is the start of the step
+    (point 0) or its end (1), where some schemes take forces: a value there alone would miss pulses that begin and
+    end between two of them. Where the only sample lies at the instant, it is the value there: so samples on the grid of
+    the steps keep their impulse, and are not smoothed. ``piece`` is that of the start of the step; straight lines stand
+    between samples.
     """
     low = start if point == 0.5 else start + (point - 0.5) * dt
     end, total = low + dt, 0.0
@@ -60,7 +70,7 @@ def force_over(times: Array, forces: Array, piece: int, start: float, dt: float,
 
 @PART
 def apply_loads(m: StepArrays, time: float, dt: float) -> None:
-    """Add the responses to the loads of a step to the state at the end of the free step."""
+    """Add the responses to loads to the state after the free step."""
     for number in range(len(m.loads)):
         load = m.loads[number]
         times = m.load_times[load.table_start : load.table_end]

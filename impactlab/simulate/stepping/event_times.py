@@ -1,4 +1,7 @@
-"""Event times of an accepted step, interpolated linearly; contact states and memories carried to the next step."""
+"""Event times of an accepted step by linear interpolation.
+
+Contact states and memories are carried to the next step.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,10 @@ def add_event(m: StepArrays, time: float, number: int, kind: int, impulse: float
 
 @PART
 def close_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt: float) -> float:
-    """Return the time of a closing: root of the gap, or of the trial force if the faces already overlapped."""
+    """Return the time of a closing [s].
+
+    It is the root of the gap, or of the trial force if the faces already overlapped.
+    """
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
     if gap > 0.0 and free_gap < 0.0:
         return float(time + dt * gap / (gap - free_gap))
@@ -54,9 +60,10 @@ def open_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt:
 
 @INLINE
 def write_events(m: StepArrays, time: float, dt: float) -> None:
-    """Write the events of an accepted step, and carry state and memory of each contact to the next.
+    """Write the events of an accepted step; carry contact states to the next.
 
-    Roots are linear between the instants of a value; where events are located, steps begin at them.
+    Memories of the laws are carried, too. Roots are linear between the instants of a value; where events are located,
+    steps begin at them.
     """
     lost = 0.0
     for number in range(len(m.contacts)):

@@ -1,4 +1,4 @@
-"""Influence coefficients: effect of each contact on faces and pushed rows at the end of a step."""
+"""Influence coefficients: effects of contacts on faces and pushed rows within a step."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ NO_EFFECT = 1e-20  # of a contact's effect on its own faces
 
 @PART
 def sum_of_row(index: Ints, value: Array, state: Array) -> float:
-    """Return a sparse row times the state; contiguous entries, as of modes, are read without an index."""
+    """Return a sparse row times the state.
+
+    Contiguous entries, as of modes, are read without an index.
+    """
     total, last = 0.0, index.size - 1
     if last >= 0 and index[last] - index[0] == last:
         part = window(state, index[0], index.size)
@@ -57,7 +60,7 @@ def row_times(m: StepArrays, row: int, values: Array, shift: int) -> float:
 def add_effects(
     m: StepArrays, out: Array, other: int, place: int, u_row: int, v_row: int, weight: float, at: int
 ) -> None:
-    """Add the effects of a contact on one row of a body, and on its rate, to its influence coefficients.
+    """Add a contact's effects on a row and its rate to its influence coefficients.
 
     The row is a left or right face (place 0 or 1) or one that is pushed (2), of body ``at``; the rate has the row
     v_row, -1 if there is none.
@@ -88,7 +91,7 @@ def add_effects(
 
 @PART
 def write_effects(m: StepArrays, out: Array, number: int, other: int) -> None:
-    """Write the influence coefficients of one contact on the faces and the pushed row of another."""
+    """Write the influence coefficients of a contact on another's faces and pushed row."""
     for place in range(3):
         for layer in range(LAYERS):
             out[place, layer] = 0.0
@@ -105,9 +108,10 @@ def write_effects(m: StepArrays, out: Array, number: int, other: int) -> None:
 
 @PART
 def find_coupled(m: StepArrays, number: int) -> None:
-    """Write which contacts act on the faces or the pushed row of one within a step, and how; itself is among them.
+    """Write the contacts that act on one within a step, and their effects.
 
-    Effects below rounding are taken for none: those of far faces under an implicit scheme.
+    The contact itself is among them. Effects below rounding are taken for none: those of far faces under an implicit
+    scheme.
     """
     contact = m.contacts[number]
     found = contact.first_pair
@@ -127,7 +131,10 @@ def find_coupled(m: StepArrays, number: int) -> None:
 
 @PART
 def find_sparse_response(m: StepArrays, number: int) -> None:
-    """Write the entries of the state that a force on a face changes, where they are few."""
+    """Write the few entries of the state that a force on a face changes.
+
+    Responses with many entries are marked instead.
+    """
     face = m.faces[number]
     body = m.bodies[face.body]
     start = body.response_start + face.place * (body.state_end - body.state_start)
@@ -148,7 +155,7 @@ def find_sparse_response(m: StepArrays, number: int) -> None:
 
 @PART
 def fill_influence(m: StepArrays) -> None:
-    """Fill the influence of each contact on each face and pushed row, and the compliances of the ports."""
+    """Fill the influence coefficients of all contacts, and the compliances of the ports."""
     for number in range(len(m.faces)):
         find_sparse_response(m, number)
     for contact in range(len(m.contacts)):

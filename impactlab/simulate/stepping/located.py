@@ -1,4 +1,7 @@
-"""Located events: steps cut at contact events, found by false position with bisection; compiled only when needed."""
+"""Located events: steps cut at contact events by false position with bisection.
+
+This loop is compiled only when needed.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,10 @@ def gap_at_end(m: StepArrays, number: int) -> float:
 
 @INLINE
 def root(m: StepArrays, time: float, dt: float, watched: int, quantity: int, at_dt: float) -> float:
-    """Return the step length, at most dt, at which the watched value crosses zero (false position, bisection)."""
+    """Return the step length at which the watched value crosses zero [s].
+
+    It is at most ``dt``, found by false position with bisection.
+    """
     low, high, at_low, at_high = 0.0, dt, 0.0, at_dt
     sign = -1.0 if quantity == PARTING else 1.0
     for turn in range(80):
@@ -93,7 +99,10 @@ def event_in_step(m: StepArrays, time: float, h: float, number: int) -> tuple[in
 
 @INLINE
 def first_event(m: StepArrays, time: float, h: float, searched: bool) -> tuple[float, int, bool]:
-    """Return time, contact (or NONE, FAILED) and kind (True: opening) of the first event in a step of length h."""
+    """Return time [s], contact and kind of the first event in a step.
+
+    The contact may be NONE or FAILED; the kind is True for an opening. ``h`` is the length of the step.
+    """
     earliest, which, opens = h, NONE, False
     for number in range(len(m.contacts)):
         quantity, at_h = event_in_step(m, time, h, number)
@@ -108,7 +117,10 @@ def first_event(m: StepArrays, time: float, h: float, searched: bool) -> tuple[f
 
 @PART
 def located_step(m: StepArrays, dt: float, whole: float, step_end: float) -> bool:
-    """Take one step of a length ``whole``, cut at every event found inside it; False where a law failed."""
+    """Take one step, cut at every event inside it; False where a law failed.
+
+    Its length is ``whole``.
+    """
     clock = m.clock[0]
     cuts = 0
     while True:

@@ -1,8 +1,9 @@
-"""The step loop: free step, contact solve, correction, events, energies; compiled, and the same code in plain Python.
+"""The step loop: free step, contact solve, correction, events, energies.
 
-Bodies are linear steppers and laws are `respond`, both called by address. All arrays are allocated before the run
-(`arrays`, `assembly`); a step allocates nothing, so the loop is compiled without numba's runtime for objects. Pieces
-that few scenes need are called by address, too (`pieces`): a plain scene does not wait until they are compiled.
+It is compiled; the same code runs as plain Python. Bodies are linear steppers and laws are `respond`, both called by
+address. All arrays are allocated before the run (`arrays`, `assembly`); a step allocates nothing, so the loop is
+compiled without numba's runtime for objects. Pieces that few scenes need are called by address, too (`pieces`): a plain
+scene does not wait until they are compiled.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ def begin_step(m: StepArrays, end: float) -> None:
 
 @INLINE
 def free_step(m: StepArrays, time: float, dt: float) -> None:
-    """Take the free step of all bodies, under their loads, and read the faces at its end."""
+    """Take the free step of all bodies under their loads; read the faces."""
     if len(m.bead_rows) > 0:
         call(m.pieces[STEP_ROWS], m, dt)
     for number in range(len(m.called)):
@@ -134,7 +135,10 @@ def add_responses(m: StepArrays, state_start: int, start: int, factor: float, lo
 
 @PART
 def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
-    """Add the response to a force (kind 0), impulse (1) or projection (2) at a face."""
+    """Add the response to a force, impulse or projection at a face.
+
+    These are the kinds 0, 1 and 2.
+    """
     face = m.faces[number]
     body = m.bodies[face.body]
     start = body.response_start + (kind * body.n_ports + face.place) * (body.state_end - body.state_start)
@@ -144,7 +148,7 @@ def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
 
 @PART
 def correct_coupled(m: StepArrays, number: int) -> None:
-    """Add the responses to an impulse and a projection to the state; read the faces with all that acts on them."""
+    """Add the responses to an impulse and a projection; read the coupled faces."""
     contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
     if contact.impulse != 0.0 or contact.projection != 0.0:
         for face in range(2 * number, 2 * number + 2):
@@ -180,7 +184,7 @@ def push_face(m: StepArrays, number: int, force: float) -> None:
 
 @INLINE
 def correct(m: StepArrays) -> None:
-    """Add the responses to the replies of the step to the state at its end, and read the faces there.
+    """Add the responses to the replies of the step; read the faces.
 
     Faces are free values and influence, as a law reckons: read from the state, a gap that a law has closed would be a
     rounding.
@@ -253,9 +257,10 @@ def steps_to_snapshot(m: StepArrays, dt: float, steps: int) -> int:
 
 @ENTRY
 def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
-    """Take whole steps up to ``last_step``, or until an array is full or the run fails; return a status.
+    """Take whole steps up to ``last_step``; return a status.
 
-    The clock carries everything that continues from one call to the next, so that no bit depends on the chunks.
+    They end earlier where an array is full or the run fails. The clock carries everything that continues from one call
+    to the next, so that no bit depends on the chunks.
     """
     clock = m.clock[0]
     # Counted down: a division in every step takes as long as three nodes.

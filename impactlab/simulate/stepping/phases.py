@@ -25,7 +25,10 @@ def energy_of(m: StepArrays, number: int) -> float:
 
 @PART
 def change_coordinates(m: StepArrays, number: int) -> None:
-    """Exchange the coordinates of a body and book the energy that the map between them loses."""
+    """Exchange the coordinates of a body and book the energy lost.
+
+    The loss is that of the map between both sets.
+    """
     phase = m.phases[number]
     body = m.bodies[phase.body]
     before = energy_of(m, phase.body)

@@ -1,4 +1,7 @@
-"""Pieces of the step loop that few scenes need: compiled where a scene needs them, and called by address."""
+"""Pieces of the step loop that few scenes need.
+
+They are compiled where a scene needs them, and called by address.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,10 @@ WHOLE, NUMBER = types.int64, types.float64
 
 
 def read_rare(m: StepArrays) -> None:
-    """Read, at the start of a step, quantities that few scenes have: readings of laws, pushed rows, loads, dashpots."""
+    """Read quantities that few scenes have at the start of a step.
+
+    They are readings of laws, pushed rows, loads and dashpots.
+    """
     first_reading = 2 * len(m.faces)
     for number in range(len(m.readings)):
         value = row_times_state(m, first_reading + number)
@@ -79,7 +85,10 @@ def rewrite_columns(m: StepArrays) -> None:
 
 
 def read_again(m: StepArrays) -> None:
-    """Derive the readings of such bodies again from their state at the end of the step, and with them their faces."""
+    """Derive the readings of such bodies again at the end of a step.
+
+    Their faces are read with them.
+    """
     for number in range(len(m.bodies)):
         body = m.bodies[number]
         if body.columns != 0:
@@ -131,12 +140,18 @@ def show_rows(m: StepArrays) -> None:
 
 
 def record_rows(m: StepArrays, first: int, steps: float) -> None:
-    """Write the columns of rows of beads, from ``first`` on, into a record of so many steps."""
+    """Write the columns of rows of beads, from ``first`` on, to a record.
+
+    Forces are means over ``steps``.
+    """
     record_beads(bead_arrays(m), first, steps)
 
 
 def sample_rows(m: StepArrays, dt: float) -> None:
-    """Sample the energies of beads; in `scratch` the energy stored between them [J], and whether all are finite."""
+    """Sample the energies of beads.
+
+    `scratch` holds the energy stored between them [J], and whether all are finite.
+    """
     stored, finite = sample_beads(bead_arrays(m), dt)
     m.scratch[0], m.scratch[1] = stored, 1.0 if finite else 0.0
 
@@ -177,7 +192,10 @@ def address_of(piece: int, m: StepArrays) -> int:
 
 
 def fill_pieces(m: StepArrays, clock: ClockRecord) -> None:
-    """Write the addresses of all pieces that a scene needs; flags of its clock are set."""
+    """Write the addresses of all pieces that a scene needs.
+
+    The flags of its clock must have been set.
+    """
     of_rows = (STEP_ROWS, MARCH_ROWS, READ_ROWS, SHOW_ROWS, RECORD_ROWS, SAMPLE_ROWS)
     by_need = (
         ((SOLVE_SEVERAL,), len(m.contacts) > 1),

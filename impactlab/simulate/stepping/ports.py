@@ -1,4 +1,7 @@
-"""Gap, rate and travel where the force of a step acts: fields of a port that follow from the scheme's load point."""
+"""Gap, rate and travel of a port where the force of a step acts.
+
+They follow from the load point of the scheme.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,10 @@ LATE_TOUCH = 1.001  # steps: faces that have overlapped for no longer have touch
 
 @INLINE
 def fill_acting(port: Port, load_point: float) -> None:
-    """Fill the fields of a port where the force acts, from those at both ends of the step.
+    """Fill the fields of a port where the force acts.
 
-    ``load_point`` is where in the step the force acts: 0 at its start, 1 at its end, else in the mean over the step.
+    They follow from those at both ends of the step. ``load_point`` is where in the step the force acts: 0 at its start,
+    1 at its end, else in the mean over the step.
     """
     gap, free_gap, dt = port.gap, port.free_gap, port.dt
     port.first_weight = 1.0
@@ -60,5 +64,8 @@ def fill_acting_push(port: Port, load_point: float) -> None:
 
 @INLINE
 def predicted_gap(port: Port, others: float, projects_first: bool) -> float:
-    """Return the gap [m] of the predictor that a projection corrects; infinite in a scheme without one."""
+    """Return the gap that a projection corrects [m].
+
+    It is that of the predictor; infinite in a scheme without one.
+    """
     return port.gap + port.dt * port.gap_rate + others if projects_first else math.inf

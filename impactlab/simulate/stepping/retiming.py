@@ -1,4 +1,4 @@
-"""Another step length in the middle of a run: constants of all bodies and influence coefficients, rewritten."""
+"""Another step length within a run: constants and influence coefficients, rewritten."""
 
 from __future__ import annotations
 

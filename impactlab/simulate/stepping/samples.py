@@ -1,4 +1,7 @@
-"""Samples of energies and momenta, taken at some steps: compiled once, and called by every loop."""
+"""Samples of energies and momenta at some steps.
+
+The code is compiled once and called by every loop.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,10 @@ from impactlab.types import Array
 
 @PART
 def sum_of_momenta(row: Array, velocity: Array, even: float) -> float:
-    """Return the momentum of a body, its row times its velocities; an entry ``even`` shared inside is not read."""
+    """Return the momentum of a body: its row times its velocities [kg m/s].
+
+    If ``even`` is not 0, all entries except the outer two have this value.
+    """
     total, last = 0.0, row.size - 1
     if even == 0.0:
         for i in range(row.size):
@@ -24,7 +30,10 @@ def sum_of_momenta(row: Array, velocity: Array, even: float) -> float:
 
 @PART
 def sample_bodies(m: StepArrays, in_beads: float) -> bool:
-    """Sample energies and momenta, with an energy stored between beads [J]; return False if one is not finite."""
+    """Sample energies and momenta; return False if one is not finite.
+
+    ``in_beads`` is the energy stored between beads [J].
+    """
     clock = m.clock[0]
     row, stored, finite = clock.n_samples, in_beads, True
     for each in range(len(m.called)):

@@ -1,4 +1,4 @@
-"""Placeholder for a piece of the step loop that was not compiled for a scene: a function that ends the run.
+"""Placeholder for an uncompiled piece of the step loop: it ends the run.
 
 A call of address 0 would end the process without a word. This one is a fault of the program, and the error states it.
 """
@@ -18,7 +18,7 @@ _kept: list[Any] = []  # C functions, which must live as long as they may be cal
 
 
 class _Called(threading.local):
-    """The piece that a loop of this thread called and that is not there, None so far."""
+    """The missing piece that a loop of this thread called; None so far."""
 
     piece: int | None = None
 
@@ -27,13 +27,19 @@ _called = _Called()
 
 
 def end_run(piece: int, clock: Any) -> None:
-    """Note that a piece is missing, and set the clock to the last step, so that the loop returns."""
+    """Note that a piece is missing, and end the loop.
+
+    The clock is set to the last step, so that the loop returns.
+    """
     _called.piece = piece
     clock.step = clock.steps
 
 
 def from_loop(piece: int, table: int) -> None:
-    """The same, called by the compiled loop with its table of arrays; the first word is the address of the clock."""
+    """Call `end_run` from the compiled loop with its table of arrays.
+
+    The first word of the table is the address of the clock.
+    """
     end_run(piece, ClockRecord.from_address(ctypes.c_int64.from_address(table).value))
 
 
@@ -44,7 +50,10 @@ def from_python(piece: int, m: StepArrays, *_: float) -> None:
 
 @cache
 def address_without(piece: int) -> int:
-    """Return the address to call where a piece is missing; numbers that it is given beside the arrays are ignored."""
+    """Return the address to call where a piece is missing.
+
+    Numbers that it is given beside the arrays are ignored.
+    """
     if not COMPILED:
         return kernel_address(partial(from_python, piece), None)
     _kept.append(ctypes.CFUNCTYPE(None, ctypes.c_void_p)(partial(from_loop, piece)))

@@ -1,1 +1,1 @@
-"""Warnings of a run: of its plan, before the first step, and of its finished history."""
+"""Warnings of a run: of its plan, and of its finished history."""

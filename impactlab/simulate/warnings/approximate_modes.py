@@ -1,6 +1,6 @@
 """Warnings of vibrations in modes that a basis gives only approximately.
 
-Shapes of a basis may hold the static answer to a contact and still miss vibrations elsewhere, as those of a beam in
+Shapes of a basis may hold the static response to a contact and still miss vibrations elsewhere, as those of a beam in
 pieces with one mode each. A step of inverse iteration on the mesh shows this: eigenvectors stay as they are; where
 another shape changes at a probe, the probe is wrong by about as much, and the change of its frequency gives the phase
 by which the vibration is ahead at the end of the run.
@@ -29,7 +29,7 @@ MAX_INSTANTS = 4000  # of a force; more are added up in groups
 
 
 class Vibration(NamedTuple):
-    """Modes of a body in a run, and their change by a step of inverse iteration."""
+    """Modes of a body, and their change by a step of inverse iteration."""
 
     basis: ReducedMesh
     iterated: Array  # (n_mesh_dof, n) shapes after that step
@@ -70,16 +70,20 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def _is_zero(body: ElasticBody, probe: Probed) -> bool:
-    """Return whether a probe is of an internal force that is 0 at an end, so that all of it is an error."""
+    """Return whether a probe is of an internal force that is 0.
+
+    It is so at some ends, and all of its value is then an error.
+    """
     kinds = [end.kind for x, end in body.ends if x == probe.x]
     forces = of_unit_force(body, probe.x, probe.quantity) > 0.0
     return forces and ("free" in kinds or ("pinned" in kinds and probe.quantity == "bending_moment"))
 
 
 def _vibration(history: AbstractRecordedHistory, body: ElasticBody) -> Vibration | None:
-    """Return how the modes of a body vibrate; None where they are eigenvectors, and of bodies not compared.
+    """Return the vibration of a body's modes in a run.
 
-    These are bodies that turn, that have faces without mass, or that change their coordinates with a contact.
+    None where they are eigenvectors, and of bodies not compared. These are bodies that turn, that have faces without
+    mass, or that change their coordinates with a contact.
     """
     built = history.built[body.name]
     basis = built.model.approximate if isinstance(built.model, ModalBody) else None
@@ -102,7 +106,10 @@ def _vibration(history: AbstractRecordedHistory, body: ElasticBody) -> Vibration
 
 
 def _impulses(history: AbstractRecordedHistory, body: ElasticBody) -> Iterator[tuple[float, Array, Array]]:
-    """Give the places [m] at which a body is pushed along +x, the times (n,) [s] and the impulses (n,) [N s]."""
+    """Yield places [m], times [s] and impulses [N s] of pushes on a body.
+
+    Impulses along +x are positive; times and impulses have the shape (n,).
+    """
     for _, contact in history.scene.met_by(body.name):
         channel = history.recorded.get(f"force:{contact.name}")
         if channel is None or channel.times.size < 2:
@@ -119,7 +126,10 @@ def _impulses(history: AbstractRecordedHistory, body: ElasticBody) -> Iterator[t
 
 
 def _grouped(times: Array, impulses: Array) -> tuple[Array, Array]:
-    """Return the times and impulses that are not zero, neighbours added up where they are too many."""
+    """Return the nonzero impulses and their times.
+
+    Neighbours are added up where they are too many.
+    """
     given = np.flatnonzero(impulses)
     times, impulses = times[given], impulses[given]
     if times.size <= MAX_INSTANTS:

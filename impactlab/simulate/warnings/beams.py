@@ -1,4 +1,7 @@
-"""Warnings of a finished run on beams: a theory beyond its range, a force without a bound, sub-impacts not resolved."""
+"""Warnings of a finished run on beams.
+
+They are of a theory beyond its range, a force without a bound, and sub-impacts not resolved.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,10 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def _shortest(history: AbstractRecordedHistory, name: str) -> tuple[str, float]:
-    """Return the shortest contact of a soft law on a body and its length [s]; inf without one."""
+    """Return the shortest contact of a soft law and its length [s].
+
+    The length is inf without such a contact on the body.
+    """
     soft = {
         contact.name: None for _, contact in history.scene.met_by(name) if not history.method.laws[contact.name].hard
     }
@@ -46,7 +52,10 @@ def _shortest(history: AbstractRecordedHistory, name: str) -> tuple[str, float]:
 
 
 def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSpan]) -> Iterator[Warned]:
-    """Warn of a hard contact on a beam that does not shear: its force starts without bound, as t^-1/2."""
+    """Yield a warning of a hard contact on an Euler-Bernoulli beam.
+
+    Its force starts without bound, as t^-1/2.
+    """
     if not any(beam.unbounded_first_force for beam in beams):
         return
     peak = max((span.peak_force or 0.0 for span in spans), default=0.0)

@@ -1,7 +1,8 @@
-"""Errors of closing times: each is known to within the time resolution of a method, and shifts the motion after it.
+"""Warnings from errors of closing times, by the run alone.
 
-Warnings of the run alone, without a reference: many contacts in a row, faces displaced by contacts that come too late,
-and contacts that are themselves not resolved.
+A closing time is known to within the time resolution of a method, and its error shifts the motion after it. Warnings of
+the run alone, without a reference: many contacts in a row, faces displaced by contacts that come too late, and contacts
+that are themselves not resolved.
 """
 
 from __future__ import annotations
@@ -51,13 +52,19 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def _instants(history: AbstractRecordedHistory) -> int:
-    """Return at how many instants the displacements of faces are read: no more than a short run has records."""
+    """Return the number of instants at which face displacements are read.
+
+    It is no more than a short run has records.
+    """
     records = max((each.times.size for each in history.recorded.values()), default=0)
     return min(INSTANTS, max(records, MIN_INSTANTS))
 
 
 def _periods(history: AbstractRecordedHistory, contact: Contact) -> list[tuple[float, float | None]]:
-    """Return start and end [s] of the periods of a contact, those that chatter as one; none of an impulse law."""
+    """Return start and end [s] of the periods of a contact.
+
+    Periods that chatter count as one; an impulse law has none.
+    """
     periods: list[tuple[float, float | None]] = []
     for span in _spans(history, contact):
         last = periods[-1][1] if periods else -math.inf
@@ -89,7 +96,7 @@ def _shifted(
 
 
 def _shares(faces: Mapping[str, Array], displaced: float) -> Iterator[tuple[float, str]]:
-    """Yield the ratio of a displacement to that of each face of a body, and the channel of the face.
+    """Yield ratios of a displacement to those of faces, and their channels.
 
     The displacement [m] is divided by the square mean of the face's. A face that is all but at rest, as one that is
     pressed against a wall, is left out.
@@ -110,7 +117,10 @@ def _late(
     resolutions: Mapping[str, float],
     periods: Mapping[str, Sequence[tuple[float, float | None]]],
 ) -> dict[str, list[float]]:
-    """Return the errors of the closing times of each body [s]; bodies without any are left out."""
+    """Return the errors of the closing times by body [s].
+
+    Bodies without any are left out.
+    """
     late: dict[str, list[float]] = {}
     for contact in history.scene.contacts:
         if not history.method.laws[contact.name].force_jumps:
@@ -187,7 +197,10 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
 
 
 def _chattering(doubtful: UnresolvedClosings, motions: Mapping[str, Mapping[str, Array]]) -> Iterator[Warned]:
-    """Warn where the impulses of contacts that a method cannot resolve move a face by more than its whole motion."""
+    """Yield a warning where unresolved contacts change a face's motion.
+
+    Their impulses may move it by more than its whole motion.
+    """
     worst = (0.0, "", "")
     for body_name, moved_by in doubtful.passed.items():
         shares = _shares(motions[body_name], math.hypot(*moved_by))
@@ -204,9 +217,10 @@ def _chattering(doubtful: UnresolvedClosings, motions: Mapping[str, Mapping[str,
 
 
 def _unresolved(spans: Sequence[ContactSpan], limit: float) -> Iterator[tuple[float, float]]:
-    """Yield start [s] and impulse [N s] of contacts shorter than a limit [s], or that follow a shorter opening.
+    """Yield start [s] and impulse [N s] of unresolved contacts.
 
-    Of the two contacts beside a short opening the smaller impulse is in doubt.
+    They are shorter than a limit [s], or follow a shorter opening. Of the two contacts beside a short opening the
+    smaller impulse is in doubt.
     """
     for before, span in zip((None, *spans), spans, strict=False):
         if span.end is not None and span.end - span.start < limit:

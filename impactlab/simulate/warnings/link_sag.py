@@ -1,4 +1,7 @@
-"""The warning of a link that gravity swings: clamped to the hub that a drive holds, and straight at t = 0."""
+"""The warning of a link that gravity swings.
+
+It is clamped to the hub that a drive holds, and straight at t = 0.
+"""
 
 from __future__ import annotations
 
@@ -16,10 +19,10 @@ BEAM_SHARE = 33.0 / 140.0  # of the mass of a cantilever, that a mass at its tip
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield a warning for each link on a driven hub whose swing about its static sag matters in its motion.
+    """Yield a warning for each link whose swing by gravity matters.
 
-    None where gravity alone moves it. The sag is that of a cantilever under its weight and that of the mass at its end,
-    at its angle at t = 0.
+    The link is on a driven hub, and swings about its static sag. None where gravity alone moves it. The sag is that of
+    a cantilever under its weight and that of the mass at its end, at its angle at t = 0.
     """
     scene = history.scene
     for body, link in links_on_hubs(scene.bodies.values()):

@@ -14,7 +14,10 @@ MIN_PULSE = 0.1  # of the impulse of the largest pulse of a force: smaller ones 
 
 
 def warnings(scene: Scene, dt: float) -> Iterator[Warned]:
-    """Yield a warning for each end force with a pulse shorter than a step of ``dt`` [s]."""
+    """Yield a warning for each end force with a pulse within a step.
+
+    The step is ``dt`` [s].
+    """
     for name, body in scene.elastic.items():
         for x, load in body.loads:
             shortest = shortest_pulse(load.sampled(scene.duration), scene.duration)
@@ -28,9 +31,10 @@ def warnings(scene: Scene, dt: float) -> Iterator[Warned]:
 
 
 def shortest_pulse(load: SampledLoad, duration: float) -> float:
-    """Return the shortest time that a pulse of a force lasts within a run [s]: its impulse over its largest force.
+    """Return the duration of a force's shortest pulse within a run [s].
 
-    Pulses are divided by changes of sign; inf where there is no force.
+    It is the impulse of the pulse over its largest force. Pulses are divided by changes of sign; inf where there is no
+    force.
     """
     inside = load.times[(load.times > 0.0) & (load.times < duration)]
     times = np.concatenate(([0.0], inside, [duration]))

@@ -1,4 +1,7 @@
-"""Warnings of a finished run on mechanisms: contacts that magnify differences, guides and drives on the ground."""
+"""Warnings of a finished run on mechanisms.
+
+They are of contacts that magnify differences, and of guides and drives on the ground.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,10 @@ def _sensitive(history: AbstractHistory) -> Iterator[Warned]:
 
 
 def _turned_far(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield a warning for each mechanism that turns by a large angle in a step, so that it may pass a face unseen."""
+    """Yield a warning for each mechanism with large turns per step.
+
+    It may pass a face unseen.
+    """
     for name, body in history.scene.bodies.items():
         if not body.changes:
             continue

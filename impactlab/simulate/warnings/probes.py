@@ -1,4 +1,7 @@
-"""Warnings of probes beside a load whose internal force lies in modes left out, in a node or inside an element."""
+"""Warnings of probes that miss the internal force of a load beside them.
+
+It lies in modes left out, in a node or inside an element.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +24,12 @@ MIN_MISSING = 1e-4
 
 
 def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
-    """Yield a warning for each body with probes that miss the internal force of a load beside them.
+    """Yield a warning for each body with probes that miss internal forces.
 
-    Modes of a free end have no force there, however many are kept, and those of an inner point no jump. Elements at a
-    node without mass have the strain of a node that nothing presses. An element of a beam that is struck between its
-    nodes has one shear force, where there should be two: `with_nodes_at` says where a mesh has no node at a contact.
+    They are those of a load beside the probe. Modes of a free end have no force there, however many are kept, and those
+    of an inner point no jump. Elements at a node without mass have the strain of a node that nothing presses. An
+    element of a beam that is struck between its nodes has one shear force, where there should be two: `with_nodes_at`
+    states where a mesh has no node at a contact.
     """
     for name, body in scene.elastic.items():
         model = _closed_model(built[name])
@@ -50,10 +54,11 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
 
 
 def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield a warning for each probe of a beam whose moment or shear force lacks a share by modes left out in the run.
+    """Yield warnings for probes of beams that modes left out change.
 
-    It is their static answer to the contact force of each instant, beside the largest value of the probe: in a short
-    impact the moment is that of the struck place alone, and far smaller than in statics.
+    These probes of a moment or a shear force lack a share in the run. It is their static response to the contact force
+    of each instant, beside the largest value of the probe: in a short impact the moment is that of the struck place
+    alone, and far smaller than in statics.
     """
     scene, laws = history.scene, history.method.laws
     for name, body in scene.elastic.items():
@@ -89,7 +94,7 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def _closed_model(built: BuiltBody) -> AbstractDiscreteModel:
-    """Return the model of a body in the coordinates that it has while its contact is closed."""
+    """Return the model of a body while its contact is closed."""
     return built.model if built.system.phases is None else built.system.phases.closed
 
 
@@ -106,7 +111,10 @@ def _more(found: Mapping[str, object], body: str) -> str:
 
 
 def of_unit_force(body: ElasticBody, x: float, quantity: Quantity) -> float:
-    """Return the size of an internal force under a static unit force; 0 of other quantities."""
+    """Return the size of an internal force under a static unit force.
+
+    It is 0 for other quantities.
+    """
     segment = body.segment_at(x)
     scales = {"force": 1.0, "shear_force": 1.0, "bending_moment": body.length, "stress": 1.0 / segment.area}
     return {**scales, "strain": 1.0 / (segment.young * segment.area)}.get(quantity, 0.0)

@@ -1,4 +1,4 @@
-"""Time resolution of a method against the times of its contacts: warnings of contacts that it cannot resolve."""
+"""Warnings of contacts that the time resolution of a method cannot resolve."""
 
 from __future__ import annotations
 
@@ -43,7 +43,10 @@ def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
 def _too_coarse(
     history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts, stiffness: float | None
 ) -> Iterator[Warned]:
-    """Warn of a contact whose speeds change within less than a few time resolutions; its ``stiffness`` in N/m."""
+    """Yield a warning of a contact shorter than a few time resolutions.
+
+    Speeds change within this time; ``stiffness`` is that of the contact [N/m].
+    """
     if not stiffness:
         return
     scene, impedance, mass, dashpot = history.scene, facts.impedance, facts.striker, facts.dashpot
@@ -72,7 +75,10 @@ def _too_coarse(
 
 
 def _stiffness(history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts) -> float | None:
-    """Return the stiffness of a contact [N/m]; of a law that stiffens, that at its deepest overlap in the run."""
+    """Return the stiffness of a contact [N/m].
+
+    Of a law that stiffens, it is that at its deepest overlap in the run.
+    """
     if facts.stiffness is not None:
         return facts.stiffness
     smallest = float(history.recorded[f"gap:{contact.name}"].values.min())  # a gap is linear between its records
@@ -97,12 +103,13 @@ def _too_compliant(history: AbstractRecordedHistory, contact: Contact, facts: Co
 
 
 def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: float) -> Iterator[Warned]:
-    """Warn of a first force on an explicit mesh that is too large, and is the peak of the run.
+    """Yield a warning of a first force that an explicit mesh exaggerates.
 
-    A rod of impedance Z struck at v gives a dashpot c the force c v/(1 + c/Z) at once. The end node of a mesh with the
-    mass m does so after m/Z; in the first step of dt it gives c v/(1 + c dt/(2 m)). Both are equal where the waves
-    cross an element in a step, and where an end carries a mass that is no part of the mesh. A hard contact that closes
-    with an impulse stops the end nodes in a step by the force m v/dt, and the waves by Z v.
+    Only a first force that is the peak of the run counts. A rod of impedance Z struck at v gives a dashpot c the force
+    c v/(1 + c/Z) at once. The end node of a mesh with the mass m does so after m/Z; in the first step of dt it gives c
+    v/(1 + c dt/(2 m)). Both are equal where the waves cross an element in a step, and where an end carries a mass that
+    is no part of the mesh. A hard contact that closes with an impulse stops the end nodes in a step by the force m
+    v/dt, and the waves by Z v.
     """
     scheme, dt = history.method.integrator, history.dt
     jumps = Level.CLOSING in history.method.laws[contact.name].needs
@@ -149,9 +156,10 @@ def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: fl
 def _few_modes(
     history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts, stiffness: float | None
 ) -> Iterator[Warned]:
-    """Warn of a contact that is so stiff that the modes left out of a body would give more than it does.
+    """Yield a warning of a contact stiffer than the modes left out.
 
-    A hard contact has no flexibility to compare with, nor has the spring in its place that is taken from a mesh.
+    Those of a body would give more than the contact does. A hard contact has no flexibility to compare with, nor has
+    the spring in its place that is taken from a mesh.
     """
     if not stiffness or stiffness == math.inf or facts.is_relative:
         return

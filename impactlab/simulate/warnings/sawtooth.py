@@ -29,7 +29,10 @@ MIN_SHARE = 0.995  # of the stability limit: below it the sawtooth is within the
 def warnings(
     scene: Scene, method: Method, integrator: AbstractIntegrator, built: Mapping[str, BuiltBody], dt: float
 ) -> Iterator[Warned]:
-    """Yield a warning for each rod or shaft that a dashpot sets into a sawtooth in steps of dt [s]."""
+    """Yield a warning for each rod or shaft with a sawtooth.
+
+    A dashpot causes it in steps of dt [s].
+    """
     if not integrator.needs_diagonal_mass:
         return
     for body in scene.wave_bodies:
@@ -45,7 +48,10 @@ def warnings(
 
 
 def _source(scene: Scene, method: Method, body: WaveBody) -> str:
-    """Return the first dashpot on a body whose velocity jumps, in words; empty where there is none."""
+    """Return as text the first dashpot whose velocity jumps.
+
+    The text is empty where the body has none.
+    """
     for side, (x, end) in zip(("left", "right"), body.ends, strict=True):
         jumps = body.velocity != 0.0 or _force_at_start(end) != 0.0
         if end.kind == "dashpot" and jumps and end.value < EXACT_START * body.impedance_at(x):

@@ -1,4 +1,7 @@
-"""The warning of a beam that gravity swings: held, and straight at t = 0, it moves about its static sag."""
+"""The warning of a beam that gravity swings about its static sag.
+
+It is held, and straight at t = 0.
+"""
 
 from __future__ import annotations
 
@@ -30,10 +33,10 @@ SAGS = {
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield a warning for each beam whose swing about its static sag is a share of its motion that matters.
+    """Yield a warning for each beam whose swing by gravity matters.
 
-    None of a scene in which gravity alone moves a beam, as one that is held straight and let go, nor of a beam with a
-    given displacement at t = 0.
+    The swing about the static sag is a large share of its motion. None of a scene in which gravity alone moves a beam,
+    as one that is held straight and let go, nor of a beam with a given displacement at t = 0.
     """
     scene = history.scene
     if scene.gravity == 0.0:
@@ -59,7 +62,10 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def _something_else_moves(scene: Scene, beam: str) -> bool:
-    """Return whether anything but the weight of a beam moves it: another body, a force, an overlap."""
+    """Return whether more than the weight of a beam moves it.
+
+    It may be another body, a force, or an overlap.
+    """
     others = (body for name, body in scene.bodies.items() if name != beam)
     at_rest = scene.bodies[beam].velocity == 0.0 and not scene.loaded_ends
     return not at_rest or any(body.moves for body in others) or any(each.gap < 0.0 for each in scene.contacts)
@@ -73,9 +79,9 @@ def _is_held(model: AbstractDiscreteModel, system: Operators) -> bool:
 
 
 def _share_of_sag(sag: Array, weight: Array, system: Operators, duration: float) -> float:
-    """Return how far a beam swings within a run over its sag: 1 - cos of its slowest motion, at most 2.
+    """Return how far a beam swings within a run, over its sag.
 
-    The frequency is Rayleigh's quotient of the sag.
+    It is 1 - cos of the phase of its slowest motion, at most 2. The frequency is Rayleigh's quotient of the sag.
     """
     frequency = math.sqrt(float(weight @ sag) / float(sag @ multiply(system.mass, sag)))
     return 1.0 - math.cos(min(frequency * duration, math.pi))
@@ -91,7 +97,11 @@ def _places(history: AbstractRecordedHistory, beam: Beam) -> Iterator[tuple[floa
 
 
 def _text(beam: Beam, gravity: float, largest: tuple[float, float, float], swing: float) -> str:
-    """Return the text: place [m], sag there [m] and motion there [m], and how far the weight swings the place [m]."""
+    """Return the text of a warning of a beam's sag.
+
+    ``largest`` holds place [m], sag there [m] and motion there [m]; ``swing`` is how far the weight swings the place
+    [m].
+    """
     x, at, moved = largest
     start = "start from the sag by its displacement at t = 0"
     segment = beam.segments[0]

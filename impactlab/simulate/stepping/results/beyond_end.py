@@ -1,7 +1,8 @@
-"""The steps of a run after its end, in arrays of their own: values at the end lie on a line that no kick crosses.
+"""Steps beyond the end of a run, in arrays of their own.
 
-Leapfrog keeps velocities of the middle of each step, and a step with a kick has two, before and after it. A step beyond
-the last one gives the second point of a line. Faces that touch there, after the end of the run, are kept apart.
+With them, values at the end lie on a line that no kick crosses. Leapfrog keeps velocities of the middle of each step,
+and a step with a kick has two, before and after it. A step beyond the last one gives the second point of a line. Faces
+that touch there, after the end of the run, are kept apart.
 """
 
 from __future__ import annotations
@@ -39,28 +40,35 @@ class RecordsAround(NamedTuple):
     impulses: Array  # (2, n_loads) N s, of loads over time so far
 
     def at(self, time: float, rows: Array, early: float) -> Array:
-        """Return values at a time [s] from rows that belong to instants ``early`` [s] before the end of their steps."""
+        """Return values at a time [s] from two rows of records.
+
+        Rows belong to instants ``early`` [s] before the end of their steps.
+        """
         share = (time - (self.time - early)) / self.dt
         return np.asarray(rows[0] + share * (rows[1] - rows[0]))
 
     def impulse(self, time: float, column: int, given: float, early: float) -> float:
-        """Return the impulse [N s] of a contact up to a time [s], of one that was ``given`` by the steps of the run.
+        """Return the impulse of a contact up to a time [N s].
 
-        Its force is that of the line on which momenta lie, which belong ``early`` [s] before the end of their steps.
+        ``given`` is the impulse of all steps of the run. The force is that of the line on which momenta lie, which
+        belong ``early`` [s] before the end of their steps.
         """
         first, second = (float(force) for force in self.record[:, column])
         return given + self.beyond * self.dt * first + (time - self.time + early) * second
 
 
 class LateClosings(NamedTuple):
-    """Contacts that change velocities at once in the last step, by their places in the loop."""
+    """Contacts that change velocities at once in the last step."""
 
     kicked: bool  # whether any do
     late: frozenset[int]  # those that touch after the end of the run: the last step holds their forces
 
 
 def _struck(assembly: Assembly, place: int) -> bool:
-    """Return whether a hard contact in leapfrog acts since the last step alone, whose force holds its closing jump."""
+    """Return whether a hard contact in leapfrog began in the last step.
+
+    Its force there holds the jump of its closing.
+    """
     contact = assembly.contacts[place]
     given = contact.force * assembly.dt + contact.impulse
     hard = assembly.acting.laws[assembly.layout.contacts[place].name].hard
@@ -68,7 +76,10 @@ def _struck(assembly: Assembly, place: int) -> bool:
 
 
 def late_closings(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float) -> LateClosings:
-    """Return the touches and kicks in the last step of a run that ends inside it."""
+    """Return the kicks and late touches in the last step of a run.
+
+    The run ends inside that step.
+    """
     clock, layout, dt = assembly.clock, assembly.layout, assembly.dt
     kicked, late = False, set[int]()
     if duration < clock.time - ON_STEP * dt:
@@ -86,9 +97,10 @@ def late_closings(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, 
 
 
 def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | None:
-    """Return the records around the end of a run; None where the loop does not go on from there.
+    """Return the records around the end of a run.
 
-    Faces that are apart at the end stay apart: their touch comes after it.
+    None where the loop does not go on from there. Faces that are apart at the end stay apart: their touch comes after
+    it.
     """
     if assembly.clock.step != assembly.steps or assembly.method.events == "located":  # located steps end with the run
         return None
@@ -139,7 +151,7 @@ def _copied(assembly: Assembly) -> Assembly:
 
 
 def _take_back(assembly: Assembly, place: int) -> None:
-    """Take the force and the impulse of a contact in the last step out of the state at its end."""
+    """Remove a contact's force and impulse in the last step from the state."""
     m, contact = assembly.memory, assembly.contacts[place]
     bodies: Any = np.asarray(m.bodies)
     given = contact.force, contact.impulse, contact.projection

@@ -1,10 +1,11 @@
-"""The two travelling waves of a chain of delays, from the waves that its nodes sent: any quantity anywhere, any time.
+"""The two travelling waves of a chain of delays.
 
-Between two nodes with P and Q the time integrals of the velocities that the left one sends to the right and the right
-one to the left, the displacement is u(x, t) = C + P(t - s) + Q(t - r), with s and r the times of waves from the left
-and the right node; under gravity each wave gains g/2 in a unit of time, and u is larger by (g/2) ((s + r) t + s r).
-P and Q are recorded, straight lines within a step as the step loop takes them, so that displacements of nodes come
-back to rounding. Velocities are straight lines between the middles of steps.
+They follow from the waves that its nodes sent, and give any quantity at any place and time. Between two nodes with P
+and Q the time integrals of the velocities that the left one sends to the right and the right one to the left, the
+displacement is u(x, t) = C + P(t - s) + Q(t - r), with s and r the times of waves from the left and the right node;
+under gravity each wave gains g/2 in a unit of time, and u is larger by (g/2) ((s + r) t + s r). P and Q are recorded,
+straight lines within a step as the step loop takes them, so that displacements of nodes come back to rounding.
+Velocities are straight lines between the middles of steps.
 """
 
 from __future__ import annotations
@@ -59,7 +60,10 @@ class ChainWaves:
         self.offset = chain.operators().displacement[4::3] - arriving
 
     def velocities(self, x: Array, t: Array) -> tuple[Array, Array]:
-        """Return the velocities of the waves to the right and to the left at x [m] and times t [s], in [m/s]."""
+        """Return the velocities of both waves at places and times [m/s].
+
+        The wave to the right comes first; x is in m, t in s.
+        """
         piece, onward, back = self._left_at(x, t)
         late = beyond(self._middles[-1], onward, back)
         onward, back = onward - late, back - late
@@ -68,7 +72,10 @@ class ChainWaves:
         return right, self._velocity(1, piece, back) + gain * (instants - back)
 
     def at(self, quantity: str, x: Array, t: Array) -> Array:
-        """Return a quantity at places x [m] and times t [s], which are broadcast against each other."""
+        """Return a quantity at places x [m] and times t [s].
+
+        These are broadcast against each other.
+        """
         piece, onward, back = self._left_at(x, t)
         if quantity == "displacement":
             moved = self._displacement(0, piece, onward) + self._displacement(1, piece, back)
@@ -81,7 +88,10 @@ class ChainWaves:
         return np.asarray(self.factors[quantity][piece] * (to_right - to_left))
 
     def _left_at(self, x: Array, t: Array) -> tuple[NDArray[int64], Array, Array]:
-        """Return the pieces of places, at a node the right one, and when the waves there left its nodes [s]."""
+        """Return pieces of places, and times when waves left their nodes [s].
+
+        At a node the piece is the right one.
+        """
         places, instants = np.broadcast_arrays(np.asarray(x, float), np.asarray(t, float))
         slack = 1e-12 * self.length
         piece = np.clip(np.searchsorted(self.starts, places + slack, side="right") - 1, 0, self.starts.size - 1)

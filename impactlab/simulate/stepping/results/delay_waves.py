@@ -1,10 +1,10 @@
-"""The two travelling waves of a delay line, from the displacements of its ends: any quantity at any place and time.
+"""The two travelling waves of a delay line.
 
-With P and Q the time integrals of the velocities that the waves carry away from the left and the right end, the
-displacement is u(x, t) = C + P(t - x/c) + Q(t - (L - x)/c). At the ends this gives P and Q from the recorded
-displacements, transit by transit. A step holds its waves constant, so that P and Q are straight lines in a step: so far
-the step loop computes the same, and its displacements come back to rounding. Velocities are straight lines between
-the middles of steps.
+They follow from the displacements of its ends, and give any quantity at any place and time. With P and Q the time
+integrals of the velocities that the waves carry away from the left and the right end, the displacement is u(x, t) = C +
+P(t - x/c) + Q(t - (L - x)/c). At the ends this gives P and Q from the recorded displacements, transit by transit. A
+step holds its waves constant, so that P and Q are straight lines in a step: so far the step loop computes the same, and
+its displacements come back to rounding. Velocities are straight lines between the middles of steps.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from impactlab.types import Array
 
 
 class SentWave(NamedTuple):
-    """The wave that an end sends: its displacement, and its velocity at the middles of the steps."""
+    """The wave that an end sends: displacement, and velocity at middles of steps."""
 
     times: Array  # (n,) s, from before t = 0 on
     moved: Array  # (n,) m
@@ -38,16 +38,19 @@ class SentWave(NamedTuple):
 
 
 def beyond(last: float, onward: Array, back: Array) -> Array:
-    """Return by how much two waves left their ends after the middle of the last step [s]; 0 of earlier ones.
+    """Return by how much waves left their ends after the last middle [s].
 
-    A wave that an end sends is known up to there, the one that arrives at it half a step longer. Both are read as much
-    earlier, so that they belong together at a front.
+    It is the middle of the last step; the value is 0 for earlier waves. A wave that an end sends is known up to there,
+    the one that arrives at it half a step longer. Both are read as much earlier, so that they belong together at a
+    front.
     """
     return np.asarray(np.maximum(0.0, np.maximum(onward, back) - last))
 
 
 class DelayWaves:
-    """The waves of a uniform rod from its left end, to the right, and from its right end, to the left.
+    """The waves of a uniform rod from both of its ends.
+
+    The one from the left end travels to the right, the other to the left.
 
     Parameters
     ----------
@@ -87,19 +90,25 @@ class DelayWaves:
         self.sent = SentWave(instants, moved[0]), SentWave(instants, moved[1])
 
     def velocities(self, x: Array, t: Array) -> tuple[Array, Array]:
-        """Return the velocities of the waves to the right and to the left at x [m] and times t [s], in [m/s]."""
+        """Return the velocities of both waves at places and times [m/s].
+
+        The wave to the right comes first; x is in m, t in s.
+        """
         right, left = self.sent
         onward, back = self._left_at(x, t)
         late = beyond(float(right.middles[-1]), onward, back)
         return right.velocity(onward - late), left.velocity(back - late)
 
     def _left_at(self, x: Array, t: Array) -> tuple[Array, Array]:
-        """Return when the waves at x [m] and t [s] left the left and the right end [s]."""
+        """Return when the waves at x [m] and t [s] left both ends [s]."""
         speed = self.segment.wave_speed
         return t - x / speed, t - (self.rod.length - x) / speed
 
     def at(self, quantity: str, x: Array, t: Array) -> Array:
-        """Return a quantity at places x [m] and times t [s], which are broadcast against each other."""
+        """Return a quantity at places x [m] and times t [s].
+
+        These are broadcast against each other.
+        """
         if quantity == "displacement":
             right, left = self.sent
             onward, back = self._left_at(x, t)

@@ -1,4 +1,7 @@
-"""The part whose compiled code raised in a run: its law is called again as plain Python."""
+"""The part whose compiled code raised an exception in a run.
+
+Its law is called again as plain Python.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,11 @@ from impactlab.types import Reply
 
 
 def fault_of_part(assembly: Assembly, raised: BaseException, history: RecordedHistory) -> StepError:
-    """Return the error for an exception that compiled code raised in the last step of a run.
+    """Return the error for an exception that compiled code raised.
 
-    Compiled code keeps no line for some exceptions, such as a division by zero. A law that raises again as plain
-    Python names its line; else the fault is that of the code that compiled code names.
+    It was raised in the last step of the run. Compiled code keeps no line for some exceptions, such as a division by
+    zero. A law that raises again as plain Python names its line; else the fault is that of the code that compiled code
+    names.
     """
     history.finish()
     laws = laws_of(assembly.scene, assembly.acting)

@@ -1,4 +1,4 @@
-"""The history of a stepped run: channels, events and energies from the records of the loop."""
+"""The history of a stepped run, from the records of the loop."""
 
 from __future__ import annotations
 
@@ -114,7 +114,10 @@ class RecordedHistory(AbstractRecordedHistory):
 
     @cached_property
     def _settled(self) -> run_ends.EndChannels:
-        """Velocities, momenta and energies at both ends of the run, where the records lie beside them."""
+        """Velocities, momenta and energies at both ends of the run.
+
+        They are needed where the records lie beside these instants.
+        """
         given = self.assembly, self._integrator, self.duration, self.recorded, self._late_closings
         return run_ends.settled(*given, lambda: self._around)
 
@@ -129,7 +132,10 @@ class RecordedHistory(AbstractRecordedHistory):
 
     @contextmanager
     def summed_up_to_last_step(self) -> Iterator[None]:
-        """Take no step beyond the end for impulses of contacts that are closed there, as the checks need none."""
+        """Take no step beyond the end for impulses of closed contacts.
+
+        The checks need none.
+        """
         self._up_to_last_step = True
         try:
             yield
@@ -234,7 +240,10 @@ class RecordedHistory(AbstractRecordedHistory):
         return Field(places, factor * self._waves_of(body).at(read, places, time))
 
     def _places_along(self, body: str) -> Array:
-        """Return the places of a field along a delay line [m]; with both sides of the nodes of a chain of delays."""
+        """Return the places of a field along a delay line [m].
+
+        Of a chain of delays both sides of its nodes are among them.
+        """
         if body not in self._places:
             places, model = np.linspace(0.0, self.scene.bodies[body].length, FIELD_POINTS), self.built[body].model
             if isinstance(model, DelayChain):
@@ -263,9 +272,10 @@ class RecordedHistory(AbstractRecordedHistory):
         }
 
     def _up_to_end(self, number: int, given: float, force: float) -> float:
-        """Return the impulse [N s] of a contact up to the end of the run, as the momenta there.
+        """Return the impulse of a contact up to the run's end [N s].
 
-        All steps together have ``given`` it, the last one with a ``force`` [N].
+        It belongs to the same instant as the momenta there. All steps together have ``given`` it, the last one with a
+        ``force`` [N].
         """
         assembly, early = self.assembly, self._integrator.momentum_early * self.assembly.dt
         goes_on = self.duration > assembly.clock.time + ON_STEP * assembly.dt
@@ -276,18 +286,19 @@ class RecordedHistory(AbstractRecordedHistory):
         return around.impulse(self.duration, assembly.layout.column_of(number), given, early)
 
     def _before_start(self, number: int) -> float:
-        """Return the impulse that the steps count of a contact before t = 0 [N s], as of faces pressed together.
+        """Return the impulse of a contact that belongs before t = 0 [N s].
 
-        In leapfrog that is half a step of the force at t = 0; generalised-alpha lacks as much.
+        The steps count it, as of faces that are pressed together. In leapfrog that is half a step of the force at t =
+        0; generalised-alpha lacks as much.
         """
         force = self.assembly.layout.plan.start_forces.get(number, 0.0)
         return self._integrator.momentum_early * self.assembly.dt * force
 
     def _peak_at_end(self, number: int, start: float, last: float, peak: float) -> float:
-        """Return the peak [N] of a contact from ``start`` [s] that goes on at the end of the run.
+        """Return the peak of a contact that continues at the run's end [N].
 
-        A force that rises is largest there: more than the ``last`` mean over a step, or less where the middle of that
-        step lies beyond the run.
+        It began at ``start`` [s]. A force that rises is largest there: more than the ``last`` mean over a step, or less
+        where the middle of that step lies beyond the run.
         """
         middles, record = self._channels.instants.middles, self._channels.record
         if last >= peak and middles[-1] > self.duration:
@@ -311,7 +322,10 @@ class RecordedHistory(AbstractRecordedHistory):
 
     @cached_property
     def _last_bead_gaps(self) -> Array:
-        """Gaps of the contacts of rows of beads in the last two records [m], (n_bead_contacts, 2)."""
+        """Gaps of bead contacts in the last two records [m].
+
+        The shape is (n_bead_contacts, 2).
+        """
         return readout.bead_gaps(self.assembly, self._channels.record[-2:])
 
     def _waves_of(self, body: str) -> DelayWaves | ChainWaves:

@@ -1,4 +1,7 @@
-"""Readout of a stepped run: links; impulses, memories and contacts under way, by their numbers in the scene."""
+"""Readout of a stepped run: links, impulses, memories, contacts in progress.
+
+Contacts are numbered as in the scene.
+"""
 
 from __future__ import annotations
 
@@ -33,9 +36,10 @@ def bead_gaps(assembly: Assembly, record: Array) -> Array:
 
 
 def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkResult]:
-    """Yield the results of each link, or of all links of one name, whose force is ``recorded``.
+    """Yield the results of each link whose force is ``recorded``.
 
-    Forces of steps are means: with that at t = 0, a force that rises or falls from there has its first value, too.
+    Links of one name give one result. Forces of steps are means: with that at t = 0, a force that rises or falls from
+    there has its first value, too.
     """
     solved, plan = assembly.layout.solved, assembly.layout.plan
     names = [assembly.scene.contacts[number].name for number in solved]
@@ -61,7 +65,10 @@ def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkR
 
 
 def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:
-    """Return impulse [N s], last force [N] and peak [N] of the contact under way, by its number in the scene."""
+    """Return impulse [N s], last force and peak [N] of an unfinished contact.
+
+    ``number`` is that of the contact in the scene.
+    """
     layout, dt = assembly.layout, assembly.dt
     place = layout.places[number] - len(layout.solved)
     if place < 0:
@@ -83,7 +90,10 @@ def failed(assembly: Assembly) -> list[int]:
 
 
 def impulses(assembly: Assembly) -> list[float]:
-    """Return the forces times time and impulses of all contacts of the scene since t = 0 [N s]."""
+    """Return the impulses of all contacts of the scene since t = 0 [N s].
+
+    Forces times time are included.
+    """
     numbers, given = assembly.layout.numbers, [contact.total for contact in assembly.contacts]
     found = [0.0] * len(numbers)
     if assembly.layout.rows.contacts:
@@ -95,7 +105,7 @@ def impulses(assembly: Assembly) -> list[float]:
 
 
 def load_impulses(assembly: Assembly) -> dict[str, float]:
-    """Return the impulses of loads as the steps so far have taken them [N s], by body."""
+    """Return the impulses of loads by body, as the steps took them [N s]."""
     found: dict[str, float] = {}
     names = [*assembly.layout.built]
     for load in assembly.loads:
@@ -105,7 +115,10 @@ def load_impulses(assembly: Assembly) -> dict[str, float]:
 
 
 def memories(assembly: Assembly) -> list[Sequence[float]]:
-    """Return the memory of every law of the scene; of contacts of beads, which have none, the count of warnings."""
+    """Return the memory of every law of the scene.
+
+    Contacts of beads have none: theirs holds the count of warnings.
+    """
     layout = assembly.layout
     found: list[Sequence[float]] = [()] * len(layout.numbers)
     for number, port in zip(layout.solved, assembly.ports, strict=True):

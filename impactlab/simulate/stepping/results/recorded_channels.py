@@ -1,4 +1,4 @@
-"""The channels of a stepped run, each read from the records of the loop on first use."""
+"""The channels of a stepped run, read from its records on first use."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ Ends = dict[str, tuple[Array, Array]]  # of delay lines: times; displacements of
 
 @final
 class Instants:
-    """The instants to which the records (n, n_columns) of a run under a scheme belong, shape (n,) each [s]."""
+    """The instants to which the records of a run belong [s], (n,) each.
+
+    Records have the shape (n, n_columns); the instants follow from the scheme.
+    """
 
     def __init__(self, record: Array, dt: float, integrator: AbstractIntegrator) -> None:
         self.times = record[:, 0].copy()  # side by side: every read of a column takes a line of memory per record
@@ -123,7 +126,7 @@ class RecordedChannels(Mapping[str, Channel]):
 
 
 def lag_of(assembly: Assembly, integrator: AbstractIntegrator, body: str, x: float) -> float:
-    """Return how long before the end of its step a recorded velocity at x belongs [s]."""
+    """Return how long before its step's end a recorded velocity belongs [s]."""
     of_scheme = 1.0 - integrator.velocity_point
     lags = {"velocities": of_scheme, "step_means": 0.5, "times": 0.0}
     return lags[assembly.layout.instants_of_velocity(body, x)] * assembly.dt

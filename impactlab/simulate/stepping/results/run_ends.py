@@ -1,10 +1,11 @@
-"""Velocities, momenta and energies at both ends of a run whose records of them lie beside these instants.
+"""Velocities, momenta and energies at both ends of a run.
 
-Leapfrog keeps the velocities of the middle of each step, and free ends of delay lines their means over it: the last
-ones lie half a step before the end. Where a step with a kick reaches beyond the end of the run, a line from its start
-to its end passes through a mixture of both sides. In these runs the loop goes on for a step or two in arrays of its
-own, when a value is first asked for, and values at the end lie on the line through two instants that no kick separates
-(`beyond_end`). Where events are located, the last step ends with the run.
+They are needed where the records lie beside these instants. Leapfrog keeps the velocities of the middle of each step,
+and free ends of delay lines their means over it: the last ones lie half a step before the end. Where a step with a kick
+reaches beyond the end of the run, a line from its start to its end passes through a mixture of both sides. In these
+runs the loop goes on for a step or two in arrays of its own, when a value is first read, and values at the end lie
+on the line through two instants that no kick separates (`beyond_end`). Where events are located, the last step ends
+with the run.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Rate(NamedTuple):
 
 
 class Early(NamedTuple):
-    """Energy at t = 0, and shares of half a step before it in the samples of leapfrog [J]."""
+    """Energy at t = 0, and leapfrog's shares of half a step before [J]."""
 
     initial: float  # energy of bodies and contacts at t = 0
     work: float  # of loads before t = 0
@@ -49,7 +50,7 @@ class Early(NamedTuple):
 
 
 class EndChannels(NamedTuple):
-    """Channels with their values at both ends of the run, samples there, and impulses of loads between them."""
+    """Channels, samples and load impulses with their values at both run ends."""
 
     channels: dict[str, Channel]  # those that differ from the records
     early: Early | None  # None where the first sample is that of t = 0
@@ -110,10 +111,10 @@ def settled(
 def _load_impulses(
     assembly: Assembly, integrator: AbstractIntegrator, duration: float, around: RecordsAround | None
 ) -> dict[str, float]:
-    """Return the impulses of loads over time between both ends of a run [N s], by body.
+    """Return the impulses of loads between both ends of a run [N s].
 
-    As the momentum that they give, those that do not act in the middle of a step are summed from instants beside the
-    start to instants beside the ends of steps.
+    They are by body. As the momentum that they give, those that do not act in the middle of a step are summed from
+    instants beside the start to instants beside the ends of steps.
     """
     found: dict[str, float] = {}
     names, clock, whole = [*assembly.layout.built], assembly.clock, integrator.momentum_early * assembly.dt
@@ -129,7 +130,10 @@ def _load_impulses(
 
 
 def _before_start(assembly: Assembly) -> Early:
-    """Return the energy at t = 0 and the shares of half a step before it in the samples."""
+    """Return the energy at t = 0 and shares before it in samples [J].
+
+    The shares are those of half a step.
+    """
     first, half = assembly.memory.sample[0], 0.5 * assembly.dt
     initial, work, ends, damping = float(first[1]), 0.0, 0.0, 0.0
     for number, built in enumerate(assembly.layout.built.values()):
@@ -154,7 +158,10 @@ def _rates(assembly: Assembly, integrator: AbstractIntegrator) -> Iterator[Rate]
     begin = _state_at_start(assembly) if early else m.state
 
     def known(name: str) -> bool:
-        """Return whether the first record of a body is beside t = 0, and its rows are those of that instant."""
+        """Return whether a body's first record lies beside t = 0.
+
+        Its rows must be those of t = 0, too.
+        """
         built = layout.built[name]
         return early and not isinstance(built.model, AbstractSelfStepping) and built.system.phases is None
 
@@ -192,7 +199,10 @@ def _energy(system: Operators) -> float:
 
 
 def _state_at_start(assembly: Assembly) -> Array:
-    """Return the whole state at t = 0 with the velocities of that instant, shape (n_state,)."""
+    """Return the state at t = 0 with the velocities of that instant.
+
+    The shape is (n_state,).
+    """
     layout, state = assembly.layout, assembly.layout.state()
     for name, built in layout.built.items():
         start, n_dof = layout.shift[name], built.system.load.size

@@ -1,4 +1,7 @@
-"""Assembly: the arrays of the step loop, from models, steppers and laws in the order of a layout."""
+"""Assembly: the arrays of the step loop, in the order of a layout.
+
+They are filled from models, steppers and laws.
+"""
 
 from __future__ import annotations
 
@@ -115,13 +118,19 @@ class Assembly:
         return COMPILED and sum([each.nbytes for each in arrays]) <= MAX_COPIED
 
     def fail_all(self) -> None:
-        """Mark the replies of all laws as failed, so that the loop stops where it looks at one; keep the step."""
+        """Mark the replies of all laws as failed, and keep the step.
+
+        The loop stops where it reads one of them.
+        """
         self.failed_at = self.failed_at or (float(self.clock.time), int(self.clock.step))
         for reply in self.replies:
             reply.failed = 1.0
 
     def _contacts(self) -> dict[str, Any]:
-        """Return the arrays of the contacts and of the points of bodies that they read and push."""
+        """Return the arrays of the contacts and of their points on bodies.
+
+        Points are faces, readings and pushed rows.
+        """
         solved, faces = contact_records(self.layout, self.integrator, self.laws), face_records(self.layout)
         self.ports, self.contacts, self.replies, self.faces = solved.ports, solved.contacts, solved.replies, faces.faces
         ports, contacts, replies = solved.for_loop
@@ -149,7 +158,10 @@ class Assembly:
         }  # fmt: skip
 
     def _described(self, coordinates: BothPhases, contacts: dict[str, Any], bodies: dict[str, Any]) -> Ints:
-        """Write which entries of the state faces, pushes and loads touch; return those that the probes read."""
+        """Write the entries of the state that faces, pushes and loads touch.
+
+        Return those that the probes read.
+        """
         layout, values = self.layout, coordinates.values
         of_bodies, faces = bodies["bodies"], contacts["faces"]
         phased = np.array([body.system.phases is not None for body in layout.built.values()], np.int64)
@@ -163,7 +175,10 @@ class Assembly:
         return probe_at
 
     def _results(self, size: int) -> dict[str, Any]:
-        """Return the clock and the arrays that a run writes; ``size`` is that of the state."""
+        """Return the clock and the arrays that a run writes.
+
+        ``size`` is that of the state.
+        """
         scene, layout, per_run = self.scene, self.layout, self.steps // self.stride
         times = self._shown_at()
         self.snapshots, snapshots = records(SnapshotRecord, len(times))
@@ -186,10 +201,11 @@ class Assembly:
         }  # fmt: skip
 
     def _shown_at(self) -> tuple[float, ...]:
-        """Return the times of snapshots, rising [s], and note which serve each field: of displacements, of velocities.
+        """Return the times of snapshots, rising [s], and note their fields.
 
-        Leapfrog keeps the velocities of the middle of each step. Those on both sides of an instant are at the ends of
-        the step that holds the instant half a step later, if the run has it.
+        Displacements and velocities may use different snapshots. Leapfrog keeps the velocities of the middle of each
+        step. Those on both sides of an instant are at the ends of the step that holds the instant half a step later, if
+        the run has it.
         """
         times, early = self.scene.field_times, (1.0 - self.integrator.velocity_point) * self.dt
         numbers = tuple(range(len(times)))
@@ -217,9 +233,10 @@ class Assembly:
         }  # fmt: skip
 
     def again(self, **given: Array) -> Assembly:
-        """Return an assembly for another run of the same plan, with arrays of its own; this one must not have run.
+        """Return an assembly for another run of the same plan.
 
-        ``given`` are arrays in place of new ones. With the state of one that has run, the copy goes on from there.
+        It has arrays of its own; this one must not have run. ``given`` are arrays in place of new ones. With the state
+        of one that has run, the copy goes on from there.
         """
         other, m = object.__new__(Assembly), self.memory
         by_name = other.__dict__
@@ -240,7 +257,10 @@ class Assembly:
 
     @cached_property
     def _others(self) -> list[tuple[str, Callable[[], Any]]]:
-        """Name of each array of another run that is neither shared nor in `COPIED`, and the function that makes it."""
+        """Name the remaining arrays of another run, and functions that make them.
+
+        They are those that are neither shared nor in `COPIED`.
+        """
         made: list[tuple[str, Callable[[], Any]]] = [("state", partial(copied_on_lines, self.memory.state))]
         apart = {"state", "clock", "events", *COPIED, *READ_ONLY}
         apart |= set() if len(self.memory.phases) else set(READ_IN_ONE_PHASE)

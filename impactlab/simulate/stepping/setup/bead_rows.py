@@ -1,4 +1,7 @@
-"""Rows of beads in a scene: rigid masses along which each meets the next by a law that is a power of the overlap."""
+"""Rows of beads in a scene.
+
+They are rigid masses, each in contact with the next by a law that is a power of the overlap.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ from impactlab.types import Array, Ints, PowerForce
 
 
 class BeadRow(NamedTuple):
-    """Beads from left to right, and the contacts between them, by number in the scene: those with walls at the ends."""
+    """Beads from left to right, and the contacts between them.
+
+    Contacts are numbered as in the scene; those with walls are at the ends.
+    """
 
     beads: list[str]
     contacts: list[int]
@@ -58,10 +64,11 @@ class BeadRows(NamedTuple):
 
 
 def bead_rows(plan: Plan) -> BeadRows:
-    """Return the rows of beads of a plan: none under a scheme that does not kick first, or where steps are cut.
+    """Return the rows of beads of a plan.
 
-    A bead has at most one contact of a row on either side, the first of the scene, and all laws of a row have the same
-    exponent; other contacts are solved as on any body.
+    There are none under a scheme that does not kick first, or where steps are cut. A bead has at most one contact of a
+    row on either side, the first of the scene, and all laws of a row have the same exponent; other contacts are solved
+    as on any body.
     """
     scene, scheme = plan.scene, plan.integrator
     if scheme is None or not scheme.kicks_then_drifts or plan.method.events == "located":
@@ -149,11 +156,11 @@ def no_beads() -> PackedRows:
 
 
 def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRows:
-    """Return rows of beads as the arrays of `StepArrays`; ``shared`` are beads that something else moves, too.
+    """Return rows of beads as the arrays of `StepArrays`.
 
-    Beads are the first bodies, in the order of their rows. A row has an entry for each bead and for the ghosts at both
-    of its ends, and behind them some that are empty; before the first row there are some, too. Eight entries that are
-    stepped at once stand in one line of memory.
+    ``shared`` are beads on which other contacts or loads act, too. Beads are the first bodies, in the order of their
+    rows. A row has an entry for each bead and for the ghosts at both of its ends, and behind them some that are empty;
+    before the first row there are some, too. Eight entries that are stepped at once stand in one line of memory.
     """
     n_entries = LANES + sum(_room(row) for row in found.rows)
     beads = on_lines((V + 1) * n_entries).reshape(V + 1, n_entries)
@@ -195,7 +202,10 @@ def packed(found: BeadRows, plan: Plan, dt: float, shared: set[str]) -> PackedRo
 
 
 def _room(row: BeadRow) -> int:
-    """Return the number of entries of a row: beads, two ghosts, those read behind them, in whole lines of memory."""
+    """Return the number of entries of a row, in whole lines of memory.
+
+    They are beads, two ghosts, and entries that are read behind them.
+    """
     return LANES * -(-(len(row.beads) + 2 + 2 * LANES) // LANES)
 
 
@@ -204,7 +214,10 @@ def _joined(parts: list[Ints]) -> Ints:
 
 
 def _find_rest(row: BeadRowRecord, beads: Array, contacts: Array, shared: Ints) -> None:
-    """Mark the blocks of a row in which no bead moves, none is moved by something else, and no contact is closed."""
+    """Mark the blocks of a row that are at rest.
+
+    No bead moves there or is moved by another contact or load, and no contact is closed.
+    """
     for start in range(0, row.count + 1, BLOCK):
         at = row.first + np.arange(start, min(start + BLOCK, row.count + 1))
         closed = beads[U, at] - beads[U, at + 1] > contacts[GAP, at]
@@ -213,7 +226,10 @@ def _find_rest(row: BeadRowRecord, beads: Array, contacts: Array, shared: Ints) 
 
 
 def _watched(contacts: Array, exponent: float) -> Array:
-    """Return the forces [N] at which the tangent stiffness n K d^(n-1) times the compliance becomes coarse."""
+    """Return the forces at which a contact's step becomes coarse [N].
+
+    There the tangent stiffness n K d^(n-1), times the compliance, reaches its limit.
+    """
     steep = contacts[COARSE] / (exponent * contacts[STIFFNESS] * contacts[COMPLIANCE])  # d^(n-1)
     if exponent == 1.0:  # coarse at any overlap, or at none
         return np.where(steep <= 1.0, 0.0, np.inf)

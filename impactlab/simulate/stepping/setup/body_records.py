@@ -26,7 +26,10 @@ from impactlab.types import Array
 
 
 class Loads(NamedTuple):
-    """Loads of all bodies by name of their fields, the same for the loop, and the samples of their forces."""
+    """Loads of all bodies, and the samples of their forces.
+
+    ``loads`` has fields by name; ``for_loop`` is the same for the loop.
+    """
 
     loads: Sequence[LoadRecord]
     for_loop: Sequence[LoadRecord]
@@ -102,7 +105,10 @@ def phase_records(layout: Layout) -> tuple[Sequence[PhaseRecord], Array]:
 
 
 def load_records(layout: Layout, integrator: AbstractIntegrator) -> Loads:
-    """Return the loads of all bodies and their samples; the ports of a body end with its loads."""
+    """Return the loads of all bodies and their samples.
+
+    The ports of a body end with its loads.
+    """
     found = [(name, load) for name, body in layout.built.items() for _, load in body.body.loads]
     by_name, loads = records(LoadRecord, len(found))
     if not found:

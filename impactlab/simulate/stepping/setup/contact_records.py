@@ -1,4 +1,4 @@
-"""Records of the contacts of a stepped run: laws and their ports, faces, pushed rows, readings."""
+"""Records of contacts: laws and their ports, faces, pushed rows, readings."""
 
 from __future__ import annotations
 
@@ -51,7 +51,10 @@ def write_contacts(
     ports: Sequence[Port],
     contacts: Sequence[ContactRecord],
 ) -> None:
-    """Write the addresses and constants of laws, and the gaps at t = 0, into the records of contacts."""
+    """Write the laws and initial gaps into the records of contacts.
+
+    Of the laws, these are their addresses and constants.
+    """
     for place, (number, contact) in enumerate(zip(layout.solved, layout.contacts, strict=True)):
         start, law = layout.plan.starts[number], layout.plan.acting.laws[contact.name]
         port, record, points = ports[place], contacts[place], contact.faces
@@ -78,7 +81,10 @@ def write_contacts(
 
 
 def _placed(layout: Layout, point: Point) -> float:
-    """Return where a face of a mechanism is at t = 0 [m]; 0 of other bodies, whose faces count from there."""
+    """Return the position of a mechanism's face at t = 0 [m].
+
+    It is 0 for other bodies, whose faces count from there.
+    """
     stepper = layout.steppers[point.body]
     if stepper.columns is None:
         return 0.0
@@ -94,7 +100,10 @@ def _static_compliance(layout: Layout, point: Point) -> float:
 
 
 def face_records(layout: Layout) -> Faces:
-    """Return faces and pushed rows; the ports of a body are its faces in their order, then its pushed rows."""
+    """Return faces and pushed rows.
+
+    The ports of a body are its faces in their order, then its pushed rows.
+    """
     pushed, names = layout.pushes, layout.body_numbers
     found, faces = records(FaceRecord, len(layout.points))
     push_by_name, pushes = records(PushRecord, len(pushed))
@@ -115,7 +124,10 @@ def face_records(layout: Layout) -> Faces:
 
 
 def read_on(layout: Layout, row_start: Ints, row_index: Ints) -> dict[str, dict[int, list[Ints]]]:
-    """Return where the state of each body that moves is read for displacement and velocity of its faces."""
+    """Return the entries of bodies' states that their faces read.
+
+    They are those of the displacement and the velocity of each face, of bodies that move.
+    """
     found: dict[str, dict[int, list[Ints]]] = {}
     for number, point in enumerate(layout.points):
         if layout.steppers[point.body].state.size:

@@ -38,7 +38,7 @@ class Values(NamedTuple):
 
 
 class Coordinates(NamedTuple):
-    """Values that belong to one set of coordinates of the bodies, and the rows over them."""
+    """Values that belong to one set of bodies' coordinates, and their rows."""
 
     values: Values
     rows: list[tuple[int, Array]]  # each a shift into the whole state and its values
@@ -46,7 +46,10 @@ class Coordinates(NamedTuple):
 
 
 class BothPhases(NamedTuple):
-    """Coordinates of a run, the rows without zeros, and the same of bodies with phases while these are closed."""
+    """Coordinates of a run and their rows without zeros, for both phases.
+
+    ``other_state`` is that of bodies with phases while these are closed.
+    """
 
     values: Values
     left_out: Array
@@ -97,9 +100,9 @@ def values_of(layout: Layout, models: Models, steppers: Steppers) -> Values:
 
 
 def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Array]:
-    """Return all rows in the order that `StepArrays` states, and the static responses of modes left out.
+    """Return all rows, and the static responses of modes left out.
 
-    The latter are those at each reading per force of each contact.
+    Rows are in the order that `StepArrays` states. The latter are those at each reading per force of each contact.
     """
 
     def row(body: str, x: float, quantity: Quantity, factor: float = 1.0) -> tuple[int, Array]:
@@ -110,7 +113,10 @@ def _rows(layout: Layout, models: Models) -> tuple[list[tuple[int, Array]], Arra
         return layout.shift[body] + (values.size if quantity == "velocity" else 0), values
 
     def recorded(each: Probed) -> tuple[int, Array]:
-        """Return the row of a probe, of an internal force with its viscous part: over displacements and velocities."""
+        """Return the row of a probe, with the viscous part of internal forces.
+
+        Such a row is over displacements and velocities.
+        """
         shift, values = row(each.body, each.x, each.quantity, each.factor)
         elastic = layout.scene.bodies[each.body].elastic
         delay = 0.0 if elastic is None else elastic.retardation(each.x, each.quantity)

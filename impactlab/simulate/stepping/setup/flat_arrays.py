@@ -15,13 +15,19 @@ from impactlab.types import Array, Ints
 
 
 def flat(arrays: list[Array]) -> tuple[Array, list[int]]:
-    """Return arrays in a row and where each starts, with the end, n + 1 in all."""
+    """Return arrays in a row, and where each starts.
+
+    The starts include the end: n + 1 in all.
+    """
     starts = [0, *itertools.accumulate([array.size for array in arrays])]
     return np.concatenate([array.ravel() for array in arrays]) if arrays else np.zeros(0), starts
 
 
 class Dashpots(NamedTuple):
-    """Dashpots side by side: the first coordinate, the first other one (-1: the ground), damping [N s/m] of each."""
+    """Dashpots side by side: first coordinates at both ends, damping [N s/m].
+
+    ``other`` is -1 for the ground.
+    """
 
     first: int
     other: int
@@ -55,7 +61,10 @@ def groups(values: Array) -> list[tuple[int, Array]]:
 
 
 def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None = None) -> tuple[Ints, Ints, Array]:
-    """Return rows, each a shift into the state and a dense row, as starts, indices, values; without zeros."""
+    """Return rows without zeros: starts, indices, values.
+
+    Each row is given as a shift into the state and a dense row.
+    """
     if not rows:
         return np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0)
     whole, starts = flat([row for _, row in rows])
@@ -72,7 +81,10 @@ def responses_of(stepper: Stepper) -> tuple[Array, Array, Array]:
 
 
 def jumps_and_loads(stepper: Stepper) -> Array:
-    """Return velocities per impulse and, where a step may be cut, loads of a body's ports, flat."""
+    """Return velocities per impulse, and loads of ports, as a flat array.
+
+    Loads are there where a step may be cut.
+    """
     if stepper.load is None:
         return stepper.jump
     return np.concatenate((stepper.jump.ravel(), loads_of(stepper.load, stepper.face_rows)))

@@ -1,4 +1,4 @@
-"""Layout of a stepped run: the order of bodies and contacts in the loop, and the columns of its records."""
+"""Layout of a stepped run: the order of bodies, contacts and record columns."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ PER_CONTACT = 6  # columns of the record: force, gap, displacement and velocity 
 
 
 def steps_per_sample(steps: int, bodies: int) -> int:
-    """Return how many steps lie between two samples of the energies; scenes of many bodies have fewer samples."""
+    """Return the number of steps between two samples of the energies.
+
+    Scenes of many bodies have fewer samples.
+    """
     return math.ceil(steps / min(SAMPLES, max(MIN_SAMPLES, MOST_SAMPLED // (3 * bodies))))
 
 
@@ -35,7 +38,7 @@ InstantsOfVelocity = Literal["times", "velocities", "step_means"]
 
 
 class Source(NamedTuple):
-    """Where the values of a channel stand in the records of a run, and the instants to which they belong."""
+    """Where the values of a channel stand in the records, and their instants."""
 
     kept: Literal["record", "sample", "bead_gaps", "none"]
     columns: tuple[int, ...]  # of several the sum is read; of bead gaps the rows
@@ -48,7 +51,7 @@ class Source(NamedTuple):
 
 @final
 class Layout:
-    """The order of bodies and contacts in the loop, where each stands in its arrays, and the columns of its record.
+    """The order of bodies, contacts and record columns in the loop.
 
     Beads of rows come first among the bodies, their contacts last. Columns of the record: time; six for each contact
     that is solved; forces of bead contacts; displacements of all beads, then velocities; probes; ends of delay lines;
@@ -87,7 +90,10 @@ class Layout:
         return other
 
     def restepped(self, plan: Plan, dt: float) -> Layout:
-        """Return the layout of a plan with the same bodies and contacts and another step [s]."""
+        """Return the layout of a plan that has another step [s].
+
+        Its bodies and contacts are the same.
+        """
         if self.in_waves or self.rows.rows:  # records may be too far apart for waves
             return Layout(plan, dt)
         other = self.copied()
@@ -114,10 +120,10 @@ class Layout:
         return kept_of_rows(self.scene, self.steps, columns) if columns else self.scene.records
 
     def _read_probes(self) -> None:
-        """Separate probes that are rows over the state from those that the waves of a delay line give after the run.
+        """Separate probes that are rows over the state from probes of waves.
 
-        For these the displacements of the ends that no contact records are recorded, too; of a chain of delays the
-        waves that its nodes send.
+        The latter are read from the waves of a delay line after the run. For these the displacements of the ends that
+        no contact records are recorded, too; of a chain of delays the waves that its nodes send.
         """
         lines = {name: body.model for name, body in self.built.items() if isinstance(body.model, DelayLine)}
         chains = {name: body.model for name, body in self.built.items() if isinstance(body.model, DelayChain)}
@@ -154,7 +160,7 @@ class Layout:
                 )
 
     def _record(self, recorded: list[Probed], beads: set[str]) -> None:
-        """Keep the probes recorded as rows over the state, and those of them that are not on beads."""
+        """Keep the probes recorded as rows, and those not on beads."""
         self.recorded = recorded
         self.probes = [each for each in recorded if each.body not in beads]
         self._probe_places = {each: place for place, each in enumerate(self.probes)}
@@ -189,7 +195,10 @@ class Layout:
         return found
 
     def _sources_of_contact(self, number: int) -> Iterator[tuple[str, Source]]:
-        """Yield the sources of force and gap of a contact, and of the motion of its faces on bodies that deform."""
+        """Yield the sources of a contact's force and gap, and its faces' motion.
+
+        Faces are those on bodies that deform.
+        """
         contact, column = self.scene.contacts[number], self.column_of(number)
         law = self.plan.acting.laws[contact.name]
         # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
@@ -208,7 +217,10 @@ class Layout:
                 yield f"velocity:{place}", Source("record", (first + 1,), moved, rate=True)
 
     def instants_of_velocity(self, body: str, x: float) -> InstantsOfVelocity:
-        """Return the instants of recorded velocities at x: those of delay lines may be means over a step."""
+        """Return the instants of recorded velocities at x.
+
+        Those of delay lines may be means over a step.
+        """
         model = self.built[body].model
         if not isinstance(model, AbstractSelfStepping):
             return "velocities"
@@ -216,7 +228,10 @@ class Layout:
 
     @cached_property
     def displacement_columns(self) -> Mapping[str, int]:
-        """Columns of the recorded displacements by channel; found once for runs that differ in their step alone."""
+        """Columns of the recorded displacements by channel.
+
+        They are found once for runs that differ in their step alone.
+        """
         found: dict[str, int] = {}
         for number, contact in enumerate(self.scene.contacts):
             for side, point in enumerate(contact.faces):

@@ -1,4 +1,7 @@
-"""Pairs of contacts that may act on each other within a step: they share a body and are read where the other acts."""
+"""Pairs of contacts that may act on each other within a step.
+
+They share a body and are read where the other acts.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,9 @@ MAX_ONE_BY_ONE = 4  # faces of a body that are compared one by one: the two of a
 def find_pairs(
     faces: Sequence[FaceRecord], contacts: Sequence[ContactRecord], pushes: Sequence[Push], read_on: ReadOn
 ) -> Ints:
-    """Return the contacts that may act on each contact, itself included, and write the range of each into its record.
+    """Return the contacts that may act on each contact, itself included.
+
+    The range of each is written into its record.
 
     Parameters
     ----------
@@ -81,7 +86,7 @@ class SystemOrder(NamedTuple):
 
 
 def arranged(contacts: Sequence[ContactRecord], candidates: Ints) -> SystemOrder:
-    """Return contacts in an order in which those that may act on each other stand close together.
+    """Return contacts in an order that keeps coupled ones close together.
 
     The order of the scene is kept where it is as good as that of Cuthill and McKee, reversed: of a chain it is.
     """

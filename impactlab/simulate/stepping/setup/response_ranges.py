@@ -1,6 +1,7 @@
-"""Ranges of the state that forces change, entries that faces are read from, even momentum rows: before the first step.
+"""Ranges of the state that forces change, found before the first step.
 
-They are found in compiled code: numpy takes longer over responses of a few hundred entries than the first steps do.
+Also found are the entries that faces are read from, and even momentum rows. They are found in compiled code: numpy
+takes longer over responses of a few hundred entries than the first steps do.
 """
 
 from __future__ import annotations
@@ -67,7 +68,10 @@ def nonzero_range(responses: Array, start: int, begin: int, end: int, whole: boo
 
 @PART
 def write_entries(faces: Sequence[FaceRecord], row_start: Ints, row_index: Ints, row_value: Array) -> None:
-    """Write the entries of the state that are the displacement and the velocity of a face; -1 where they are sums."""
+    """Write the entries of the state that are a face's displacement and velocity.
+
+    They are -1 where these are sums.
+    """
     for number in range(len(faces)):
         u_at = alone(number, row_start, row_index, row_value)
         v_at = alone(len(faces) + number, row_start, row_index, row_value)
@@ -78,7 +82,10 @@ def write_entries(faces: Sequence[FaceRecord], row_start: Ints, row_index: Ints,
 
 @PART
 def alone(row: int, row_start: Ints, row_index: Ints, row_value: Array) -> int:
-    """Return the entry of the state that a sparse row is; -1 where it is more than that entry, or none."""
+    """Return the entry of the state that a sparse row is.
+
+    It is -1 where the row is not that entry alone.
+    """
     at = row_start[row]
     if row_start[row + 1] - at == 1 and row_value[at] == 1.0:
         return int(row_index[at])
@@ -87,7 +94,10 @@ def alone(row: int, row_start: Ints, row_index: Ints, row_value: Array) -> int:
 
 @PART
 def write_even(bodies: Sequence[BodyRecord], phased: Ints, momentum: Array) -> None:
-    """Write the entry of the momentum row that all coordinates of a body but the outer two share."""
+    """Write the momentum entry that all inner coordinates of a body share.
+
+    Its outer two coordinates may differ.
+    """
     for number in range(len(bodies)):
         body = bodies[number]
         if body.n_dof < MIN_EVEN or phased[number] != 0:
@@ -112,9 +122,9 @@ def describe(
     probe_at: Ints,
     first_probe: int,
 ) -> None:
-    """Write the even momenta of bodies, ranges of faces, and entries of faces and of probes, whose rows begin at one.
+    """Write even momenta, ranges of faces, and entries of faces and probes.
 
-    Rows of two phases have no lone entry.
+    The rows of probes begin at ``first_probe``. Rows of two phases have no lone entry.
     """
     write_even(bodies, phased, momentum)
     write_ranges(faces, 3, bodies, phased, responses)

@@ -1,8 +1,9 @@
-"""The same bodies and laws under another step, where a step changes more than constants: delay lines, and Newmark's.
+"""The same bodies and laws with new steppers for another step.
 
-Of a run that is known, the bodies in their coordinates, the laws with their constants and all checks of the scene
-serve a second one that differs in its step alone. Steppers are made for the new step; of the arrays of the loop those
-of bodies are new, and the entries of the state that rows read move with the state of their body.
+They serve where a step changes more than constants: in delay lines and in Newmark's schemes. Of a run that is known,
+the bodies in their coordinates, the laws with their constants and all checks of the scene serve a second one that
+differs in its step alone. Steppers are made for the new step; of the arrays of the loop those of bodies are new, and
+the entries of the state that rows read move with the state of their body.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ from impactlab.simulate.stepping.setup.same_structure import with_numbers
 
 
 def restepped(plan: Plan, scene: Scene, method: Method) -> Plan | None:
-    """Return the plan of a run that differs from a known one in its step alone; None where it needs one of its own.
+    """Return the plan of a run that differs from a known one in its step.
+
+    None where it needs a plan of its own.
 
     Parameters
     ----------
@@ -61,9 +64,10 @@ def restepped(plan: Plan, scene: Scene, method: Method) -> Plan | None:
 
 
 def arrays_of(plan: Plan, dt: float, known: Assembly) -> Assembly:
-    """Return the arrays of a `restepped` plan: those of the known run, which has not begun, and new ones of the bodies.
+    """Return the arrays of a `restepped` plan.
 
-    Where other contacts may act on each other within a step, all are made again.
+    They are those of the known run, which has not begun, and new ones of the bodies. Where other contacts may act on
+    each other within a step, all are made again.
     """
     m, layout = known.memory, known.layout.restepped(plan, dt)
     steppers = [*layout.steppers.values()]

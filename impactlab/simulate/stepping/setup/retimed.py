@@ -1,4 +1,4 @@
-"""The same bodies and contacts under another step: the arrays of a run that is known, with constants for its step.
+"""The arrays of a known run with constants for another step.
 
 A run and a second one that differs in its step alone share bodies, modes, rows and laws. Only data of
 the step are rewritten, as where events are located, in a tenth of the time of a set-up.
@@ -39,7 +39,10 @@ def rewrite(m: StepArrays, dt: float) -> None:
 
 
 def is_alike(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> bool:
-    """Return whether a run differs from a known one in the step alone, of which its laws are independent."""
+    """Return whether a run differs from a known one in the step alone.
+
+    Its laws must be independent of the step.
+    """
     known = plan.scene
     if method.step.dt is None or plan.dt is None or not assembly.can_repeat:
         return False
@@ -64,12 +67,18 @@ def is_alike(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> bo
 
 
 def serves(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> bool:
-    """Return whether a plan and its arrays differ from a scene and a method in the step alone, and may be rewritten."""
+    """Return whether arrays may be rewritten for a scene and a method.
+
+    The plan may differ from these in the step alone.
+    """
     return is_alike(plan, assembly, scene, method) and may_be_rewritten(plan, assembly, method)
 
 
 def may_be_rewritten(plan: Plan, assembly: Assembly, method: Method) -> bool:
-    """Return whether the arrays of a run that is alike hold for another step once their constants are rewritten."""
+    """Return whether a run's arrays serve another step with constants rewritten.
+
+    The run must be alike.
+    """
     dt, given = method.step.dt, plan.integrator
     if dt is None or plan.dt is None or not isinstance(given, ExactModal) or method.integrator != given:
         return False
@@ -84,7 +93,9 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def retimed(plan: Plan, assembly: Assembly, scene: Scene, method: Method) -> Assembly:
-    """Return the arrays of a run that `serves`, with another step; raise `CaseError` where its records take too much.
+    """Return the arrays of a run that `serves`, with another step.
+
+    Raises `CaseError` where its records take too much memory.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Arrays of a plan from those of another one of the same structure: rows and places are kept, all numbers are written.
+"""Arrays of a plan from those of another one of the same structure.
 
-Scenes of a sweep differ in a mass, a velocity, a gap or a number of a law. Their bodies and contacts stand at the same
-places in the arrays of the loop, and are read by the same rows. Numbers are written by the functions that write them
-into new arrays.
+Rows and places are kept, all numbers are written. Scenes of a sweep differ in a mass, a velocity, a gap or a number of
+a law. Their bodies and contacts stand at the same places in the arrays of the loop, and are read by the same rows.
+Numbers are written by the functions that write them into new arrays.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ from impactlab.simulate.stepping.setup.response_ranges import describe
 
 
 def is_alike(plan: Plan, known: Plan) -> bool:
-    """Return whether two plans have the same structure: bodies, contacts and probes at the same places.
+    """Return whether two plans have the same structure.
 
-    Their bodies are the same or rigid, without loads over time. No law reads its bodies beside the faces.
+    Their bodies, contacts and probes stand at the same places. Their bodies are the same or rigid, without loads over
+    time. No law reads its bodies beside the faces.
     """
     scene, other = plan.scene, known.scene
     return (
@@ -49,7 +50,10 @@ def is_alike(plan: Plan, known: Plan) -> bool:
 
 
 def _is_alike(plan: Plan, known: Plan, name: str) -> bool:
-    """Return whether a body of two plans has the same rows, and the same functions and sizes of its steps."""
+    """Return whether a body has the same rows and steps in two plans.
+
+    Of its steps, functions and sizes must agree.
+    """
     (body, model, system), other = plan.built[name], known.built[name].model
     one, before = plan.steppers[name], known.steppers[name]
     return (
@@ -73,9 +77,9 @@ def has_structure(made: Assembly) -> bool:
 
 
 def renumbered(known: Assembly, plan: Plan, integrator: AbstractIntegrator, dt: float) -> Assembly | None:
-    """Return the arrays of a plan from those of one of the same structure, which no run has written into.
+    """Return the arrays of a plan from those of one alike.
 
-    For these `has_structure` holds. None where the structures differ.
+    No run has written into the known ones. For these `has_structure` holds. None where the structures differ.
     """
     m = known.memory
     if not is_alike(plan, known.layout.plan):
@@ -106,10 +110,10 @@ def renumbered(known: Assembly, plan: Plan, integrator: AbstractIntegrator, dt: 
 def with_numbers(
     known: Assembly, layout: Layout, integrator: AbstractIntegrator, given: dict[str, Any]
 ) -> Assembly | None:
-    """Return the arrays of a layout from others of its structure, with some ``given`` ones in the place of theirs.
+    """Return the arrays of a layout from others of its structure.
 
-    Ranges of the state that forces change follow from the responses given. None where other contacts may act on each
-    other within a step.
+    The ``given`` ones take the place of theirs. Ranges of the state that forces change follow from the responses given.
+    None where other contacts may act on each other within a step.
     """
     m, plan, dt = known.memory, layout.plan, layout.dt
     other = known.again(
