@@ -105,7 +105,9 @@ def write_sizes(record: Array, contact: int, dt: float, by_steps: float, out: Ar
     bend, slope = before - 2.0 * peak + after, 0.5 * (after - before)
     for field in range(out.size):
         out[field] = 0.0
-    if bend < 0.0:  # of a parabola through the means
+    if top == last > 2:  # the force rises until the run ends, where it is read along the line of the last step
+        out[READING] = 0.5 * by_steps * abs(peak - 2.0 * before + record[last - 2, column])
+    elif bend < 0.0:  # of a parabola through the means
         out[READING] = by_steps * (slope * slope / (-2.0 * bend) - bend / 24.0)
     out[PEAK], out[GIVEN] = peak, total * dt
 
@@ -169,8 +171,11 @@ def book_faces(
         column = 3 + COLUMNS * contact + 2 * side
         error = moved(at, 2 * contact + side, state[0])
         mean = 0.5 * (own[LEFT + side] + error)
-        curved = 0.5 * by_steps * (bend_at(record, step - 1, column) + bend_at(record, step, column))
-        out[OF_LEFT + side] += mean * (mean + curved) + 0.3 * curved * curved
+        before, after = by_steps * bend_at(record, step - 1, column), by_steps * bend_at(record, step, column)
+        beyond = by_steps * bend_at(record, step + 1, column) if step < len(record) - 1 else 0.0
+        fourth = beyond - 2.0 * after + before  # of vibrations that turn by a radian and more in a step
+        square = 0.5 * (before * before + after * after) + 0.13 * abs(after * fourth) + 0.04 * fourth * fourth
+        out[OF_LEFT + side] += mean * (mean + 0.5 * (before + after)) + 0.3 * square
         own[LEFT + side] = error
     own[RATE] = moved(at, 2 * contact, state[1]) - moved(at, 2 * contact + 1, state[1])
 

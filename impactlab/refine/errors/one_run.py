@@ -41,7 +41,7 @@ MIN_SAVING_ALONE = 1.6  # predicted, of a coarser run after one that keeps the t
 MIN_SAVING_OF_SHORT = 2.0  # the same where choosing takes long already
 # Of the error of a force over this force in a touch, or of a gap that nearly closes over this gap:
 MAX_SIZE = 0.3  # a larger one is no small one, and a gap may close
-OF_SECOND_ORDER = 15.0  # share of it by which errors may exceed those of the equation
+OF_SECOND_ORDER = 30.0  # share of it by which errors may exceed those of the equation
 
 
 def error_alone(history: AbstractHistory, request: Simulation) -> float:

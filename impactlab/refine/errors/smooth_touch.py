@@ -16,7 +16,7 @@ from impactlab.scene.facts import beams_of, is_lossy
 from impactlab.scene.method import Simulation, laws_of
 
 ORDER_SHARE = 0.75  # of the declared order, assumed by an estimate from two such runs
-SAFETY_ALONE = 1.5  # factor on the error that one run shows
+SAFETY_ALONE = 1.25  # factor on the error that one run shows
 SHOWN, SHOWN_OF_SPRINGS = 3.2, 2.2  # error that one run shows over the predicted one, in most scenes
 MAX_CONTACTS = 8  # the equation of their errors is solved with a full matrix in every step
 SMOOTH = (Penalty, Hertz, AbstractHystereticLaw)
