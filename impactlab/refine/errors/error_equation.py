@@ -105,8 +105,9 @@ def write_sizes(record: Array, contact: int, dt: float, by_steps: float, out: Ar
     bend, slope = before - 2.0 * peak + after, 0.5 * (after - before)
     for field in range(out.size):
         out[field] = 0.0
-    if top == last > 2:  # the force rises until the run ends, where it is read along the line of the last step
-        out[READING] = 0.5 * by_steps * abs(peak - 2.0 * before + record[last - 2, column])
+    if top == last > 2:  # a force that rises until the run ends is read there along a line; both factors are measured
+        curved, rises = abs(peak - 2.0 * before + record[last - 2, column]), peak - before
+        out[READING] = by_steps * min(0.8 * curved, 0.75 * rises)
     elif bend < 0.0:  # of a parabola through the means
         out[READING] = by_steps * (slope * slope / (-2.0 * bend) - bend / 24.0)
     out[PEAK], out[GIVEN] = peak, total * dt
