@@ -242,7 +242,7 @@ def write_errors(
     laws : Array
         (contacts, 3): K, n and a v0 of each law.
     shifts : Array
-        (contacts, 2): shift of each overlap [m], and the number of the step with which it begins.
+        (contacts, 2): shift of each overlap [m], and the number of the step after which it begins.
     constants, rows, ranges : Array
         Of `Coordinates`, written.
     state, memory : Array

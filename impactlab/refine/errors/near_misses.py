@@ -1,4 +1,7 @@
-"""Contacts that did not close in a run, though their faces came closer than the error of their displacements."""
+"""Contacts that may close within the error of a run.
+
+They did not close in it, though their faces came closer than the error of their displacements.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,10 @@ GAP = 1  # column of a contact in a record, after its force
 
 
 def may_close(history: AbstractHistory, request: Simulation, error: float) -> str:
-    """Return the name of a contact that may close in the true answer; empty for none.
+    """Return the name of a contact that may close; empty for none.
 
-    Its faces approach and do not meet in the run, whose displacements have a relative error. Faces that rest beside
-    each other from the start do not approach.
+    It may close in the true solution. Its faces approach and do not meet in the run, whose displacements have a
+    relative error. Faces that rest beside each other from the start do not approach.
     """
     records, scene = records_of(history), request.scene
     if records is None:
