@@ -50,6 +50,7 @@ STIFFNESS, EXPONENT, HYSTERESIS = range(3)  # columns of the laws
 # speed of the approach, its error, and its change in the step of the touch over itself; share by which the error of the
 # force follows that of the overlap at the end of the step; sums of squares over a touch; shift of the overlap.
 LEFT, RIGHT, RATE, APPROACH, APPROACH_ERROR, SPEEDS_UP, FOLLOWS, OF_ERROR, OF_FORCE, SHIFT, WORDS = range(11)
+THIRD = 3  # order of the difference by which the force at the end of a run is in error
 COLUMNS = 6  # of a contact in a record: force, gap, displacement and velocity of both faces
 
 
@@ -105,9 +106,10 @@ def write_sizes(record: Array, contact: int, dt: float, by_steps: float, out: Ar
     bend, slope = before - 2.0 * peak + after, 0.5 * (after - before)
     for field in range(out.size):
         out[field] = 0.0
-    if top == last > 2:  # a force that rises until the run ends is read there along a line; both factors are measured
-        curved, rises = abs(peak - 2.0 * before + record[last - 2, column]), peak - before
-        out[READING] = by_steps * min(0.8 * curved, 0.75 * rises)
+    if top == last > THIRD:  # a force that rises until the run ends: the last step has its mean and a slope
+        second = peak - 2.0 * before + record[last - 2, column]
+        third = second - before + 2.0 * record[last - 2, column] - record[last - 3, column]
+        out[READING] = by_steps * min(abs(second) / 12.0 + abs(third), peak - before)
     elif bend < 0.0:  # of a parabola through the means
         out[READING] = by_steps * (slope * slope / (-2.0 * bend) - bend / 24.0)
     out[PEAK], out[GIVEN] = peak, total * dt

@@ -259,9 +259,11 @@ def _sloped(record: Array, column: int, late: float, dt: float, t: float) -> flo
     step, last = _step_at(record, late, dt, t), len(record) - 1
     before = _steepness(record, column, step - 1 if step > 1 else 2, late, dt)
     after = _steepness(record, column, step if step < last else last - 2, late, dt)
-    slope = min(abs(before), abs(after))
     if 1 < step < last:
-        slope = min(2.0 * slope, 0.5 * abs(before + after))
+        slope = min(2.0 * min(abs(before), abs(after)), 0.5 * abs(before + after))
+    else:
+        own, beyond = (abs(after), abs(before)) if step == 1 else (abs(before), abs(after))
+        slope = min(max(1.5 * own - 0.5 * beyond, 0.0), 2.0 * own)
     if before * after <= 0.0:
         slope = 0.0
     mean: float = record[step, column]
