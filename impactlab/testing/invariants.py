@@ -40,7 +40,7 @@ def reported_impulse_error(traced: Trace) -> float:
     """
     worst = 0.0
     late = traced.integrator.momentum_early * traced.dt
-    after = forces_after(traced) if late != 0.0 else traced.forces[-1]
+    after = forces_after(traced) if late > 0.0 else traced.forces[-1]
     for number, (name, given) in enumerate(given_impulses(traced).items()):
         spans = [span for span in traced.history.contacts if span.contact == name]
         joined = traced.history.method.laws[name].two_sided

@@ -231,3 +231,32 @@ def test_a_step_beyond_the_end_is_taken_when_an_impulse_there_is_read() -> None:
     assert "_around" in vars(history)
     changed = float(np.diff(history.evaluate([0.0, history.duration], "velocity:hammer"))[0])
     assert span.impulse == pytest.approx(-2.133 * changed, rel=1e-12)
+
+
+@pytest.mark.parametrize("steps", [0.3, 0.9, 1.3, 2.5])
+@pytest.mark.parametrize("kind", ["generalised_alpha", "central_difference", "newmark"])
+def test_a_run_of_a_step_or_two_has_the_impulse_of_a_force_that_pushes(kind, steps):
+    """A mass is pushed back by a spring alone, from t = 0 on: K v0 t^2/2 to rounding, as the run is a hundred times
+    shorter than its period; straight lines between instants a step apart are off by K v0 dt^2/2 at most."""
+    dt, stiffness = 1e-6, 1e6
+    history = run_case(
+        bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
+        contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": stiffness})],
+        solve={"duration": steps * dt, "integrator": {"kind": kind}, "step": {"dt": dt}},
+    )
+    impulse = history.impulse_of("mass|wall")  # leapfrog meets the spring in its second step
+    assert 0.0 <= impulse == pytest.approx(0.5 * stiffness * (steps * dt) ** 2, abs=0.5 * stiffness * dt**2)
+    if history.contacts:
+        assert history.at_end("momentum:mass") == pytest.approx(MASS - impulse, rel=1e-13)
+
+
+def test_generalised_alpha_ends_at_the_momentum_of_the_end_to_second_order():
+    """The line to the step after the end missed it by K v0 dt^2/2, four times as much as that of the last step."""
+    dt, stiffness, steps = 1e-6, 1e6, 8
+    history = run_case(
+        bodies={"mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
+        contacts=[il.Contact("mass", "wall", {"kind": "penalty", "stiffness": stiffness})],
+        solve={"duration": steps * dt, "integrator": {"kind": "generalised_alpha"}, "step": {"dt": dt}},
+    )
+    error = history.contacts[0].impulse - 0.5 * stiffness * (steps * dt) ** 2
+    assert abs(error) < 0.15 * stiffness * dt**2

@@ -1,13 +1,15 @@
 """Steps beyond the end of a run, in arrays of their own.
 
 With them, values at the end lie on a line that no kick crosses. Leapfrog keeps velocities of the middle of each step,
-and a step with a kick has two, before and after it. A step beyond the last one gives the second point of a line. Faces
-that touch there, after the end of the run, are kept apart.
+and a step with a kick has two, before and after it. A step beyond the last one gives a further point of the line; where
+the end lies before the instant of the last step, and the step before that is kept, that one gives it. Faces that touch
+beyond the end of the run are kept apart.
 """
 
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -30,31 +32,36 @@ Raw = Sequence[tuple[float, int, int, float, float, float]]  # events: time, con
 
 
 class RecordsAround(NamedTuple):
-    """Two records and samples, a step apart, between which there is no kick: see `StepArrays`."""
+    """Records and samples around the end of a run, a step apart, without kicks between them: see `StepArrays`."""
 
     time: float  # s, end of the step of the first
-    beyond: bool  # whether that is a step beyond the last one of the run
+    done: int  # how many of them are of steps of the run
     dt: float  # s
-    record: Array  # (2, n_columns)
-    sample: Array  # (2, n_sampled)
-    impulses: Array  # (2, n_loads) N s, of loads over time so far
+    record: Array  # (2 or 3, n_columns)
+    sample: Array  # (2 or 3, n_sampled)
+    impulses: Array  # (2 or 3, n_loads) N s, of loads over time so far
 
-    def at(self, time: float, rows: Array, early: float) -> Array:
-        """Return values at a time [s] from two rows of records.
+    def at(self, time: float, rows: Array, early: float, at_start: Array | float | None = None) -> Array:
+        """Return values at a time [s] from rows of records.
 
-        Rows belong to instants ``early`` [s] before the end of their steps.
+        Rows belong to instants ``early`` [s] before the end of their steps. Before the instant of the first sample, at ``-early``, they lie on a line from those ``at_start``, at t = 0.
         """
-        share = (time - (self.time - early)) / self.dt
-        return np.asarray(rows[0] + share * (rows[1] - rows[0]))
+        shares = (time - (self.time - early)) / self.dt
+        if shares < 0.0 and self.time == 0.0 and early < 0.0 and at_start is not None:
+            return np.asarray(at_start + time / -early * (rows[0] - at_start))
+        pair = min(max(math.floor(shares), 0), len(rows) - 2)
+        return np.asarray(rows[pair] + (shares - pair) * (rows[pair + 1] - rows[pair]))
 
-    def impulse(self, time: float, column: int, given: float, early: float) -> float:
+    def impulse(self, time: float, column: int, given: float, early: float, at_start: float) -> float:
         """Return the impulse of a contact up to a time [N s].
 
-        ``given`` is the impulse of all steps of the run. The force is that of the line on which momenta lie, which
-        belong ``early`` [s] before the end of their steps.
+        ``given`` is the impulse of all steps of the run. It lies on the line on which momenta lie, which belong ``early`` [s] before the end of their steps. At t = 0 it
+        is that of the force ``at_start`` [N] over this time, which the steps do not count.
         """
-        first, second = (float(force) for force in self.record[:, column])
-        return given + self.beyond * self.dt * first + (time - self.time + early) * second
+        forces = self.record[:, column]
+        sums = np.cumsum(forces) * self.dt
+        totals = given + sums - (sums[self.done - 1] if self.done else 0.0)
+        return float(self.at(time, totals, early, early * at_start))
 
 
 class LateClosings(NamedTuple):
@@ -128,9 +135,14 @@ def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | Non
     record, sample = other.memory.record[:steps], other.memory.sample[:steps]
     impulses = np.array([[load.impulse - before * load.force for load in other.loads] for before in (dt, 0.0)])
     if late:
-        return RecordsAround(clock.time + dt, True, dt, record, sample, impulses)
-    last = memory.record[clock.n_records - 1], memory.sample[clock.n_samples - 1]
-    return RecordsAround(clock.time, False, dt, np.vstack((last[0], record)), np.vstack((last[1], sample)), impulses)
+        return RecordsAround(clock.time + dt, 0, dt, record, sample, impulses)
+    own = memory.record[: clock.n_records], memory.sample[: clock.n_samples]
+    done = 1
+    if not touches.kicked and all(len(rows) > 1 and abs(clock.time - rows[-2, 0] - dt) < ON_STEP * dt for rows in own):
+        done = 2  # they hold the step before the last one, too
+        impulses = np.vstack(([load.impulse - dt * load.force for load in assembly.loads], impulses))
+    record, sample = (np.vstack((rows[-done:], after)) for rows, after in zip(own, (record, sample), strict=True))
+    return RecordsAround(clock.time - (done - 1) * dt, done, dt, record, sample, impulses)
 
 
 def _copied(assembly: Assembly) -> Assembly:

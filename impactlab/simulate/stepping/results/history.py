@@ -283,7 +283,8 @@ class RecordedHistory(AbstractRecordedHistory):
         around = self._around if beside and not self._up_to_last_step else None
         if around is None:  # momenta there lie on a line within the last step
             return given - (assembly.clock.time - early - self.duration) * force
-        return around.impulse(self.duration, assembly.layout.column_of(number), given, early)
+        at_start = assembly.layout.plan.start_forces.get(number, 0.0)
+        return around.impulse(self.duration, assembly.layout.column_of(number), given, early, at_start)
 
     def _before_start(self, number: int) -> float:
         """Return the impulse of a contact that belongs before t = 0 [N s].

@@ -97,7 +97,7 @@ def settled(
             times, values = np.concatenate(([0.0], times[1:])), np.concatenate(([rate.at_start], values[1:]))
         if around is not None and rate.channel in missing:
             rows, kept = (around.sample if rate.sampled else around.record)[:, rate.column], times < duration - slack
-            at_end = around.at(duration, rows, rate.lag)
+            at_end = around.at(duration, rows, rate.lag, rate.at_start)
             times, values = np.append(times[kept], duration), np.append(values[kept], at_end)
         if times is not channel.times:
             found.setdefault(rate.channel, channel._replace(times=times, values=values))
@@ -120,11 +120,11 @@ def _load_impulses(
     names, clock, whole = [*assembly.layout.built], assembly.clock, integrator.momentum_early * assembly.dt
     for number, load in enumerate(assembly.loads):
         name, early = names[load.body], whole if load.point != MIDDLE else 0.0
+        at_start = float(assembly.memory.load_forces[load.table_start]) if early != 0.0 else 0.0
         if around is not None and early != 0.0:
-            given = float(around.at(duration, around.impulses[:, number], early))
+            given = float(around.at(duration, around.impulses[:, number], early, early * at_start))
         else:
             given = load.impulse + (duration - clock.time + early) * load.force
-        at_start = float(assembly.memory.load_forces[load.table_start]) if early != 0.0 else 0.0
         found[name] = found.get(name, 0.0) + given - early * at_start
     return found
 
