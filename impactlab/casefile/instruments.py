@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from impactlab.casefile.blocks.beams import BeamBlock
 from impactlab.casefile.points import at_end
 from impactlab.casefile.schema import BodyBlock, CaseBlock, ProbeBlock
 from impactlab.errors import CaseError
@@ -69,9 +70,10 @@ def _check_gauge(case: CaseBlock, block: ProbeBlock, path: str) -> None:
     if block.length is None:
         return
     body = case.bodies[block.body]
-    if block.quantity != "strain":
+    if block.quantity != "strain" or isinstance(body, BeamBlock):
         raise CaseError(
-            f"a gauge with a length measures strain, not {block.quantity}. Allowed: length with quantity: strain",
+            f"a gauge with a length measures the strain of a rod, not the {block.quantity} of a {body.kind}. "
+            "Allowed: length with quantity: strain, of a rod",
             remedy="Probe the strain of a rod, or remove length.",
             path=path,
         )

@@ -34,7 +34,7 @@ def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion
     bodies = history.scene.bodies
     waves = bodies[name].waves if name in bodies else None
     if waves is None or "strain" not in bodies[name].quantities or len(waves.segments) != 1:
-        rods = [each for each, body in bodies.items() if "strain" in body.quantities]
+        rods = [each for each, body in bodies.items() if body.waves is not None and "strain" in body.quantities]
         raise ImpactlabError(
             f"'{name}' is not a rod with one segment",
             remedy=f"Name one of the rods: {', '.join(rods) or 'there are none'}.",

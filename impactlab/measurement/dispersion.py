@@ -42,6 +42,7 @@ MAX_D_OVER_WAVELENGTH = 2.0
 START_SQUARED = 0.25  # (c/c0)^2 below the first branch for every Poisson's ratio: it ends at 0.30 (0.5) to 0.38 (0)
 WAVE_SPEEDS = (300.0, 20_000.0)  # m/s, of lead and of diamond with room on both sides
 DENSITIES = (500.0, 25_000.0)  # kg/m3, of wood and of osmium with room on both sides
+NEAR_ZERO = 1e-4  # of x: up to it three terms of the series hold to rounding
 MAX_NEWTON = 60  # 6 to 13 are taken
 TABLE_POINTS = 257  # of wave numbers over frequency, a first guess that the equation itself corrects
 
@@ -326,8 +327,25 @@ def _frequency_equation(squared: Array, number: Array, poisson: float) -> tuple[
 
 
 def _bessel(x: Array) -> tuple[Array, Array, Array]:
-    """Return Jn(sqrt x)/sqrt(x)^n for n = 0, 1, 2, of any sign of x."""
-    return tuple(scale * special.hyp0f1(n + 1.0, -0.25 * x) for n, scale in enumerate((1.0, 0.5, 0.125)))
+    """Return Jn(sqrt x)/sqrt(x)^n for n = 0, 1, 2, of any sign of x: for x < 0 that is In(sqrt -x)/sqrt(-x)^n."""
+    far = np.abs(x) > NEAR_ZERO
+    apart = np.where(far, x, 1.0)
+    root, waves = np.sqrt(np.abs(apart)), apart > 0.0
+    zeroth = _either(waves, root, special.j0, special.i0)
+    first = _either(waves, root, special.j1, special.i1) / root
+    of_zero = 1.0 - x / 4.0 + x**2 / 64.0, 0.5 - x / 16.0 + x**2 / 384.0, 0.125 - x / 96.0 + x**2 / 3072.0
+    return (
+        np.where(far, zeroth, of_zero[0]),
+        np.where(far, first, of_zero[1]),
+        np.where(far, (2.0 * first - zeroth) / apart, of_zero[2]),
+    )
+
+
+def _either(chosen: NDArray[np.bool_], x: Array, one: Callable[..., Array], other: Callable[..., Array]) -> Array:
+    """Return one function of x where it is chosen and another one elsewhere, each computed there alone."""
+    x, found = np.asarray(x), np.empty(np.shape(x))
+    found[chosen], found[~chosen] = one(x[chosen]), other(x[~chosen])
+    return found
 
 
 @lru_cache(maxsize=32)

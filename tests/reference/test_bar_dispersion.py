@@ -5,6 +5,7 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
+from scipy import special
 
 from impactlab.errors import ImpactlabError
 from impactlab.measurement import dispersion
@@ -118,3 +119,11 @@ def test_values_off_the_branch_are_refused():
         Bar(-1.0, 5000.0, 8000.0)
     with pytest.raises(ImpactlabError, match="no finite value at sample 2"):
         dispersion.shift([0.0, 1.0, np.nan], 1e-6, 0.1, bar)
+
+
+def test_bessel_functions_of_either_sign_of_their_square_are_hypergeometric():
+    """Of the second order, read in slopes alone, the recurrence keeps ten digits next to zero."""
+    x = np.concatenate((-np.geomspace(1e-9, 150.0, 300), [0.0], np.geomspace(1e-9, 600.0, 500)))
+    for n, (found, scale) in enumerate(zip(dispersion._bessel(x), (1.0, 0.5, 0.125), strict=True)):
+        expected = scale * special.hyp0f1(n + 1.0, -0.25 * x)
+        assert found == pytest.approx(expected, rel=1e-11 if n < 2 else 1e-9, abs=1e-15)

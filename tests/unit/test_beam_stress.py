@@ -1,4 +1,4 @@
-"""The bending stress at the upper surface of a beam, positive in compression: M h/(2 I)."""
+"""Bending stress and strain at the upper surface of a beam, positive in compression: M h/(2 I) and M h/(2 E I)."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ MODES = {"model": {"kind": "modal", "modes": 10}, "integrator": {"kind": "exact_
 CHARACTERISTICS = {"model": {"kind": "continuous"}, "step": {"dt": "0.2 us"}}
 
 
-def struck(beam: il.Beam, solve: dict, at: float = 0.0) -> il.Case:
-    probes = [il.Probe("beam", at, quantity) for quantity in ("stress", "bending_moment")]
+def struck(beam: il.Beam, solve: dict, quantities: tuple[str, ...] = ("stress", "bending_moment")) -> il.Case:
+    probes = [il.Probe("beam", 0.0, quantity) for quantity in quantities]
     law = {"kind": "penalty", "stiffness": 1e6}
     contacts = [il.Contact("mass", "beam.right", law)]
     bodies = {"mass": il.Mass(0.05, velocity=0.5), "beam": beam}
@@ -120,3 +120,48 @@ def test_segments_of_one_section_have_it():
     t = np.linspace(0.0, 5e-4, 50)
     found, whole = (il.run(struck(each, MESH)).evaluate(t, "stress:beam@0") for each in (halves, beam()))
     assert found == pytest.approx(whole, rel=1e-9, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("theory", "solve"), [("euler_bernoulli", MODES), ("timoshenko", MESH), ("timoshenko", CHARACTERISTICS)]
+)
+def test_the_strain_is_the_stress_over_the_modulus(theory, solve, tmp_path):
+    pytest.importorskip("xarray")
+    case = struck(beam(theory=theory), solve, ("strain", "stress"))
+    history, t = il.run(case), np.linspace(0.0, 5e-4, 200)
+    strain, stress = (history.evaluate(t, f"{quantity}:beam@0") for quantity in ("strain", "stress"))
+    assert np.max(np.abs(strain)) > 5e-5
+    assert strain == pytest.approx(stress / YOUNG, rel=1e-12)
+    found = il.sweep(case, {"bodies.mass.velocity": [0.5]}, quantities=["max(strain:beam@0)"])
+    assert found["max(strain:beam@0)"].values[0] == pytest.approx(np.max(strain), rel=0.02)  # of 200 instants
+    history.to_netcdf(tmp_path / "run.nc")
+    again = il.open_netcdf(tmp_path / "run.nc").evaluate(t, "strain:beam@0")
+    assert again == pytest.approx(strain, abs=1e-3 * np.max(strain))
+
+
+def test_the_strain_of_a_cantilever_under_its_tip_force_is_that_of_the_textbook():
+    shape = f"{FORCE / (6.0 * YOUNG * INERTIA)!r}*x**2*({3.0 * LENGTH!r} - x)"
+    bent = beam(displacement=shape, ends={"left": "clamped", "right": {"force": FORCE}})
+    probes = [il.Probe("beam", 0.06, "strain")]
+    history = il.run(il.Case(bodies={"beam": bent}, probes=probes, solve={"duration": "1 ms", **MESH}))
+    expected = FORCE * (LENGTH - 0.06) * HEIGHT / (2.0 * YOUNG * INERTIA)
+    assert history.evaluate([0.0, 1e-3], "strain:beam@0.06") == pytest.approx([expected] * 2, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ({"material": {**MATERIAL, "viscosity": 1e4}}, "Its stress has a viscous part"),
+        ({"damping": {"stiffness": "1e-6 s"}}, "Its stress has a viscous part"),
+        ({"section": {"area": 6e-5, "inertia": 8e-11}}, "The height of its section is not known"),
+    ],
+)
+def test_where_the_strain_is_not_known_the_message_says_why(keys, says):
+    with pytest.raises(il.CaseError, match=rf"the beam 'beam' has no strain to record\n{says}"):
+        struck(beam(**keys), MODES, ("strain",))
+
+
+def test_a_long_gauge_measures_rods_alone():
+    probes = [il.Probe("beam", 0.05, "strain", length=0.01)]
+    with pytest.raises(il.CaseError, match="measures the strain of a rod, not the strain of a beam"):
+        il.Case(bodies={"beam": beam(velocity=1.0)}, probes=probes, solve={"duration": "0.1 ms", **MODES})

@@ -86,7 +86,7 @@ class BeamBlock(MovingBlock):
 
     piece: ClassVar[type[Block]] = BeamSegmentBlock
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "section", "material")
-    quantities: ClassVar[tuple[str, ...]] = (*QUANTITIES_OF_BEAM, "stress")
+    quantities: ClassVar[tuple[str, ...]] = (*QUANTITIES_OF_BEAM, "stress", "strain")
     both_sides: ClassVar[bool] = True
 
     def check_piece(self, piece: BeamSegmentBlock, path: str) -> None:
@@ -97,11 +97,20 @@ class BeamBlock(MovingBlock):
 
     def lacking(self, quantity: str) -> str:
         sections = [piece.section for piece in self.pieces]
-        if quantity != "stress":
+        if quantity not in ("stress", "strain"):
             return ""
         if any(each.height is None and each.diameter is None for each in sections if each is not None):
             return "the height of its section is not known: give it beside area and inertia"
-        return "its segments have several sections: probe bending_moment" if len(set(sections)) > 1 else ""
+        if len(set(sections)) > 1:
+            return "its segments have several sections: probe bending_moment"
+        if quantity == "stress":
+            return ""
+        materials = [piece.material for piece in self.pieces if piece.material is not None]
+        if len({each.young for each in materials}) > 1:
+            return "its segments have several moduli: probe stress"
+        if self.rayleigh.stiffness > 0.0 or any(each.viscosity > 0.0 for each in materials):
+            return "its stress has a viscous part, so that it does not follow from the moment: probe stress"
+        return ""
 
     def body(self, name: str, lever_arm: float) -> Beam:
         return Beam(

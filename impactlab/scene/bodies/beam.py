@@ -72,6 +72,10 @@ class Beam(ElasticBody):
         factors = {0.5 * each.height / each.inertia for each in self.segments}
         if len(factors) == 1 and math.isfinite(factor := factors.pop()):  # one section, of known height
             own["stress"] = ("bending_moment", factor)
+            moduli = {each.young for each in self.segments}
+            viscous = self.damping.stiffness > 0.0 or any(each.viscosity > 0.0 for each in self.segments)
+            if len(moduli) == 1 and not viscous:  # so that it follows from the moment
+                own["strain"] = ("bending_moment", factor / moduli.pop())
         return own
 
     @property
