@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Warned
-from impactlab.scene.bodies import Beam, WaveBody
+from impactlab.scene.bodies import Beam, ElasticBody, End, SampledLoad, WaveBody
 from impactlab.scene.facts import beams_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import is_solid
@@ -17,6 +17,15 @@ from impactlab.scene.ranges import is_solid
 LINEAR = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
 MAX_STRAIN = 2.0 * LINEAR  # of an estimate within a factor of two: strains above it give a warning
 SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy of a run
+INSTANTS = 2000  # of a run, and of each of its strongest contacts, between which speeds of a place are means
+PLACES = 200  # along a body, at which its displacement at t = 0 is read
+STRONGEST = 4  # contacts of a place that are read so closely
+HALVINGS = 24  # of the longest time over which a force on an end is summed
+STEP_LOAD = {
+    True: 2.4,
+    False: 0.4,
+}  # moment by a force from t = 0 on at the tip, over F L: of a clamped beam or another
+PULSE = 1.2  # moment by a short force of impulse J, over J sqrt(c r/t) after a time t
 
 
 def overstrained(history: AbstractHistory) -> Iterator[Warned]:
@@ -60,7 +69,11 @@ def _found_limits(scene: Scene) -> dict[str, float] | None:
         return None
     for rod in scene.wave_bodies:
         loaded = any(end.is_loaded for _, end in rod.ends)
-        if loaded or abs(rod.velocity) > MAX_STRAIN * min(segment.wave_speed for segment in rod.segments):
+        if (
+            loaded
+            or rod.displacement is not None
+            or abs(rod.velocity) > MAX_STRAIN * min(segment.wave_speed for segment in rod.segments)
+        ):
             return None
         for _, contact in scene.met_by(rod.name):
             for x in contact.places_on(rod.name):
@@ -92,7 +105,7 @@ def strain_of_rod(
     impedances let through. Fronts that add up at a far end, by two at most, are left out. Peaks of single elements,
     whose energy would be more than that of the run, are none of the rod.
     """
-    strains = [0.0]
+    strains = [_at_start(rod)]
     if rod.is_held:
         strains.append(abs(rod.velocity) / min(segment.wave_speed for segment in rod.segments))
     for contact, x in met:
@@ -148,14 +161,39 @@ def strain_of_beam(
         name = beam.face_channel(x)
         if name not in channels:
             continue
-        speed, way = _motion(history, name, beam.velocity)
+        speed, way = _motion(history, name, beam.velocity, contact, 4.0 * fibre**2 / slowest)
         fastest = max(fastest, min(speed, 2.0 * _speed(history, contact) or speed))
         bow = max(bow, way * _bow(beam, x))
     waves = fastest / slowest
     if not beam.is_held and all(force is not None for force in forces) and not any(e.is_loaded for _, e in beam.ends):
         waves = min(waves, sum(force or 0.0 for force in forces) * beam.length / softest)
-    loads = sum(end.largest_force(history.duration) for _, end in beam.ends if end.is_loaded)
-    return fibre * max(waves, bow, loads * beam.length / softest if beam.is_held else 0.0)
+    longest = (STEP_LOAD[any(end.kind == "clamped" for _, end in beam.ends)] / PULSE * beam.length) ** 2 / slowest
+    loads = sum(_moment_by(end, history.duration, slowest, longest) for _, end in beam.ends if end.is_loaded)
+    return fibre * max(waves, bow, loads / softest, _at_start(beam))
+
+
+def _at_start(body: ElasticBody) -> float:
+    """Return the largest strain of a rod, or curvature of a beam [1/m], by the displacement at t = 0."""
+    if body.displacement is None:
+        return 0.0
+    x = np.linspace(0.0, body.length, PLACES + 1)
+    order = 2 if body.bends else 1
+    return float(np.abs(np.diff(body.displacement(x), order)).max()) / float(x[1]) ** order
+
+
+def _moment_by(end: End, duration: float, spread: float, longest: float) -> float:
+    """Return about the largest moment [N m] by the force on an end, of waves that spread by c r [m2/s].
+
+    It is that of the largest impulse over any time, up to the ``longest`` [s] that the beam follows as a whole.
+    """
+    load = SampledLoad((0.0,), (end.force,)) if end.load is None else end.load.sampled(duration)
+    inside, found = load.times[(load.times > 0.0) & (load.times < duration)], 0.0
+    knots = np.concatenate(([0.0], inside, [duration]))
+    for window in min(longest, duration) * 0.5 ** np.arange(HALVINGS):
+        until = np.minimum(np.concatenate((knots, knots + window)), duration)
+        impulse = np.abs(load.impulse(until) - load.impulse(np.maximum(until - window, 0.0))).max()
+        found = max(found, PULSE * float(impulse) * math.sqrt(spread / window))
+    return found
 
 
 def _fibre(gyration: float, height: float) -> float:
@@ -163,12 +201,29 @@ def _fibre(gyration: float, height: float) -> float:
     return 0.5 * height if height > 0.0 else math.sqrt(3.0) * gyration
 
 
-def _motion(history: AbstractHistory, channel: str, at_start: float) -> tuple[float, float]:
-    """Return by how much the velocity of a place changes [m/s], and how far it is moved [m]."""
-    times = np.linspace(0.0, history.duration, 2001)
-    moved = history.evaluate(times, channel)
-    speeds = np.diff(moved) / np.diff(times)
-    return float(np.abs(speeds - at_start).max()), float(np.abs(moved - moved[0]).max())
+def _motion(
+    history: AbstractHistory, channel: str, at_start: float, contact: Contact, short: float
+) -> tuple[float, float]:
+    """Return by how much the velocity of a place changes [m/s], and how far it is moved [m].
+
+    Velocities are means over ``short`` [s] in the strongest contacts, over more in the rest of a long run.
+    """
+    end = history.duration
+    grids = [np.linspace(0.0, end, math.ceil(min(INSTANTS, max(1.0, end / short))) + 1)]
+    for span in sorted(history.spans(contact.name), key=lambda span: -abs(span.impulse))[:STRONGEST]:
+        count = min(INSTANTS, (span.until(end) - span.start) / short + 2.0)
+        grids.append(np.minimum(span.start + short * np.arange(count), end))
+    speed = way = 0.0
+    start = history.evaluate(0.0, channel)
+    for times in grids:
+        moved, apart = history.evaluate(times, channel), np.diff(times)
+        speeds = np.diff(moved)[apart > 0.5 * short] / apart[apart > 0.5 * short]
+        speed = max(speed, float(np.abs(speeds - at_start).max(initial=0.0)))
+        way = max(way, float(np.abs(moved - start).max()))
+    if history.record_rate * short < 1.0:  # records are too far apart for means
+        moving = history.evaluate(grids[0], channel.replace("displacement", "velocity", 1))
+        speed = max(speed, float(np.abs(moving - at_start).max()))
+    return speed, way
 
 
 def _bow(beam: Beam, x: float) -> float:

@@ -76,6 +76,74 @@ def test_the_strain_of_a_beam_is_estimated_within_a_factor_of_two(mass, x):
     assert largest / 2.0 < estimated < 2.0 * largest
 
 
+def probed(force=None, clamped=True, duration=0.05, struck_at=None, theory="timoshenko"):
+    """Return the estimated strain of a strip, loaded at its right end or struck, over the largest at 21 probes."""
+    ends = {"left": "clamped"} if clamped else {}
+    strip = il.Beam(
+        length=0.5,
+        section={"width": 0.02, "height": 0.005},
+        material="steel",
+        ends=ends if force is None else {**ends, "right": {"force": force}},
+        theory=theory,
+    )
+    bodies, contacts = {"strip": strip}, []
+    if struck_at is not None:
+        bodies["body"] = il.Mass(0.005, velocity=1.0)
+        contacts = [il.Contact("body", f"strip.at({struck_at} m)", {"kind": "hertz", "stiffness": 1e9})]
+    history = il.run(
+        il.Case(
+            bodies=bodies,
+            contacts=contacts,
+            probes=[il.Probe("strip", float(x), "strain") for x in np.linspace(0.0, 0.5, 21)],
+            solve=in_steps(duration, "midpoint", mesh(40), dt="5 us"),
+        )
+    )
+    times = np.linspace(0.0, duration, 20001)
+    largest = max(np.abs(history.evaluate(times, f"strain:strip@{x:.6g}")).max() for x in np.linspace(0.0, 0.5, 21))
+    return (
+        strain_of_beam(history, history.scene.bodies["strip"], [(c, struck_at) for c in history.scene.contacts], {})
+        / largest
+    )
+
+
+PULSES = [{"t": [0.0, top, 2.0 * top], "f": [0.0, 1000.0, 0.0]} for top in (1e-5, 1e-4)]
+
+
+@pytest.mark.parametrize("clamped", [True, False])
+@pytest.mark.parametrize("force", [10.0, *PULSES])
+def test_a_force_on_an_end_strains_a_beam_as_its_impulse_and_the_lever_tell(force, clamped):
+    """The lever of the whole length took short pulses for 13 to 67 times their strain, and free ones for rigid."""
+    assert 0.5 < probed(force, clamped) < 2.0
+
+
+def test_a_force_strains_no_more_than_the_waves_have_reached():
+    assert 0.5 < probed(10.0, duration=5e-4) < 2.0
+
+
+@pytest.mark.parametrize("duration", [0.002, 1.0])
+@pytest.mark.parametrize("clamped", [True, False])
+def test_an_impact_strains_a_beam_as_much_in_a_long_run(clamped, duration):
+    """Means over a two-thousandth of a second missed three quarters of the speed."""
+    assert 0.5 < probed(None, clamped, duration, struck_at=0.25) < 2.0
+
+
+@pytest.mark.parametrize(("slope", "warned"), [(0.001, False), (0.05, True)])
+def test_a_displacement_at_the_start_may_strain_a_body_beyond_linear_theory(slope, warned):
+    rod = il.Rod(length=0.5, diameter=0.02, material="steel", displacement=f"{slope}*x", ends={"left": "clamped"})
+    bow = 0.25 * slope / 0.0025  # of the curvature slope/(h/2)
+    strip = il.Beam(
+        length=0.5,
+        section={"width": 0.02, "height": 0.005},
+        material="steel",
+        displacement=f"{2.0 * bow}*x**2",
+        ends={"left": "clamped"},
+    )
+    for body in (rod, strip):
+        solve = in_steps(1e-5, "newmark", mesh(20), dt="1 us")
+        found = il.run(il.Case(bodies={"body": body}, solve=solve)).warnings
+        assert ("large_strain" in [each.code for each in found]) == warned
+
+
 def test_materials_of_unit_constants_have_no_limit():
     """Benchmarks with E = rho = 1 strain by as much as their authors chose."""
     for name in ("bouncing_bar", "periodic_bar", "hopkinson_ring_up"):
