@@ -15,6 +15,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.exact.batch import marcher, points
 from impactlab.exact.results.history import ContinuousHistory
+from impactlab.history.arrivals import first_arrivals
 from impactlab.models.continuous import Continuous
 from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
 from impactlab.scene.bodies import Body
@@ -188,6 +189,10 @@ def test_random_scenes_have_the_networks_events_and_quantities_of_single_runs(se
         assert np.array_equal(march.log.events[:count], history.log.events[:count])  # bit for bit
         if states[number] != points.SERVED:
             continue
+        march.results(np.array([number]), points.PEAKS)
+        places, arrivals = np.asarray(march.pattern.contacts)["place"], first_arrivals(*each)
+        soonest = [arrivals[each.scene.contacts[place].name] for place in places]
+        assert march.room.arrivals[: len(places)] == pytest.approx(soonest, rel=1e-12)
         mine, wanted = in_order(rows[number], march.pattern), values_of(history)
         for name in ("contacts", "first_opening", "time_in_contact", "near_grazing"):
             assert np.array_equal(mine[name], wanted[name], equal_nan=True), name

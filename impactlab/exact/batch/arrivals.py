@@ -1,4 +1,4 @@
-"""First arrivals of waves at contacts whose faces rest on each other, compiled: as `impactlab.history.arrivals`."""
+"""Times before which no contact can close, compiled: as `impactlab.history.arrivals`."""
 
 from __future__ import annotations
 
@@ -31,21 +31,19 @@ def travel_time(m: MarchArrays, q: Pattern, a: int, b: int) -> float:
 
 
 @EXACT_PART
-def rest(m: MarchArrays, q: Pattern, p: Array, arrivals: Array) -> bool:
-    """Write first arrivals of contacts: 0 if moving, else inf [s].
+def flight_time(m: MarchArrays, q: Pattern, p: Array, c: int) -> float:
+    """Return when two faces meet if no wave comes [s].
 
-    Faces of a contact with 0 move from the start. Return whether there are others.
+    It is inf where they rest or separate, 0 where this is not known.
     """
-    resting = False
-    for c in range(len(m.contacts)):
-        left, right = q.contacts[c].left_body, q.contacts[c].right_body
-        moves = m.state[0].gravity != 0.0 or m.contacts[c].gap != 0.0
-        moves = moves or velocity_of(q, p, left) != velocity_of(q, p, right)
-        for b in (left, right):  # a held body that moves at the start strikes its own clamp
-            moves = moves or (q.bodies[b].held == 1 and velocity_of(q, p, b) != 0.0)
-        arrivals[c] = 0.0 if moves else np.inf
-        resting = resting or not moves
-    return resting
+    left, right, gap = q.contacts[c].left_body, q.contacts[c].right_body, m.contacts[c].gap
+    for b in (left, right):  # a held body that moves at the start strikes its own clamp
+        if q.bodies[b].held == 1 and velocity_of(q, p, b) != 0.0:
+            return 0.0
+    closing = velocity_of(q, p, left) - velocity_of(q, p, right)
+    if m.state[0].gravity != 0.0 or gap < 0.0 or (gap == 0.0 and closing != 0.0):
+        return 0.0
+    return gap / closing if closing > 0.0 else np.inf
 
 
 @EXACT_PART
@@ -74,9 +72,12 @@ def pass_on(m: MarchArrays, q: Pattern, c: int, other: int, arrivals: Array) -> 
 @EXACT_PART
 def first_arrivals(m: MarchArrays, q: Pattern, p: Array, arrivals: Array) -> None:
     """Write for each contact the time [s] before which nothing can have reached it."""
-    if not rest(m, q, p, arrivals):
+    contacts, at_once = len(m.contacts), True
+    for c in range(contacts):
+        arrivals[c] = flight_time(m, q, p, c)
+        at_once = at_once and arrivals[c] == 0.0
+    if at_once:
         return
-    contacts = len(m.contacts)
     for c in range(contacts):
         sooner = min(from_loads(m, q, m.contacts[c].left), from_loads(m, q, m.contacts[c].right))
         arrivals[c] = min(arrivals[c], sooner)
