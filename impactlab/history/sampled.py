@@ -144,10 +144,16 @@ class SampledHistory(AbstractHistory):
         return END_ROUNDING * self.duration
 
     def _read(self, kept: BodyFields, body: str, quantity: str, number: int) -> Array | None:
-        """Return a quantity of the fields kept, strain and force from the stress; None where it has none."""
+        """Return a quantity of the fields kept, or one that follows from another; None where it has none.
+
+        Strain and force of rods follow from the stress, stress and strain of beams from the bending moment.
+        """
         if quantity in kept.values:
             return np.asarray(kept.values[quantity][number])
         elastic = self.scene.bodies[body].elastic
+        read, times = self.scene.bodies[body].quantities.get(quantity, ("", 1.0))
+        if read != quantity and read in kept.values:
+            return np.asarray(times * kept.values[read][number])
         if elastic is None or quantity not in ("strain", "force") or "stress" not in kept.values:
             return None
         pieces = [elastic.segment_at(float(x)) for x in kept.x]
@@ -229,5 +235,6 @@ def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array) -> Bod
 def kept_quantities(body: ElasticBody) -> list[str]:
     """Return the quantities of a body that are kept; stress gives force, and strain where nothing is viscous."""
     names = {read: name for name, (read, _) in reversed(list(body.quantities.items()))}
-    followed = {"force": "stress" in names, "strain": not any(piece.viscosity for piece in body.segments)}
+    viscous = body.damping.stiffness > 0.0 or any(piece.viscosity for piece in body.segments)
+    followed = {"force": "stress" in names, "strain": not viscous}
     return [names[read] for read in KEPT if read in names and not followed.get(read, False)]
