@@ -68,6 +68,8 @@ def _found_limits(scene: Scene) -> dict[str, float] | None:
     if beams_of(scene):
         return None
     for rod in scene.wave_bodies:
+        if _of_rotation(rod) > MAX_STRAIN:
+            return None
         loaded = any(end.is_loaded for _, end in rod.ends)
         if (
             loaded
@@ -121,7 +123,7 @@ def strain_of_rod(
         energy = max(history.energy.at_stake, float(np.max(history.energy.total - history.energy.total[0])))
         softest = min(segment.young * segment.area for segment in rod.segments)
         strain = min(strain, math.sqrt(2.0 * energy / (softest * SHORTEST_WAVE * rod.length)))
-    return strain
+    return max(strain, _of_rotation(rod))
 
 
 def _strain_at(rod: WaveBody, x: float) -> float:
@@ -169,7 +171,7 @@ def strain_of_beam(
         waves = min(waves, sum(force or 0.0 for force in forces) * beam.length / softest)
     longest = (STEP_LOAD[any(end.kind == "clamped" for _, end in beam.ends)] / PULSE * beam.length) ** 2 / slowest
     loads = sum(_moment_by(end, history.duration, slowest, longest) for _, end in beam.ends if end.is_loaded)
-    return fibre * max(waves, bow, loads / softest, _at_start(beam))
+    return max(fibre * max(waves, bow, loads / softest, _at_start(beam)), _of_rotation(beam))
 
 
 def _at_start(body: ElasticBody) -> float:
@@ -194,6 +196,15 @@ def _moment_by(end: End, duration: float, spread: float, longest: float) -> floa
         impulse = np.abs(load.impulse(until) - load.impulse(np.maximum(until - window, 0.0))).max()
         found = max(found, PULSE * float(impulse) * math.sqrt(spread / window))
     return found
+
+
+def _of_rotation(body: ElasticBody) -> float:
+    """Return the strain at the root of a body that turns, in the steady state from which its run counts."""
+    if body.steady is None:
+        return 0.0
+    ends = (body.left, body.segments[0]), (body.right, body.segments[-1])
+    held = [piece.young for end, piece in ends if end.kind not in ("free", "mass")]
+    return abs(body.steady.root_stress) / min(held, default=math.inf)
 
 
 def _fibre(gyration: float, height: float) -> float:

@@ -144,6 +144,22 @@ def test_a_displacement_at_the_start_may_strain_a_body_beyond_linear_theory(slop
         assert ("large_strain" in [each.code for each in found]) == warned
 
 
+@pytest.mark.parametrize(("rate", "warned"), [(1000.0, False), (4000.0, True)])
+@pytest.mark.parametrize("bends", [False, True])
+def test_a_rotation_may_strain_a_body_beyond_linear_theory(rate, warned, bends):
+    """At its root a uniform bar has the strain (Omega L/c)^2/2 in its steady state: 7.5 % at 4000 rad/s."""
+    common = {"length": 0.5, "material": "steel", "ends": {"left": "clamped"}}
+    turns = {"rate": rate, "axis_at": 0.0, **({"plane": "flap"} if bends else {})}
+    section = {"width": 0.02, "height": 0.01}
+    body = il.Beam(**common, section=section, rotation=turns) if bends else il.Rod(**common, area=2e-4, rotation=turns)
+    case = il.Case(
+        bodies={"body": body, "mass": il.Mass(0.2, velocity=-0.1, rotation={})},
+        contacts=[il.Contact("body.right", "mass", {"kind": "penalty", "stiffness": 1e8})],
+        solve=in_steps(1e-5, "newmark", mesh(20), dt="1 us"),
+    )
+    assert ("large_strain" in [each.code for each in il.run(case).warnings]) == warned
+
+
 def test_materials_of_unit_constants_have_no_limit():
     """Benchmarks with E = rho = 1 strain by as much as their authors chose."""
     for name in ("bouncing_bar", "periodic_bar", "hopkinson_ring_up"):
