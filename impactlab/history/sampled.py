@@ -144,7 +144,7 @@ class SampledHistory(AbstractHistory):
         return END_ROUNDING * self.duration
 
     def _read(self, kept: BodyFields, body: str, quantity: str, number: int) -> Array | None:
-        """Return a quantity of the fields kept, or one that follows from another; None where it has none.
+        """Return a quantity of the fields kept, or one that follows from them, or None.
 
         Strain and force of rods follow from the stress, stress and strain of beams from the bending moment.
         """

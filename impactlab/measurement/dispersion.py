@@ -327,7 +327,10 @@ def _frequency_equation(squared: Array, number: Array, poisson: float) -> tuple[
 
 
 def _bessel(x: Array) -> tuple[Array, Array, Array]:
-    """Return Jn(sqrt x)/sqrt(x)^n for n = 0, 1, 2, of any sign of x: for x < 0 that is In(sqrt -x)/sqrt(-x)^n."""
+    """Return Jn(sqrt x)/sqrt(x)^n for n = 0, 1, 2.
+
+    For x < 0 it is In(sqrt -x)/sqrt(-x)^n.
+    """
     far = np.abs(x) > NEAR_ZERO
     apart = np.where(far, x, 1.0)
     root, waves = np.sqrt(np.abs(apart)), apart > 0.0
@@ -342,7 +345,7 @@ def _bessel(x: Array) -> tuple[Array, Array, Array]:
 
 
 def _either(chosen: NDArray[np.bool_], x: Array, one: Callable[..., Array], other: Callable[..., Array]) -> Array:
-    """Return one function of x where it is chosen and another one elsewhere, each computed there alone."""
+    """Return one function of x where it is chosen, another one elsewhere."""
     x, found = np.asarray(x), np.empty(np.shape(x))
     found[chosen], found[~chosen] = one(x[chosen]), other(x[~chosen])
     return found

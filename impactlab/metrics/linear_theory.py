@@ -175,7 +175,7 @@ def strain_of_beam(
 
 
 def _at_start(body: ElasticBody) -> float:
-    """Return the largest strain of a rod, or curvature of a beam [1/m], by the displacement at t = 0."""
+    """Return the largest strain of a rod, or curvature of a beam [1/m], at t = 0."""
     if body.displacement is None:
         return 0.0
     x = np.linspace(0.0, body.length, PLACES + 1)
@@ -184,9 +184,10 @@ def _at_start(body: ElasticBody) -> float:
 
 
 def _moment_by(end: End, duration: float, spread: float, longest: float) -> float:
-    """Return about the largest moment [N m] by the force on an end, of waves that spread by c r [m2/s].
+    """Return about the largest moment by the force on an end [N m].
 
-    It is that of the largest impulse over any time, up to the ``longest`` [s] that the beam follows as a whole.
+    Its waves spread by c r [m2/s]. It is that of the largest impulse over any time, up to the
+    ``longest`` [s] that the beam follows as a whole.
     """
     load = SampledLoad((0.0,), (end.force,)) if end.load is None else end.load.sampled(duration)
     inside, found = load.times[(load.times > 0.0) & (load.times < duration)], 0.0
@@ -199,7 +200,7 @@ def _moment_by(end: End, duration: float, spread: float, longest: float) -> floa
 
 
 def _of_rotation(body: ElasticBody) -> float:
-    """Return the strain at the root of a body that turns, in the steady state from which its run counts."""
+    """Return the strain at the root of a body that turns, in its steady state."""
     if body.steady is None:
         return 0.0
     ends = (body.left, body.segments[0]), (body.right, body.segments[-1])

@@ -35,8 +35,8 @@ def reported_impulse_error(traced: Trace) -> float:
 
     Give a scene whose duration is a whole number of steps: contacts still closed are reported up to the end. Sums of
     forces reach the instant of the last momentum, in a leapfrog half a step before the end, in generalised-alpha half a
-    step after it; the impulse of the next step from there to the end is added, as momenta at the end lie on
-    the line to that step. The impulse of a force at t = 0 before it, or still to come, is not reported.
+    step after it. The impulse between there and the end, of the next step or of the last one, is added or taken off, as
+    momenta at the end lie on this line. The impulse of a force at t = 0 before it, or still to come, is not reported.
     """
     worst = 0.0
     late = traced.integrator.momentum_early * traced.dt

@@ -1,8 +1,9 @@
-"""The warning of a damped rod or shaft with an infinite end, whose dashpot is the impedance of the undamped one.
+"""The warning of a damped rod or shaft with an infinite end.
 
-Damped by a times its mass and with a stress that is delayed by b, the rod beyond the end has the impedance
-Z sqrt((1 + a/s)(1 + b s)), and its dashpot Z reflects the share (a/s + b s)/4 of small a/s and b s: of a steady wave
-a t/4 after a time t, of a front, which the way to the end has widened to sqrt(2 b t), about b/4 over that width.
+The dashpot of that end is the impedance Z of the undamped body. Damped by a times its mass and with a stress that is
+delayed by b, the rod beyond the end has the impedance Z sqrt((1 + a/s)(1 + b s)). So the dashpot reflects the share
+(a/s + b s)/4 of a wave, for small a/s and b s: of a steady wave a t/4 after a time t, of a front, which the way to the
+end has widened to sqrt(2 b t), b/4 over that width.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ REFLECTED_WARN = 0.01  # of a wave: a larger share that comes back from an infin
 
 
 def warnings(scene: Scene) -> Iterator[Warned]:
-    """Yield a warning for each damped rod or shaft whose infinite end reflects a share of a wave that matters."""
+    """Yield a warning for each damped rod or shaft whose infinite end reflects waves."""
     for body in scene.wave_bodies:
         if not (body.is_damped and any(end.unbounded for _, end in body.ends)):
             continue
@@ -33,7 +34,7 @@ def warnings(scene: Scene) -> Iterator[Warned]:
 
 
 def reflected(body: WaveBody, duration: float) -> float:
-    """Return about the largest share of a wave that infinite ends of a damped body reflect in a run [s]."""
+    """Return about the largest share of a wave that infinite ends reflect in a run [-]."""
     transit, found = body.front_time(0.0, body.length), 0.0
     for x, end in body.ends:
         if end.unbounded:

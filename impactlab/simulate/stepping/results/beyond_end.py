@@ -32,7 +32,10 @@ Raw = Sequence[tuple[float, int, int, float, float, float]]  # events: time, con
 
 
 class RecordsAround(NamedTuple):
-    """Records and samples around the end of a run, a step apart, without kicks between them: see `StepArrays`."""
+    """Records and samples around the end of a run; see `StepArrays`.
+
+    They are a step apart, and there is no kick between them.
+    """
 
     time: float  # s, end of the step of the first
     done: int  # how many of them are of steps of the run
@@ -44,7 +47,8 @@ class RecordsAround(NamedTuple):
     def at(self, time: float, rows: Array, early: float, at_start: Array | float | None = None) -> Array:
         """Return values at a time [s] from rows of records.
 
-        Rows belong to instants ``early`` [s] before the end of their steps. Before the instant of the first sample, at ``-early``, they lie on a line from those ``at_start``, at t = 0.
+        Rows belong to instants ``early`` [s] before the end of their steps. Before the instant of the first sample, at
+        ``-early``, they lie on a line from those ``at_start``, at t = 0.
         """
         shares = (time - (self.time - early)) / self.dt
         if shares < 0.0 and self.time == 0.0 and early < 0.0 and at_start is not None:
@@ -55,8 +59,9 @@ class RecordsAround(NamedTuple):
     def impulse(self, time: float, column: int, given: float, early: float, at_start: float) -> float:
         """Return the impulse of a contact up to a time [N s].
 
-        ``given`` is the impulse of all steps of the run. It lies on the line on which momenta lie, which belong ``early`` [s] before the end of their steps. At t = 0 it
-        is that of the force ``at_start`` [N] over this time, which the steps do not count.
+        ``given`` is the impulse of all steps of the run. It lies on the line on which momenta lie, which belong
+        ``early`` [s] before the end of their steps. At t = 0 it is that of the force ``at_start`` [N] over this time,
+        which the steps do not count.
         """
         forces = self.record[:, column]
         sums = np.cumsum(forces) * self.dt
