@@ -70,10 +70,10 @@ def _check_gauge(case: CaseBlock, block: ProbeBlock, path: str) -> None:
     if block.length is None:
         return
     body = case.bodies[block.body]
-    if block.quantity != "strain" or isinstance(body, BeamBlock):
+    other = block.quantity if block.quantity != "strain" else "that of a beam" if isinstance(body, BeamBlock) else ""
+    if other:
         raise CaseError(
-            f"a gauge with a length measures the strain of a rod, not the {block.quantity} of a {body.kind}. "
-            "Allowed: length with quantity: strain, of a rod",
+            f"a gauge with a length measures strain, not {other}. Allowed: length with quantity: strain, of a rod",
             remedy="Probe the strain of a rod, or remove length.",
             path=path,
         )

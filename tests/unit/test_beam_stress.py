@@ -163,5 +163,5 @@ def test_where_the_strain_is_not_known_the_message_says_why(keys, says):
 
 def test_a_long_gauge_measures_rods_alone():
     probes = [il.Probe("beam", 0.05, "strain", length=0.01)]
-    with pytest.raises(il.CaseError, match="measures the strain of a rod, not the strain of a beam"):
+    with pytest.raises(il.CaseError, match="measures strain, not that of a beam"):
         il.Case(bodies={"beam": beam(velocity=1.0)}, probes=probes, solve={"duration": "0.1 ms", **MODES})
