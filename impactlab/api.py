@@ -200,7 +200,9 @@ def warnings_kept() -> Iterator[None]:
 
 
 def prepare(case: Case) -> Plan:
-    """Return the plan of a run; with a tolerance, that of the method predicted to be cheapest.
+    """Return the plan of a run.
+
+    Under a tolerance it is that of the method predicted to be cheapest.
 
     Raises
     ------
@@ -340,7 +342,10 @@ def failure(case_name: str, error: BaseException) -> dict[str, Any]:
 
 
 def with_fault(summary: dict[str, Any], case: Case) -> dict[str, Any]:
-    """Return the summary of a run, with an ``error`` beside its numbers where its tolerance is not met."""
+    """Return the summary of a run, with an ``error`` if its tolerance is not met.
+
+    The numbers of the summary stay beside the error.
+    """
     missed = [warned["text"] for warned in summary["warnings"] if warned["code"] == summary["status"]]
     if not missed:
         return summary

@@ -14,11 +14,12 @@ from impactlab.types import Level, Port, Reply, SideFacts
 @final
 @dataclass(frozen=True)
 class AdditionDeletion(AbstractContactLaw):
-    """Constraint addition-deletion: no gap at the end of the step, the multiplier is the force, until it would pull.
+    """Constraint addition-deletion: the multiplier closes the gap and is deleted where it would pull.
 
-    Touch is found at the start of a step; the constraint then needs a velocity jump, given by an impulse (unless the
-    scheme's own force holds it), whose lost energy is booked. A scheme that projects its predictor is given the least
-    projection that leaves it no overlap. On a massless face the constraint is a spring of the face's flexibility.
+    The gap is zero at the end of each step in contact, and the multiplier is the force. Touch is found at the start of
+    a step; the constraint then needs a velocity jump, given by an impulse (unless the scheme's own force holds it),
+    whose lost energy is booked. A scheme that projects its predictor is given the least projection that leaves it no
+    overlap. On a massless face the constraint is a spring of the face's flexibility.
 
     References
     ----------
