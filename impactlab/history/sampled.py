@@ -144,7 +144,10 @@ class SampledHistory(AbstractHistory):
         return END_ROUNDING * self.duration
 
     def _read(self, kept: BodyFields, body: str, quantity: str, number: int) -> Array | None:
-        """Return a quantity of the fields kept, strain and force from the stress; None where it has none."""
+        """Return a quantity of the kept fields, or None.
+
+        Strain and force may follow from the stress.
+        """
         if quantity in kept.values:
             return np.asarray(kept.values[quantity][number])
         elastic = self.scene.bodies[body].elastic
@@ -227,7 +230,10 @@ def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array) -> Bod
 
 
 def kept_quantities(body: ElasticBody) -> list[str]:
-    """Return the quantities of a body that are kept; stress gives force, and strain where nothing is viscous."""
+    """Return the quantities of a body that are kept.
+
+    Stress gives force, and strain in a body that is not viscous.
+    """
     names = {read: name for name, (read, _) in reversed(list(body.quantities.items()))}
     followed = {"force": "stress" in names, "strain": not any(piece.viscosity for piece in body.segments)}
     return [names[read] for read in KEPT if read in names and not followed.get(read, False)]

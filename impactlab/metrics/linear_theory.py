@@ -1,4 +1,4 @@
-"""The warning ``large_strain``: a rod or beam of a run leaves the linear theory that it is computed by."""
+"""The warning ``large_strain``: a rod or beam leaves linear theory."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy 
 
 
 def overstrained(history: AbstractHistory) -> Iterator[Warned]:
-    """Yield a warning for each rod or beam whose largest strain in a run is beyond linear theory, about a hundredth.
+    """Yield a warning for each rod or beam strained beyond linear theory.
 
-    The strain is estimated, within a factor of about two, without reading fields: of a rod from the contact forces over
-    E A, of a beam from the speed and the way of its struck places. Bodies of a material that no solid is, as those of
-    unit constants, have no such limit; `impactlab.scene.ranges` has more on them.
+    The limit is a strain of about a hundredth. The strain is estimated, within a factor of about two, without reading
+    fields: of a rod from the contact forces over E A, of a beam from the speed and the way of its struck places. Bodies
+    of a material that no solid is, as those of unit constants, have no such limit; `impactlab.scene.ranges` has more on
+    them.
     """
     scene = history.scene
     limits = _limits(scene)
@@ -47,7 +48,10 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
 
 
 def _limits(scene: Scene) -> dict[str, float] | None:
-    """Return the forces of contacts [N] that strain no rod beyond linear theory; None where forces are not enough."""
+    """Return the forces of contacts [N] that strain no rod beyond linear theory.
+
+    It is None where forces do not determine the strain.
+    """
     if "limits" not in scene.derived:
         scene.derived["limits"] = _found_limits(scene)
     found: dict[str, float] | None = scene.derived["limits"]
@@ -86,11 +90,12 @@ def _warned(name: str, strain: float) -> Iterator[Warned]:
 def strain_of_rod(
     history: AbstractHistory, rod: WaveBody, met: list[tuple[Contact, float]], links: dict[str, float]
 ) -> float:
-    """Return about the largest strain of a rod, from its contacts with their places x [m] and the forces of links [N].
+    """Return an estimate of the largest strain of a rod.
 
-    A contact force strains the sections beside it. Into further segments its wave goes with the share that their
-    impedances let through. Fronts that add up at a far end, by two at most, are left out. Peaks of single elements,
-    whose energy would be more than that of the run, are none of the rod.
+    ``met`` are its contacts with their places x [m], ``links`` the forces of links [N]. A contact force strains the
+    sections beside it. Into further segments its wave goes with the share that their impedances let through. Fronts
+    that add up at a far end, by two at most, are left out. Peaks of single elements, whose energy would be more than
+    that of the run, are none of the rod.
     """
     strains = [0.0]
     if rod.is_held:
@@ -112,7 +117,10 @@ def strain_of_rod(
 
 
 def _strain_at(rod: WaveBody, x: float) -> float:
-    """Return the largest strain per force [1/N] of the waves that a contact at x [m] sends out."""
+    """Return the largest strain per force [1/N] of waves from a contact.
+
+    The contact is at x [m].
+    """
     if not rod.is_inner(x):
         return _strain_per_force(rod, x)
     before, after = rod.segment_before(x), rod.segment_at(x)
@@ -120,7 +128,10 @@ def _strain_at(rod: WaveBody, x: float) -> float:
 
 
 def _strain_per_force(rod: WaveBody, x: float) -> float:
-    """Return the largest strain over segments per force [1/N] of a wave that starts at an end x [m]."""
+    """Return the largest strain per force [1/N] of a wave from an end.
+
+    The end is at x [m]; the largest is taken over the segments.
+    """
     segments = rod.segments if x == 0.0 else rod.segments[::-1]
     share, found = 1.0, 1.0 / (segments[0].young * segments[0].area)
     for one, other in itertools.pairwise(segments):
@@ -132,11 +143,12 @@ def _strain_per_force(rod: WaveBody, x: float) -> float:
 def strain_of_beam(
     history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]], links: dict[str, float]
 ) -> float:
-    """Return about the largest strain of a beam, from its contacts with their places x [m] and the forces of links [N].
+    """Return an estimate of the largest strain of a beam.
 
-    A place that moves at v across the beam strains waves and modes of any length by v e/(c r), with the outer fibre e
-    and the radius of gyration r; a place that is moved by w strains a held beam by that of its static bow. Of a beam
-    that is not held, which may move as a whole, the strain is at most that of the forces in a lever of its length.
+    ``met`` are its contacts with their places x [m], ``links`` the forces of links [N]. A place that moves at v across
+    the beam strains waves and modes of any length by v e/(c r), with the outer fibre e and the radius of gyration r; a
+    place that is moved by w strains a held beam by that of its static bow. Of a beam that is not held, which may move
+    as a whole, the strain is at most that of the forces in a lever of its length.
     """
     fibre = max(_fibre(segment.gyration, segment.height) for segment in beam.segments)
     slowest = min(segment.wave_speed * segment.gyration for segment in beam.segments)
@@ -159,12 +171,18 @@ def strain_of_beam(
 
 
 def _fibre(gyration: float, height: float) -> float:
-    """Return the distance of the outer fibre from the neutral axis [m], of a rectangle where no height is known."""
+    """Return the distance of the outer fibre from the neutral axis [m].
+
+    It is that of a rectangle where no height is known.
+    """
     return 0.5 * height if height > 0.0 else math.sqrt(3.0) * gyration
 
 
 def _motion(history: AbstractHistory, channel: str, at_start: float) -> tuple[float, float]:
-    """Return by how much the velocity of a place changes [m/s], and how far it is moved [m]."""
+    """Return the change of a place's velocity [m/s] and its displacement [m].
+
+    Both are the largest in the run.
+    """
     times = np.linspace(0.0, history.duration, 2001)
     moved = history.evaluate(times, channel)
     speeds = np.diff(moved) / np.diff(times)
@@ -172,9 +190,10 @@ def _motion(history: AbstractHistory, channel: str, at_start: float) -> tuple[fl
 
 
 def _bow(beam: Beam, x: float) -> float:
-    """Return the curvature per deflection [1/m2] of a static force at x on a uniform beam; 0 of one that is not held.
+    """Return the curvature per deflection [1/m2] of a static force at x.
 
-    Of a cantilever it is 3/a2, with the distance a of the force from the clamped end; between two supports 3/(a b).
+    The beam is uniform; it is 0 for one that is not held. Of a cantilever it is 3/a2, with the distance a of the force
+    from the clamped end; between two supports 3/(a b).
     """
     held = [abs(x - at) for at, end in beam.ends if end.kind in ("clamped", "pinned")]
     if len(held) == 2:

@@ -17,7 +17,7 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class FiniteElement(AbstractRodModel):
-    """Bar elements of any order, or beam elements, every nodal coordinate kept: 2-node bars, or spectral elements.
+    """Bar elements of any order, or beam elements, with every nodal coordinate kept.
 
     Order 2 and above are spectral elements, their nodes those of Gauss-Lobatto-Legendre quadrature. A consistent mass
     is integrated exactly, whatever the order (deviation from the sources, which have the lumped one only); a lumped one

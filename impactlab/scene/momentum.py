@@ -1,4 +1,4 @@
-"""The balance of momentum of a body: impulses of contacts and loads against its change of momentum."""
+"""Momentum balance of a body: impulses of contacts and loads, change of momentum."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parts of bodies that deform: uniform segments, supports of ends, damping, tables of a quantity over x."""
+"""Parts of elastic bodies: segments, end supports, damping, tables over x."""
 
 from __future__ import annotations
 
