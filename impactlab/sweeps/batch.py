@@ -1,4 +1,6 @@
-"""Batches of exact runs: the points of a sweep that differ in numbers alone, marched in one compiled call.
+"""Batches of exact runs: points of a sweep in one compiled call.
+
+They differ in numbers alone.
 
 The network of the case is built once. Each axis is reduced to the entries of the vector of numbers that it replaces;
 points are then written, marched and read in compiled code (`impactlab.exact.batch`), without the interpreter's lock. A
@@ -106,7 +108,10 @@ class Batch:
         return BatchResults(first, *self.at(range(first, last)))
 
     def chunks(self, firsts: Sequence[int], size: int, workers: int) -> Iterator[BatchResults]:
-        """Yield the results of chunks of points by their first ones, computed by so many threads."""
+        """Yield the results of chunks of points, computed by ``workers`` threads.
+
+        ``firsts`` are the first points of the chunks.
+        """
         if workers < 2:
             for first in firsts:
                 yield self.found(first, min(first + size, self.count))
@@ -181,7 +186,10 @@ def columns_of(each: WantedQuantity, pattern: Pattern) -> NDArray[np.int64]:
 
 
 def _try(batch: Batch, count: int, asked: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> None:
-    """Run some points on their own, too, and take the time of others; raises `BatchMismatch` where they differ."""
+    """Compare some points with runs of their own, and measure others' time.
+
+    Raise `BatchMismatch` where they differ.
+    """
     chosen = inner_points(count)
     values, served = batch.at(chosen)
     if not served.any():

@@ -1,4 +1,7 @@
-"""Runs a sweep: all points of one case, in this process or in several, resumed where it was interrupted."""
+"""Sweeps: all points of a case, in this process or in several.
+
+An interrupted sweep is continued.
+"""
 
 from __future__ import annotations
 
@@ -169,7 +172,10 @@ def _made_of(
 
 
 def _others(case: Case, grid: Points) -> list[Scene]:
-    """Return scenes in which other bodies and contacts may be: those of each method, block or whole number."""
+    """Return scenes in which other bodies and contacts may be.
+
+    They are those of each method, block or whole number.
+    """
     changing = [axis for axis in grid.axes if not axis.is_numeric or axes.takes_whole(case, axis.path)]
     if grid.listed:
         firsts: dict[str, int] = {}
@@ -189,7 +195,7 @@ def _others(case: Case, grid: Points) -> list[Scene]:
 def _filled(
     result: Result, engine: Engine, folder: Folder | None, shard: Shard | None, progress: Progress | None
 ) -> Result:
-    """Return the result with the points that it misses, each chunk kept as soon as it is there."""
+    """Return the result with its missing points, each chunk kept at once."""
     size = result.content["chunk"]
     chunks = [k for k in range(math.ceil(result.status.size / size)) if shard is None or shard.has(k)]
     firsts = [k * size for k in chunks if not result.status[k * size]]
@@ -221,7 +227,10 @@ def _keep(chunk: Chunk, result: Result, folder: Folder | None) -> None:
 
 
 def kept_words(result: Result, folder: Folder | None) -> str:
-    """Return how many points a folder keeps, and how to go on, as the last words of a sweep that ended early."""
+    """Return the last words of a sweep that ended early.
+
+    They are how many points a folder keeps, and how to go on.
+    """
     if folder is None:
         return "no point is kept. Give a folder with --out to keep finished ones."
     if not folder.path.is_dir():
@@ -242,7 +251,10 @@ def write(folder: Folder, found: xarray.Dataset, made: Sweep, command: str, repe
 
 @contextlib.contextmanager
 def kept_in(path: Path) -> Iterator[None]:
-    """Turn a fault of the folder of a sweep, such as a full disk, into `SweepError`."""
+    """Turn a fault of the folder of a sweep into `SweepError`.
+
+    Such a fault is a full disk.
+    """
     try:
         yield
     except OSError as error:
