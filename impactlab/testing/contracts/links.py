@@ -18,12 +18,13 @@ ROUNDING = 1e-11  # of the largest energy that takes part in a motion
 
 
 class LinkContract(LawContract):
-    """Properties of every link: passive in any motion, its books of energy in balance with its work."""
+    """Properties of every link: passive in any motion, energy balanced with work."""
 
     def walked(self, random: np.random.Generator) -> tuple[list[float], list[float], list[float], float]:
-        """Return work, energy stored and loss of each step of a random motion under a force that is a mean over steps.
+        """Return work, stored energy and loss of each step of a random motion.
 
-        The first stored energy is that at the start. The last number is the largest energy that took part.
+        The force is a mean over steps. The first stored energy is that at the start. The last number is the largest
+        energy that took part.
         """
         port = self.port(random)
         port.gap = port.free_gap = port.gap_rate = port.free_gap_rate = port.in_contact = 0.0

@@ -22,7 +22,10 @@ class QuantityContract:
     part: ClassVar[Callable[[Scene, AbstractHistory], Any]]
 
     def found(self, scene: Scene, history: AbstractHistory) -> dict[str, float]:
-        """Return the values by label; that of a quantity of the whole run under an empty label."""
+        """Return the values by label.
+
+        A quantity of the whole run has an empty label.
+        """
         value = type(self).part(scene, history)
         return dict(value) if isinstance(value, Mapping) else {"": value}
 
