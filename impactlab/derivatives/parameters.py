@@ -70,7 +70,10 @@ def refuse_held(paths: str | Sequence[str]) -> None:
 
 
 def refuse_twice(case: Case, paths: Sequence[str]) -> None:
-    """Raise `CaseError` where two paths lead to one number: alike, or a contact by its number and by its name."""
+    """Raise `CaseError` where two paths lead to one number.
+
+    They may be alike, or name a contact by number and by name.
+    """
     before: dict[str, str] = {}
     for path in paths:
         number = numbered(case.document.data, path)

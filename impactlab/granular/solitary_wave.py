@@ -1,4 +1,6 @@
-"""The solitary wave of a chain of equal beads without precompression: a fixed point of a convolution, by Petviashvili.
+"""Petviashvili's iteration for the solitary wave of equal beads without precompression.
+
+The wave is the fixed point of a convolution.
 
 Beads of mass m with F = k d^n between neighbours: d_j'' = k/m (d_(j-1)^n - 2 d_j^n + d_(j+1)^n), d_j the overlap of a
 contact. A wave d_j(t) = A r(s), s = t/T - j, that passes one bead in the time T obeys r''(s) = r(s+1)^n - 2 r(s)^n +
@@ -107,9 +109,9 @@ def solitary_wave(exponent: float = 1.5, points: int = 4096) -> SolitaryWave:
 
 
 def wave_speed(stiffness: float, mass: float, force: float, exponent: float = 1.5) -> float:
-    """Return the speed [beads/s] of the solitary wave with a largest force [N] in a chain of F = k d^n.
+    """Return the speed [beads/s] of a solitary wave with a largest force [N].
 
-    1/T = C sqrt(k^(1/n) F^(1-1/n)/m); for Hertz's n = 3/2 C sqrt(k^(2/3) F^(1/3)/m).
+    The chain has F = k d^n. 1/T = C sqrt(k^(1/n) F^(1-1/n)/m); for Hertz's n = 3/2 C sqrt(k^(2/3) F^(1/3)/m).
 
     Parameters
     ----------

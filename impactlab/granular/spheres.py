@@ -22,7 +22,7 @@ def sphere_mass(radius: Size, density: Size) -> float: ...  # type: ignore[overl
 @overload
 def sphere_mass(radius: ArrayLike, density: ArrayLike) -> Array: ...
 def sphere_mass(radius: ArrayLike, density: ArrayLike) -> float | Array:
-    """Return the mass [kg] of a sphere: 4/3 pi R^3 rho; of arrays of spheres an array.
+    """Return the mass [kg] of a sphere, 4/3 pi R^3 rho, or of several.
 
     Parameters
     ----------
@@ -61,10 +61,11 @@ def sphere_stiffness(
     *,
     others: tuple[ArrayLike, float] | None = None,
 ) -> float | Array:
-    """Return k [N/m^1.5] of F = k d^1.5 between a sphere and another one, or a plane.
+    """Return k [N/m^1.5] of F = k d^1.5 between two spheres.
 
-    k = 4/3 E* sqrt(R*), 1/R* = 1/R1 + 1/R2, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two equal spheres have
-    k = E sqrt(2 R)/(3 (1 - nu^2)). Of a row of spheres of radii R, ``radius=R[:-1], other=R[1:]`` gives all contacts.
+    The other body may be a plane. k = 4/3 E* sqrt(R*), 1/R* = 1/R1 + 1/R2, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two
+    equal spheres have k = E sqrt(2 R)/(3 (1 - nu^2)). Of a row of spheres of radii R, ``radius=R[:-1], other=R[1:]``
+    gives all contacts.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:  # noqa: ARG001 - the signature of a stepper
-    """Write the work on the beam, the work of its load [J], and momentum [N s]."""
+    """Write the work on the beam and of its load [J], and momentum [N s]."""
     out[0] = state[5] + (state[3] + state[7]) * (state[0] - state[4])
     out[1] = state[7] * state[0]
     out[2] = state[6]
