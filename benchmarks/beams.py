@@ -1,4 +1,6 @@
-"""The step loop on beams against hand-written compiled loops of the same schemes with the same recorded output.
+"""The step loop on beams against hand-written compiled loops.
+
+Both have the same schemes and the same recorded output.
 
 A hard mass on the tip of a cantilever, lumped beam elements, constraint addition-deletion, by central difference and by
 Newmark's method. The hand-written loops walk over the same element coefficients, 12 EI/h^3/(1 + Phi) and EI/h each; at
@@ -54,7 +56,10 @@ class Coefficients(NamedTuple):
 
 @numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]
 def take_off(shear: Any, bending: Any, half: float, u: Any, gain: Any, v: Any) -> None:
-    """Take gain times the forces of all elements off ``v``; the last one ends in the clamp."""
+    """Subtract gain times the forces of all elements from ``v``.
+
+    The last element ends in the clamp.
+    """
     n = shear.size
     before, turn = 0.0, 0.0
     for e in range(n - 1):
@@ -245,7 +250,10 @@ def time_by_hand(plan: Plan, elements: int) -> tuple[float, Any]:
 
 
 def factorised(plan: Plan) -> tuple[Any, Any, Any]:
-    """Return 1/D and the bands of L (3, n), and the stepper's answers to force and impulse (2, 3, reach)."""
+    """Return 1/D, the bands of L and the responses to force and impulse.
+
+    The bands are (3, n), the responses of the stepper (2, 3, reach).
+    """
     from scipy.linalg import cholesky_banded
 
     assert plan.dt is not None

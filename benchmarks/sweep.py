@@ -71,7 +71,10 @@ def on_axis(case: Case, path: str, values: Array, repeats: int) -> None:
 
 
 def of_map(count: int) -> None:
-    """Print the time of the map of hammer, rod and wall on one thread and on two, and the memory that it took."""
+    """Print time and memory of the map of hammer, rod and wall.
+
+    It is computed on one thread and on two.
+    """
     case = il.load_case("hammer_rod_wall").with_("solve.duration", {"round_trips": 6})
     over = {"bodies.hammer.mass": np.geomspace(0.1, 10.0, count), "contacts.1.gap": np.linspace(0.0, 2.4e-4, count)}
     il.sweep(case, {path: values[:: max(1, count // 20)] for path, values in over.items()}, quantities=FEW)

@@ -72,7 +72,7 @@ def fit(
     out: Annotated[Path | None, option("--out", "DIR", "Write the fitted case, numbers and a page here.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Fit numbers of a case to measured signals, with their 95 % intervals."""  # fmt: skip
+    """Fit numbers of a case to measured signals, with their 95 % intervals."""
     with reporting(case, as_json):
         if out is not None:
             output.check_writable(out)

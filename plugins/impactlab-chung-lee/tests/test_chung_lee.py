@@ -1,4 +1,4 @@
-"""The scheme of Chung and Lee keeps the contract of integrators and has the roots of its characteristic cubic."""
+"""The scheme of Chung and Lee: contract of integrators, characteristic cubic."""
 
 from __future__ import annotations
 
