@@ -294,10 +294,9 @@ class AbstractHystereticLaw(AbstractContactLaw):
 @final
 @dataclass(frozen=True)
 class HuntCrossley(AbstractHystereticLaw):
-    """Hunt and Crossley: F = K d^n (1 + a d').
+    """Hunt and Crossley: F = K d^n (1 + a d'), a = 1.5(1-e)/v0.
 
-    a v0 = 3 (1 - e)/2, with v0 the approach speed at the touch. The restitution e is nominal: a mass on a wall returns
-    faster.
+    v0 is the approach speed at the touch. The restitution e is nominal: a mass on a wall returns faster.
 
     References
     ----------
@@ -313,10 +312,9 @@ class HuntCrossley(AbstractHystereticLaw):
 @final
 @dataclass(frozen=True)
 class LankaraniNikravesh(AbstractHystereticLaw):
-    """Lankarani and Nikravesh: F = K d^n (1 + a d').
+    """Lankarani and Nikravesh: F = K d^n (1 + a d'), a = 0.75(1-e^2)/v0.
 
-    a v0 = 3 (1 - e^2)/4, with v0 the approach speed at the touch. The restitution e is nominal: a mass on a wall
-    returns faster.
+    v0 is the approach speed at the touch. The restitution e is nominal: a mass on a wall returns faster.
 
     References
     ----------

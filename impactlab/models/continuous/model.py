@@ -19,9 +19,9 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class Continuous(AbstractRodModel):
-    """Exact travelling waves (continuous): rods from event to event, beams by characteristics.
+    """Exact travelling waves (continuous), without a mesh: rods from event to event, beams by characteristics.
 
-    Neither has a mesh, and rods need no step. Rods under hard contacts, constant springs and, without a step, laws that
+    Rods under hard contacts, constant springs and, without a step, laws that
     are linear between changes of branch are solved from event to event; under other laws a rod is delays between its
     ends, the ends of its segments and the places of its contacts, which are evaluated in each step. A Timoshenko beam
     steps too, its two families of waves each shifted exactly (`timoshenko`); an Euler-Bernoulli beam has no fronts and
