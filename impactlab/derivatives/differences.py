@@ -149,8 +149,8 @@ def differences(case: Case, path: str, wanted: Sequence[WantedQuantity]) -> list
         The case, with the method whose runs are differentiated.
     path : str
         Dotted path of a number of the case.
-    wanted : sequence of Asked
-        Quantities, from `impactlab.sweeps.quantities.asked`.
+    wanted : sequence of WantedQuantity
+        Quantities, from `impactlab.sweeps.quantities.quantities_of`.
 
     Raises
     ------

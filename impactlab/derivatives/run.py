@@ -21,7 +21,7 @@ from impactlab.exact.results.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
 from impactlab.plugins import Registry
 from impactlab.scene.problem import Scene
-from impactlab.sweeps.quantities import WantedQuantity, asked, values
+from impactlab.sweeps.quantities import WantedQuantity, quantities_of, values
 from impactlab.sweeps.sampled import Sampled, extreme_in
 from impactlab.types import Array
 
@@ -68,7 +68,7 @@ def sensitivities(
     expect_case(case, "sensitivities")
     refuse_held(parameters)
     read = read_parameters(case, parameters)
-    wanted = asked(case.scene(), quantities, case.registry)
+    wanted = quantities_of(case.scene(), quantities, case.registry)
     with api.warnings_kept():
         history = api.run(case)
     flat = FlatValues(wanted, case.registry)

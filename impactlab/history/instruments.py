@@ -123,10 +123,10 @@ def probe_of(scene: Scene, probe: Probe | str | int) -> Probe:
     )
 
 
-def measure(history: Recorded, asked: Probe | str | int) -> Measured:
+def measure(history: Recorded, wanted: Probe | str | int) -> Measured:
     """Return the signal of a probe as its instrument gives it; see `AbstractHistory.measured`."""
     scene = history.scene
-    probe = probe_of(scene, asked)
+    probe = probe_of(scene, wanted)
     instrument = probe.instrument or Instrument()
     check_rates(scene, history.record_rate, probe)
     rate = instrument.rate or (

@@ -105,9 +105,9 @@ class SampledHistory(AbstractHistory):
         return np.asarray(np.interp(times, self.time, self.values[channel]))
 
     def measured(self, probe: Probe | str | int) -> Measured:
-        asked = probe_of(self.scene, probe)
-        kept = [signal for number, signal in self.signals.items() if self.scene.probes[number] == asked]
-        return kept[0] if kept else measure(self, asked)
+        wanted = probe_of(self.scene, probe)
+        kept = [signal for number, signal in self.signals.items() if self.scene.probes[number] == wanted]
+        return kept[0] if kept else measure(self, wanted)
 
     def field_times(self, body: str) -> Array | None:
         return self.fields[body].times if body in self.fields else np.zeros(0)

@@ -105,11 +105,11 @@ def separated(
         known["force"] = np.asarray(sum(evaluate(f"force:{contact}") for contact in touching))
         loads = ["force"]
     if "velocity" not in known or not loads:
-        asked = " and ".join(f"{{body: {name}, at: {x:.6g}, quantity: {each}}}" for each in _wanted(body))
+        probes = " and ".join(f"{{body: {name}, at: {x:.6g}, quantity: {each}}}" for each in _wanted(body))
         raise ImpactlabError(
             f"the waves at {x:.6g} m of '{name}' need its velocity and its strain, stress or force there; recorded: "
             f"{', '.join(known) or 'neither'}",
-            remedy=f"Add the probes {asked}.",
+            remedy=f"Add the probes {probes}.",
             path="probes",
         )
     apart = known[loads[0]] / body.segment_at(x).per_velocity(loads[0])

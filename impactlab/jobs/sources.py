@@ -47,8 +47,8 @@ def plugin_modules(case: Case) -> set[str]:
     parts = [part for part in parts if part is not None]
     parts += [inner for part in parts for inner in plugins.parts_inside(part)]
     modules = {type(part).__module__.partition(".")[0] for part in parts}
-    asked = set(case.scene().metrics)
-    modules |= {top(each) for each in plugins.registry().entries if each.group == METRICS.name and each.name in asked}
+    metrics = set(case.scene().metrics)
+    modules |= {top(each) for each in plugins.registry().entries if each.group == METRICS.name and each.name in metrics}
     return modules - {"impactlab", "builtins"}
 
 

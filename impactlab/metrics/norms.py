@@ -318,7 +318,7 @@ ORDER = (
 """The order in which a summary names the metrics; those of plugins follow by name."""
 
 
-def installed(asked: Iterable[str] = ()) -> dict[str, Metric]:
+def installed(requested: Iterable[str] = ()) -> dict[str, Metric]:
     """Return impactlab's metrics and the requested ones of plugins, by name.
 
     A plugin's metric that is not requested is not imported.
@@ -335,7 +335,7 @@ def installed(asked: Iterable[str] = ()) -> dict[str, Metric]:
             "no metric is registered, not even those of impactlab: its installation is older than they are",
             remedy="Install impactlab again (pip install .).",
         )
-    names = {entry.name for entry in own.entries} | set(asked)
+    names = {entry.name for entry in own.entries} | set(requested)
     ordered = (*(name for name in ORDER if name in names), *sorted(names.difference(ORDER)))
     # Of a name that a plugin registered, too, impactlab's own is meant.
     return {name: cast(Metric, (own if name in own.names(METRICS) else known).load(METRICS, name)) for name in ordered}

@@ -83,7 +83,7 @@ class Batch:
         self.refused = refused  # (points,), by the case: left to runs of their own
         self.run, self.pattern, self.numbers = run, base.pattern, over_all(case, grid, base)
         self.count = grid.count
-        self.asked = sum({points.WANTED[each.name] for each in wanted if each.name in points.WANTED})
+        self.results_wanted = sum({points.WANTED[each.name] for each in wanted if each.name in points.WANTED})
         self.columns = [columns_of(each, self.pattern) for each in wanted]
         self.seconds = 0.0  # of a point
         self._own = threading.local()
@@ -98,7 +98,7 @@ class Batch:
 
     def at(self, numbers: Sequence[int] | range) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
         """Return the values of each quantity at points, and which points have values."""
-        table, states = self.marcher.results(np.array(numbers, np.int64), self.asked)
+        table, states = self.marcher.results(np.array(numbers, np.int64), self.results_wanted)
         served = (states == points.SERVED) & ~self.refused[np.asarray(numbers)]
         table[~served] = np.nan
         return tuple(table[:, columns] for columns in self.columns), served
@@ -185,7 +185,7 @@ def columns_of(each: WantedQuantity, pattern: Pattern) -> NDArray[np.int64]:
     raise KeyError(each.name)
 
 
-def _try(batch: Batch, count: int, asked: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> None:
+def _try(batch: Batch, count: int, sought: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> None:
     """Compare some points with runs of their own, and measure others' time.
 
     Raise `BatchMismatch` where they differ.
@@ -196,7 +196,7 @@ def _try(batch: Batch, count: int, asked: Sequence[WantedQuantity], single: Call
         raise NotServed("none of the points that were tried")
     for place in np.flatnonzero(served)[:TRIAL_POINTS].tolist():
         wanted = single(chosen[place])
-        for each, table, own in zip(asked if wanted else (), values, wanted or (), strict=False):
+        for each, table, own in zip(sought if wanted else (), values, wanted or (), strict=False):
             scale = float(np.max(np.abs(table[served]), initial=0.0, where=np.isfinite(table[served])))
             floor = TRIED_TOL * scale + (ROUNDING if each.unit == "1" else 0.0)
             if not np.allclose(table[place], own, rtol=TRIED_TOL, atol=floor, equal_nan=True):

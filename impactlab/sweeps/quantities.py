@@ -81,7 +81,7 @@ def one_by_one(names: str | Sampled | Sequence[str | Sampled]) -> Sequence[str |
     return names
 
 
-def asked(
+def quantities_of(
     scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry: Registry, also: Sequence[Scene] = ()
 ) -> tuple[WantedQuantity, ...]:
     """Return quantities by name, with their labels in one or several scenes.

@@ -30,7 +30,7 @@ from impactlab.sweeps.engines import computed, size_of_chunk
 from impactlab.sweeps.interrupts import remembered
 from impactlab.sweeps.page import write_page
 from impactlab.sweeps.points import Sweep, origin_of
-from impactlab.sweeps.quantities import DEFAULT, asked, one_by_one
+from impactlab.sweeps.quantities import DEFAULT, one_by_one, quantities_of
 from impactlab.sweeps.result import Result, needed, refuse_large, write_table
 from impactlab.sweeps.sampled import Sampled, check_channel, check_sampled, extreme_in
 from impactlab.sweeps.shards import Shard, read_shard
@@ -166,7 +166,7 @@ def _made_of(
             check_sampled(each, *run, max(scene.duration for scene, _ in (ends or [run])))
         elif extreme := extreme_in(each):
             check_channel(extreme.channel, *run)
-    wanted = asked(run.scene, quantities, case.registry, _others(case, grid))
+    wanted = quantities_of(run.scene, quantities, case.registry, _others(case, grid))
     refuse_large(grid.count, [each.size for each in wanted])
     return Sweep(case, grid, wanted)
 
