@@ -151,8 +151,8 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
     progress : callable, optional
         Called with the fraction done, from 0 to 1, about ten times a second.
     frames : int, optional
-        Fields of stepped bodies are kept at the ends of so many equal parts of the run, beside those that the case
-        asks for (``history.field_times(body)``); no other number of the history depends on it.
+        Fields of stepped bodies are kept at the ends of so many equal parts of the run, beside those of the case
+        (``history.field_times(body)``); no other number of the history depends on it.
 
     Raises
     ------

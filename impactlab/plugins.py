@@ -133,7 +133,7 @@ class Registry:
         part = _import(entry, group)
         try:
             fault = fault_of(part, group)
-        except Exception as error:  # noqa: BLE001 - a stranger's class may answer questions with anything
+        except Exception as error:  # noqa: BLE001 - attributes of a plugin's class may raise anything
             fault = f"it cannot be examined: {type(error).__name__}: {str(error)[:200]}"
         if fault:
             raise PluginError(

@@ -34,8 +34,9 @@ class AdditionDeletion(AbstractContactLaw):
     holds_position = True
     shares_losses = True
     zero_apart = True
-    # A hard constraint has no softness to give. Lumped, the 1999 paper's impact gains 0.003 to 0.008 under newmark, and
-    # with its consistent mass 0.5 to 1.1; moreau_jean gains nothing on either (20 and 100 elements, courant 0.5).
+    # A hard constraint has no stiffness to reduce. On a lumped mesh the 1999 paper's impact gains 0.003 to 0.008 under
+    # newmark, and with its consistent mass 0.5 to 1.1; moreau_jean gains nothing on either (20 and 100 elements,
+    # courant 0.5).
     gain_remedy = "Use integrator moreau_jean, or give finite_element mass: lumped."
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:

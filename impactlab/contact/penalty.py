@@ -103,7 +103,7 @@ class Penalty(AbstractContactLaw):
         force = -(overlapping + damping * port.acting_rate) / (1.0 + spring + dash)
         if explicit and weight != 1.0:
             # A share of the force that the dashpot has in a whole step, not the force of a share of the dashpot: a face
-            # whose mass is that of half an element then gives way as the wave that the force sends out does.
+            # whose mass is that of half an element then moves as far as it does under the wave that the force sends.
             force -= (1.0 - weight) * (force + overlapping)
         if explicit and compliance > 0.0 > free_gap and force + overlapping > 0.0:
             force = min(force, max(-overlapping, -MAX_CLOSED * free_gap / compliance))

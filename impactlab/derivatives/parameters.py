@@ -14,7 +14,7 @@ from impactlab.sweeps.axes import takes_whole
 
 HELD = {
     "solve.step": (
-        "the step is held while a derivative is taken: by this number there is none",
+        "the step is constant while a derivative is taken, so there is no derivative by it",
         "Compare runs of two steps, as in: impactlab sweep CASE --over {path}=A,B.",
     ),
     "solve.tolerance": (

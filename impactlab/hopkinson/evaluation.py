@@ -261,7 +261,7 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
     Raises
     ------
     ImpactlabError
-        If ``waves`` is none of them.
+        If ``waves`` is not one of them.
 
     Warns
     -----

@@ -70,7 +70,8 @@ def amplified(history: AbstractHistory, channel: str, rate: float, smooth: float
     if smooth == 0.0:
         return dt, raw
     if not 0.0 < smooth <= MAX_SMOOTH:
-        raise ImpactlabError(f"smooth is {smooth:.6g} samples. Allowed: 0 to {MAX_SMOOTH:g}", remedy="1 serves fronts.")
+        text = f"smooth is {smooth:.6g} samples. Allowed: 0 to {MAX_SMOOTH:g}"
+        raise ImpactlabError(text, remedy="Give 1 where the signal has fronts.")
     side = math.ceil(WIDTH * smooth * OVERSAMPLING)
     fine = dt / OVERSAMPLING * np.arange(-side, (len(raw) - 1) * OVERSAMPLING + side + 1)
     values = history.evaluate(np.clip(fine, 0.0, history.duration), channel)

@@ -90,7 +90,7 @@ def row_of_numbers(name: str, values: ArrayLike) -> Array:
 
 
 def one_of(name: str, value: Any, allowed: Sequence[str]) -> str:
-    """Return a word; raise `ImpactlabError` where it is none of the allowed ones."""
+    """Return a word; raise `ImpactlabError` unless it is one of the allowed ones."""
     if not isinstance(value, str) or value not in allowed:
         words = f"{', '.join(allowed[:-1])} or {allowed[-1]}"
         raise ImpactlabError(f"{name} is {_given(value)}. Allowed: {words}", remedy=f"Give {words}.")

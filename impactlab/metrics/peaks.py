@@ -216,7 +216,7 @@ def _fronts(history: AbstractHistory, scene: Scene, touches: Sequence[Event], co
 def _echoes(history: AbstractHistory, scene: Scene, touches: Sequence[Event], contact: Contact) -> Array:
     """Return the instants at which further echoes may arrive, (k,) [s].
 
-    They come from joints or out of one body into the other. None where they are too many to tell one from another.
+    They come from joints or out of one body into the other. It is empty where they are too many to be distinguished.
     """
     here, away = _starts(scene, touches, contact)
     trips = _trips(scene, contact)

@@ -64,7 +64,7 @@ def build_body(
 
 
 def _in_coordinates(model: AbstractRodModel, built: AbstractDiscreteModel, by: str) -> AbstractDiscreteModel:
-    """Return a body that a model built; raise `PluginError` where it is none."""
+    """Return a body that a model built; raise `PluginError` for another object."""
     if not isinstance(built, AbstractDiscreteModel):
         raise PluginError(
             f"`{by}` of model '{kind_of(model)}' returned {str(built)[:40]}",

@@ -50,7 +50,7 @@ class Extreme(NamedTuple):
 
 
 def extreme_in(name: str) -> Extreme | None:
-    """Return the extreme that a name of a quantity asks for; None of other names."""
+    """Return the extreme that a name of a quantity states, None for other names."""
     of, opened, rest = name.partition("(")
     return Extreme(of, rest[:-1].strip()) if of in ("max", "min") and opened and rest.endswith(")") else None
 

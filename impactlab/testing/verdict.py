@@ -196,7 +196,7 @@ def reason_of(error: Exception) -> str:
 
 
 def _named(part: Any, name: str) -> None:
-    assert kind_of(part) == name, f"the class name makes {kind_of(part)!r} in summaries, cases ask for {name!r}"
+    assert kind_of(part) == name, f"the class name makes {kind_of(part)!r} in summaries, and cases name {name!r}"
 
 
 def _within_its_memory(law: AbstractContactLaw) -> None:

@@ -123,7 +123,7 @@ class DelayChain(AbstractSelfStepping):
 
     def gives_means(self, x: float) -> bool:
         ends = {0: self._rod.left, self.places.size - 1: self._rod.right}
-        end = ends.get(self.node_at(x))  # type: ignore[arg-type] # None is none of them
+        end = ends.get(self.node_at(x))  # type: ignore[arg-type] # None is no key
         return end is None or not (end.kind == "mass" and end.value > 0.0)
 
     def row(self, x: float, quantity: Quantity) -> Array:

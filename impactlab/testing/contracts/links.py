@@ -54,7 +54,7 @@ class LinkContract(LawContract):
         for _ in range(PORTS):
             reply = self.reply_to(self.port(random))
             assert reply.failed == 0.0
-            assert reply.impulse == reply.projection == 0.0, "a link answers by a force"
+            assert reply.impulse == reply.projection == 0.0, "a link replies by a force alone"
             assert reply.unresolved >= 0.0, f"unresolved is {reply.unresolved:.4g} J, and may not be negative"
             assert reply.dissipated >= 0.0, f"dissipated is {reply.dissipated:.4g} J, and may not be negative"
             assert math.isfinite(reply.force + reply.trial + reply.stored)
@@ -77,7 +77,7 @@ class LinkContract(LawContract):
             assert min(stored) >= 0.0, f"it stores {min(stored):.4g} J, and may not store less than 0"
 
     def test_it_shares_its_totals_between_pieces(self) -> None:
-        """Several pieces in one place answer as the whole law; a law without totals refuses."""
+        """Several pieces in one place reply as the whole law; a law without totals raises an error."""
         from_whole = self.part
         try:
             piece = from_whole.divided(4)

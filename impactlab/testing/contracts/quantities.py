@@ -40,7 +40,7 @@ class QuantityContract:
         for scene, history in self.runs():
             allowed = {*labels_of(scene, getattr(type(self).part, "over", WHOLE))} or {""}
             for label, value in self.found(scene, history).items():
-                assert label in allowed, f"{label!r} is none of the labels {', '.join(map(repr, sorted(allowed)))}"
+                assert label in allowed, f"{label!r} is not one of the labels {', '.join(map(repr, sorted(allowed)))}"
                 assert isinstance(value, int | float | np.integer | np.floating), f"{value!r} is no number"
 
     def test_it_gives_the_same_value_twice(self) -> None:

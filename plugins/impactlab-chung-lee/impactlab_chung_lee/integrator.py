@@ -112,7 +112,7 @@ class ChungLee(AbstractIntegrator):
     def step(self, system: Operators, dt: float) -> Step:
         if np.any(system.damping):
             raise PairingError(
-                "integrator 'chung_lee' serves bodies without dampers only",
+                "integrator 'chung_lee' supports bodies without dampers only",
                 remedy="Use central_difference or newmark.",
                 path="solve.integrator",
             )
