@@ -22,7 +22,7 @@ from impactlab.models.continuous.base import (
     under_waves,
     without_mass,
 )
-from impactlab.models.continuous.timoshenko_grids import Coupling, Grid, coupling, factor, in_blocks, transposed
+from impactlab.models.continuous.timoshenko_grids import Grid, coupling, factor, in_blocks, transposed
 from impactlab.models.continuous.timoshenko_kernel import DEFLECTION, ENDS, MOMENT, ROTATION, SHEAR
 from impactlab.numerics.lanes import LANES
 from impactlab.scene.bodies import Beam, End
@@ -188,7 +188,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
             waves = state[at + 2 * shear.cells : at + 2 * shear.cells + 2 * bend.cells]
             half = 0.5 * np.array(moment) / impedances[1]
             waves[: bend.cells], waves[bend.cells :] = -half, half
-        responses = np.array([self._response(row, numbers, shear, ends, impedances[0], dt, couple) for row in ports])
+        responses = np.array([self._response(row, numbers, shear, ends, impedances[0], dt) for row in ports])
         force_response = np.zeros((len(ports), state.size))
         force_response[:, : at + 2 * shear.cells] = responses.reshape(len(ports), at + 2 * shear.cells)
         return stepper_of(characteristics.free, characteristics.measure, parameters, state, force_response, ports)
@@ -286,9 +286,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
             return float((high - low) / (2.0 * h) + (x - middle) * curvature)
         return float(self._beam.segments[0].bending_stiffness * curvature) if quantity == "bending_moment" else 0.0
 
-    def _response(
-        self, row: Array, numbers: Array, shear: Grid, ends: Array, impedance: float, dt: float, couple: Coupling
-    ) -> Array:
+    def _response(self, row: Array, numbers: Array, shear: Grid, ends: Array, impedance: float, dt: float) -> Array:
         """Return the change of coordinates and shear waves per newton on a coordinate.
 
         The force acts over one step.
