@@ -190,16 +190,23 @@ def _motion(history: AbstractHistory, channel: str, at_start: float) -> tuple[fl
 
 
 def _bow(beam: Beam, x: float) -> float:
-    """Return the curvature per deflection [1/m2] of a static force at x.
+    """Return the largest curvature per deflection [1/m2] of a static force at x.
 
-    The beam is uniform; it is 0 for one that is not held. Of a cantilever it is 3/a2, with the distance a of the force
-    from the clamped end; between two supports 3/(a b).
+    It is that at the force or at a clamped end, in statics of a uniform slender beam, and 0 for a beam that may turn.
     """
-    held = [abs(x - at) for at, end in beam.ends if end.kind in ("clamped", "pinned")]
-    if len(held) == 2:
-        return 3.0 / (held[0] * held[1]) if min(held) > 0.0 else 0.0
-    clamped = [abs(x - at) for at, end in beam.ends if end.kind == "clamped"]
-    return 3.0 / clamped[0] ** 2 if clamped and clamped[0] > 0.0 else 0.0
+    held = [(abs(x - at), end.kind == "clamped") for at, end in beam.ends if end.kind in ("clamped", "pinned")]
+    if not held or min(distance for distance, _ in held) <= 0.0:
+        return 0.0
+    if len(held) == 1:
+        ((a, clamped),) = held
+        return 3.0 / a**2 if clamped else 0.0
+    (b, at_left), (a, at_right) = held
+    length = a + b
+    if at_left == at_right:
+        return 3.0 * length / (a * b * min(a, b)) if at_left else 3.0 / (a * b)
+    if at_right:  # b is the distance from the clamped end, a that from the pinned one
+        a, b = b, a
+    return 6.0 * max(a + 2.0 * length, length * (a + length) / b) / (a * b * (3.0 * length + a))
 
 
 def _force_of(history: AbstractHistory, contact: Contact, links: dict[str, float]) -> float | None:
