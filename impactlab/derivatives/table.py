@@ -71,7 +71,7 @@ class Sensitivities:
         Raises
         ------
         KeyError
-            If there is none.
+            If there is no such row.
         """
         for row in self.rows:
             if row.quantity == quantity and row.parameter == parameter and label in ("", row.label):

@@ -35,7 +35,7 @@ class LowPass:
 
     It is 3 dB down at a given frequency. Near the ends of the record the weights that lie inside are scaled to a sum of
     1: nothing is assumed of what was not measured, and model and data are weighted alike. Of the filtered samples only
-    those half a period of the frequency apart are kept: the others hold nothing more, and the noise of these is nearly
+    those half a period of the frequency apart are kept: the others add no information, and the noise of these is nearly
     independent.
     """
 

@@ -56,8 +56,8 @@ def seen(jacobian: Array, spread: float, weights: Array) -> Identifiability:
     spread : float
         Standard deviation of the residuals.
     weights : array
-        Change of the logarithm of each number over that of its unknown, (n,); 0 of offsets and shifts, which may be not
-        determined without a word.
+        Change of the logarithm of each number over that of its unknown, (n,); 0 of offsets and shifts, for which no
+        warning is given.
     """
     norms = lengths(jacobian)
     _, sizes, ways = np.linalg.svd(jacobian / norms, full_matrices=False)

@@ -238,7 +238,7 @@ class AbstractHistory(Views, ABC):
         Raises
         ------
         ImpactlabError
-            If t lies outside [0, duration] by more than rounding or is none of `field_times`; if x lies outside the
+            If t lies outside [0, duration] by more than rounding or is not one of `field_times`; if x lies outside the
             body.
         """
 

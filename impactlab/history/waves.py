@@ -61,7 +61,7 @@ def wave_body(scene: Scene, name: str, x: float) -> WaveBody:
     Raises
     ------
     ImpactlabError
-        If it is none, or x lies outside it.
+        If the body is neither, or x lies outside it.
     """
     if name not in scene.bodies:
         raise ImpactlabError(f"no body '{name}'; bodies: {', '.join(scene.bodies)}", remedy="Name one of these.")

@@ -75,8 +75,8 @@ def one_gauge(
     threshold : float
         Share of the largest value below which the gauge is quiet.
     end : float, optional
-        Time [s] from which on the record is left out; by default a second 2 distance/c0 later, before which a gauge in
-        no reflection of the other end reaches the middle of the bar.
+        Time [s] from which on the record is left out; by default a second 2 distance/c0 later. Until then no reflection
+        of the other end reaches a gauge in the middle of the bar.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def two_gauges(
 
     The wave R to the right at the first gauge obeys R(t) = e1(t) - e2(t - T) + R(t - 2 T) without dispersion, T the
     time between the gauges. With it, the same is divided in the frequency domain, of signals weighted by exp(-s t):
-    there nothing is divided by zero, and the answer stays causal. The bar is at rest at t = 0. Smooth signals come
+    there nothing is divided by zero, and the result stays causal. The bar is at rest at t = 0. Smooth signals come
     back to 1e-6 of their largest value, with dispersion to 1e-4.
 
     Parameters

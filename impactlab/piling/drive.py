@@ -100,7 +100,7 @@ def drive(case: Case | Simulation, blows: int) -> Driving:
     """Return the permanent motion of a pile under several blows, with residual forces between them.
 
     After each blow pile and soil come to static rest with the sets reached. That rest is the initial displacement and
-    the sets of the next blow, for which the hammer stands on the head as in the case. Places count from the head.
+    the sets of the next blow, for which the hammer stands on the head as in the case. Places are counted from the head.
 
     Parameters
     ----------

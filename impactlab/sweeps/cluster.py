@@ -62,7 +62,7 @@ def connected(address: str, made: Sweep, plugins: Mapping[str, str]) -> Iterator
     Raises
     ------
     CaseError
-        If it does not answer, has no workers, or workers with other code or other plugins (hashes by module).
+        If it does not respond, has no workers, or workers with other code or other plugins (hashes by module).
     ExtraError
         If Dask is not installed.
     """

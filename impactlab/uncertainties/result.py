@@ -46,7 +46,7 @@ class Uncertainty:
         Raises
         ------
         KeyError
-            If there is none.
+            If there is no such quantity or label.
         """
         for each in self.spreads:
             if each.quantity == quantity and label in ("", each.label):

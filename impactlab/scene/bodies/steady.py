@@ -1,6 +1,4 @@
-"""Steady state of rotating rods and beams: radii, stretch, tension; limit rate.
-
-The limit rate is that of rods.
+"""Steady state of rotating rods and beams: radii, stretch, tension; limit rate of rods.
 
 A rod stretched by its own centrifugal force has r'' = -(Omega/c)^2 r, with r(x) the radius at which the section x
 turns: circular functions in each segment, joined by the tension E A (r' - 1). A beam, whose stretch is left out, has
