@@ -29,9 +29,9 @@ Kernel = Callable[..., None]
 class Losses(NamedTuple):
     """Weights of the loss of a dashpot in a step.
 
-    The state of the scheme is u, v, a. It is c ((1 - gamma) v + gamma v_new + lag [z]) [u] - kappa c [v a], with u, v
-    and a of a dashpot's length, [x] the step's change of x, (1 - am) z_new + am z = [v] and z = 0 at first; v is that
-    after an impulse at the start of the step. kappa v C a is then a part of the energy that the scheme measures
+    The state of the scheme is u, v, a. The loss is c ((1 - gamma) v + gamma v_new + lag [z]) [u] - kappa c [v a], with
+    u, v and a of a dashpot's length, [x] the step's change of x, (1 - am) z_new + am z = [v] and z = 0 at first; v is
+    that after an impulse at the start of the step. kappa v C a is then a part of the energy that the scheme measures
     (`impactlab.integrators.alpha`).
     """
 

@@ -23,9 +23,8 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
     """Yield a warning for each rod or beam strained beyond linear theory.
 
     The limit is a strain of about a hundredth. The strain is estimated, within a factor of about two, without reading
-    fields: of a rod from the contact forces over E A, of a beam from the speed and the way of its struck places. Bodies
-    of a material that no solid is, as those of unit constants, have no such limit; `impactlab.scene.ranges` has more on
-    them.
+    fields: of a rod from the contact forces over E A, of a beam from the speed and displacement of its struck places.
+    Bodies whose wave speed is that of no solid, as those of unit constants, have no such limit (`is_solid`).
     """
     scene = history.scene
     limits = _limits(scene)
@@ -93,9 +92,9 @@ def strain_of_rod(
     """Return an estimate of the largest strain of a rod.
 
     ``met`` are its contacts with their places x [m], ``links`` the forces of links [N]. A contact force strains the
-    sections beside it. Into further segments its wave goes with the share that their impedances let through. Fronts
-    that add up at a far end, by two at most, are left out. Peaks of single elements, whose energy would be more than
-    that of the run, are none of the rod.
+    sections beside it. Into further segments its wave goes with the share that their impedances transmit. Fronts that
+    add up at a far end, by two at most, are left out, and so are peaks of single elements whose energy would be more
+    than that of the run.
     """
     strains = [0.0]
     if rod.is_held:

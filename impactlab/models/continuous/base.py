@@ -71,7 +71,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         return np.array([self.misfit(step) for step in steps.tolist()])
 
     def broken(self, dt: float) -> float:
-        """Return the share of a step by which waves arrive between two, 0 to 1/2.
+        """Return the share of a step by which waves arrive between steps, 0 to 1/2.
 
         It is 0, as here, if none do; ``dt`` is in s.
 

@@ -2,12 +2,11 @@
 
 Waves travel from node to node, and at each node two arrive and two leave.
 
-Parameters: number of nodes, dt, number of
-steps so far; then of each node impedance to its left, impedance to its right, mean velocity per force, spring, 2 m/dt,
-load; then of each piece between two nodes its delay in steps, the index where its waves stand, the present place there,
-its impedance, the velocity that gravity gives to either wave in a step; then the waves on their way as they were sent,
-both directions of a step side by side. These, places and the number of steps the kernel writes: they are the memory of
-the body, kept apart from the state that contacts change.
+Parameters: number of nodes, dt, number of steps so far; then of each node impedance to its left, impedance to its
+right, mean velocity per force, spring, 2 m/dt, load; then of each piece between two nodes its delay in steps, the index
+where its waves stand, the present place there, its impedance, the velocity that gravity gives to either wave in a step;
+then the waves on their way as they were sent, both directions of a step side by side. The kernel writes these, the
+places and the number of steps: they are the memory of the body, kept apart from the state that contacts change.
 
 State: of each node the time integral of the velocity that it sends to the left, its displacement, and that of the
 velocity that it sends to the right [m]; then the three velocities.

@@ -21,11 +21,11 @@ from impactlab.types import option
 class Continuous(AbstractRodModel):
     """Exact travelling waves (continuous), without a mesh: rods from event to event, beams by characteristics.
 
-    Rods under hard contacts, constant springs and, without a step, laws that
-    are linear between changes of branch are solved from event to event; under other laws a rod is delays between its
-    ends, the ends of its segments and the places of its contacts, which are evaluated in each step. A Timoshenko beam
-    steps too, its two families of waves each shifted exactly (`timoshenko`); an Euler-Bernoulli beam has no fronts and
-    is supported where it is infinite, by its exact memory at the place where it is struck (`infinite_beam`).
+    Rods under hard contacts, constant springs and, without a step, laws that are linear between changes of branch are
+    solved from event to event. Under other laws a rod is delays between its ends, the ends of its segments and the
+    places of its contacts, which are evaluated in each step. A Timoshenko beam steps too, its two families of waves
+    each shifted exactly (`timoshenko`). An Euler-Bernoulli beam has no fronts and is supported where it is infinite, by
+    its exact memory at the place where it is struck (`infinite_beam`).
 
     Where it steps, ``points_per_period`` counts the period of mode d of the uniform body, d = ``modes``, else
     ``elements``, else 100: the step of a modal model with as many. A run without steps ignores both, with a warning.

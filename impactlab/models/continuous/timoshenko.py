@@ -50,11 +50,11 @@ class TimoshenkoWaves(AbstractSelfStepping):
     F/(2 sqrt(kGA rho A)), at a tip with twice that.
 
     The step must fit: a beam with two ends takes a whole number of cells of both grids, a contact stands on a node of
-    the first. So a step up to a fifth shorter than the given one is taken, the one that fits best; the rest gives
-    way: contacts move to the nearest node (less than half a cell), the rotary inertia changes (by less than 1e-4 as a
-    rule) so that the bending grid closes. Ends that are infinite are as long as needed for nothing to come back within
-    the run. ``points_per_period`` counts the period of mode ``modes`` of shear waves over the length, as on the delay
-    line; the radius of gyration should hold a cell or more.
+    the first. So a step up to a fifth shorter than the given one is taken, the one that fits best. The rest is
+    adjusted: contacts move to the nearest node (less than half a cell), the rotary inertia changes (by less than 1e-4
+    as a rule) so that the bending grid closes. Ends that are infinite are as long as needed for nothing to come back
+    within the run. ``points_per_period`` counts the period of mode ``modes`` of shear waves over the length, as on the
+    delay line; the radius of gyration should hold a cell or more.
 
     References
     ----------

@@ -2,11 +2,11 @@
 
 Waves are shifted exactly on two grids; shear and rotation are coupled implicitly.
 
-Parameters: the header below; then
-four ends (left and right for the deflection, left and right for the rotation) of five entries: 1 where the beam goes
-on, mean velocity per force, spring, 2 m/dt, load; then kind, cell or node, and share of each coordinate; then of each
-shear cell the first bending cell it meets and its row of the coupling, of each bending cell the first shear cell and
-its row of the transpose, and the factors (`timoshenko_grids`). Rows are padded with zeros to blocks of eight.
+Parameters: the header below; then four ends (left and right for the deflection, left and right for the rotation) of
+five entries: 1 where the beam goes on, mean velocity per force, spring, 2 m/dt, load; then kind, cell or node, and
+share of each coordinate; then of each shear cell the first bending cell it meets and its row of the coupling, of each
+bending cell the first shear cell and its row of the transpose, and the factors (`timoshenko_grids`). Rows are padded
+with zeros to blocks of eight.
 
 State: coordinates, their velocities; displacement and velocity of each of the four ends; energy and momentum gone to
 infinity; waves to the right and to the left in each shear cell, the same in each bending cell; room for B and for the
