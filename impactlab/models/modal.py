@@ -33,11 +33,11 @@ MAX_COORDINATES = 2000  # coordinates of the mesh behind the modes, as the matri
 class Modal(AbstractRodModel):
     """A few uncoupled modes, by default free-end eigenvectors, of a mesh or analytic.
 
-    Without a mesh they are analytic. ``modes`` counts coordinates beside the rigid motions that
-    nothing holds, which are kept and not counted, whatever the basis: one of a rod, up to two of a beam. Damping must
-    leave the modes uncoupled: Rayleigh's, or one viscosity over young for all. With ``residual`` each contact has a
-    coordinate more, which moves as the static shape of the eigenvectors left out (`impactlab.bases.residual`): the
-    flexibility at contacts is then that of the whole body.
+    Without a mesh they are analytic. ``modes`` counts coordinates beside the rigid motions that nothing holds, which
+    are kept and not counted, whatever the basis: one of a rod, up to two of a beam. Damping must leave the modes
+    uncoupled: Rayleigh's, or one viscosity over young for all. With ``residual`` each contact has a coordinate more,
+    which moves as the static shape of the eigenvectors left out (`impactlab.bases.residual`): the flexibility at
+    contacts is then that of the whole body.
 
     References
     ----------

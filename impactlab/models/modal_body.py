@@ -173,9 +173,9 @@ def reduced_body(
 def projections(given: ReducedMesh, wanted: ReducedMesh) -> Array:
     """Return the maps (2, n_dof, n_dof) from one set of coordinates to another.
 
-    The first is of displacements, the second of velocities. Velocities orthogonally in the mass; displacements
-    orthogonally in the stiffness, the rigid motion of a free rod in the mass: the part dropped has no energy in common
-    with the part kept, and none that is negative.
+    The first is of displacements, the second of velocities. Velocities are projected orthogonally in the mass,
+    displacements in the stiffness and the rigid motion of a free rod in the mass: the part dropped has no energy in
+    common with the part kept, and none that is negative.
     """
     mesh = given.mesh
     velocities = wanted.shapes.T @ products(mesh.mass, given.shapes)
