@@ -32,11 +32,12 @@ def lowest(mass: Array, stiffness: Array, count: int) -> Array:
 
 
 def rotated(mass: Array, stiffness: Array, shapes: Array) -> Array:
-    """Return eigenvectors of two banded matrices, of the space of approximate ones (n_dof, n), as `lowest`.
+    """Return Rayleigh-Ritz eigenvectors of two banded matrices, from approximate ones (n_dof, n).
 
-    Solved for all frequencies of a mesh at once, the lowest eigenvectors of a beam hold some of each other, by the
-    rounding of the highest frequency squared over the difference of their own: of 400 elements on a soft support some
-    1e-3. Their space is accurate, so that the matrices in it give them (Rayleigh and Ritz).
+    They are as `lowest` returns them. Solved for all frequencies of a mesh at once, the lowest eigenvectors of a beam
+    hold some of each other, by the rounding of the highest frequency squared over the difference of their own: of 400
+    elements on a soft support some 1e-3. Their space is accurate, so that the matrices in it give them (Rayleigh and
+    Ritz).
     """
     from scipy.linalg import eigh
 

@@ -20,6 +20,7 @@ from functools import lru_cache
 import numpy as np
 
 from impactlab.errors import ImpactlabError
+from impactlab.measurement.inputs import above_zero
 from impactlab.types import Array
 
 LONG_WAVE_FACTOR = math.sqrt(0.8)  # C of Nesterenko's long-wave equation: r(0) = (5/4)^2
@@ -108,21 +109,29 @@ def solitary_wave(exponent: float = 1.5, points: int = 4096) -> SolitaryWave:
     return SolitaryWave(exponent, s, r, float(np.max(np.abs(again - r))))
 
 
-def wave_speed(stiffness: float, mass: float, force: float, exponent: float = 1.5) -> float:
+def wave_speed(stiffness: float | str, mass: float | str, force: float | str, exponent: float = 1.5) -> float:
     """Return the speed [beads/s] of a solitary wave with a largest force [N].
 
     The chain has F = k d^n. 1/T = C sqrt(k^(1/n) F^(1-1/n)/m); for Hertz's n = 3/2 C sqrt(k^(2/3) F^(1/3)/m).
 
     Parameters
     ----------
-    stiffness : float
-        k [N/m^n].
-    mass : float
-        Of a bead [kg].
-    force : float
-        Largest force of a contact [N].
+    stiffness : float or str
+        k [N/m^n], or a string with its unit.
+    mass : float or str
+        Of a bead [kg], likewise.
+    force : float or str
+        Largest force of a contact [N], likewise.
     exponent : float
-        n.
+        n, from 1.1 to 5.
+
+    Raises
+    ------
+    ImpactlabError
+        If a value is not a number above 0, or n out of range.
     """
+    wave = solitary_wave(exponent)
+    stiffness = above_zero("stiffness", stiffness, f"N/m^{exponent:g}")
+    mass, force = above_zero("mass", mass, "kg"), above_zero("force", force, "N")
     scale = stiffness ** (1.0 / exponent) * force ** (1.0 - 1.0 / exponent) / mass
-    return solitary_wave(exponent).factor * math.sqrt(scale)
+    return wave.factor * math.sqrt(scale)

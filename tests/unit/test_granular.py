@@ -51,6 +51,15 @@ def test_the_factor_of_the_discrete_chain_and_of_the_long_wave() -> None:
     )
 
 
+def test_the_speed_takes_units_and_refuses_values_that_are_not_above_zero() -> None:
+    assert wave_speed("7.7 GN/m^1.5", "4.1 g", "0.213 kN") == pytest.approx(wave_speed(7.7e9, 4.1e-3, 213.0))
+    for values in ((-7.7e9, 4.1e-3, 213.0), (7.7e9, 0.0, 213.0), (7.7e9, 4.1e-3, math.nan)):
+        with pytest.raises(ImpactlabError, match=r"^(stiffness|mass|force) is .* must be positive"):
+            wave_speed(*values)
+    with pytest.raises(ImpactlabError, match="exponent 1 is out of range"):
+        wave_speed(7.7e9, 4.1e-3, 213.0, 1.0)
+
+
 def test_the_wave_obeys_its_equation_in_plain_sums() -> None:
     """The convolution with the tent once more, by the trapezoidal rule, Euler-Maclaurin terms for its kinks."""
     wave = solitary_wave()

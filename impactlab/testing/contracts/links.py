@@ -77,7 +77,10 @@ class LinkContract(LawContract):
             assert min(stored) >= 0.0, f"it stores {min(stored):.4g} J, and may not store less than 0"
 
     def test_it_shares_its_totals_between_pieces(self) -> None:
-        """Several pieces in one place reply as the whole law; a law without totals raises an error."""
+        """Several pieces in one place reply as the whole law.
+
+        A law without totals raises an error.
+        """
         from_whole = self.part
         try:
             piece = from_whole.divided(4)
