@@ -19,12 +19,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from impactlab.errors import ImpactlabError
-from impactlab.measurement.inputs import above_zero
+from impactlab.errors import ImpactlabError, expect_whole
+from impactlab.measurement.inputs import above_zero, finite
 from impactlab.types import Array
 
 LONG_WAVE_FACTOR = math.sqrt(0.8)  # C of Nesterenko's long-wave equation: r(0) = (5/4)^2
 HALF_WIDTH = 8.0  # beads: the wave falls doubly exponentially, below 1e-100 there
+MAX_POINTS = 2**20  # of the wave: 8 MB
 MAX_TURNS = 500
 TOLERANCE = 1e-15  # of the largest value, between two turns
 
@@ -63,7 +64,6 @@ class SolitaryWave:
         return np.asarray((np.maximum(self.overlap, 0.0) / self.largest) ** self.exponent)
 
 
-@lru_cache(maxsize=16)
 def solitary_wave(exponent: float = 1.5, points: int = 4096) -> SolitaryWave:
     """Return the solitary wave of a discrete chain with F = k d^n.
 
@@ -72,19 +72,29 @@ def solitary_wave(exponent: float = 1.5, points: int = 4096) -> SolitaryWave:
     exponent : float
         n, from 1.1 to 5.
     points : int
-        Even number of places in -8 <= s < 8 beads.
+        Even number of places in -8 <= s < 8 beads, from 64.
 
     Raises
     ------
     ImpactlabError
-        If n is out of range, or the iteration does not settle.
+        If n or the number of places is out of range, or the iteration does not settle.
 
     References
     ----------
     EnglishPego2005 (the convolution, and its tail); Petviashvili1976 (the iteration).
     """
+    exponent = finite("exponent", exponent, "1")
     if not 1.1 <= exponent <= 5.0:
         raise ImpactlabError(f"exponent {exponent:g} is out of range. Allowed: 1.1 to 5", remedy="Give another one.")
+    expect_whole(points, "points", 64, MAX_POINTS)
+    if points % 2:
+        raise ImpactlabError(f"{points} points are an odd number", remedy="Give an even one.")
+    return _settled(exponent, int(points))
+
+
+@lru_cache(maxsize=16)
+def _settled(exponent: float, points: int) -> SolitaryWave:
+    """Return the solitary wave to which the iteration converges."""
     s = np.linspace(-HALF_WIDTH, HALF_WIDTH, points, endpoint=False)
     frequencies = 2.0 * math.pi * np.fft.rfftfreq(points, s[1] - s[0])
     tent = np.sinc(frequencies / (2.0 * math.pi)) ** 2  # (2 sin(w/2)/w)^2

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.units import to_si
 from impactlab.errors import ImpactlabError
+from impactlab.measurement.inputs import finite, pair
 from impactlab.types import Array
 
 Size: TypeAlias = float | str
@@ -81,19 +82,24 @@ def sphere_stiffness(
     Raises
     ------
     ImpactlabError
-        If a size is not a number, or out of range.
+        If a size is not a number, or out of range, or arrays of sizes differ in shape.
 
     References
     ----------
     Hertz1882.
     """
-    second = (young, poisson) if others is None else others
+    second = (young, poisson) if others is None else pair("others", others)
     modulus, modulus_other = _positive("young", young, "Pa"), _positive("others", second[0], "Pa")
     r, r_other = _positive("radius", radius, "m"), _positive("other", other, "m")
-    for ratio in (poisson, second[1]):
+    ratios = [finite("poisson", ratio, "1") for ratio in (poisson, second[1])]
+    for ratio in ratios:
         if not 0.0 <= ratio <= 0.5:
             raise ImpactlabError(f"poisson {ratio:g} is out of range. Allowed: 0 to 0.5", remedy="Give another ratio.")
-    compliance = (1.0 - poisson**2) / modulus + (1.0 - second[1] ** 2) / modulus_other
+    shapes = [each.shape for each in (modulus, modulus_other, r, r_other) if each.shape]
+    if len({*shapes}) > 1:
+        text = f"sizes of shapes {', '.join(map(str, dict.fromkeys(shapes)))} are given"
+        raise ImpactlabError(text, remedy="Give arrays of one shape, as in radius=R[:-1], other=R[1:].")
+    compliance = (1.0 - ratios[0] ** 2) / modulus + (1.0 - ratios[1] ** 2) / modulus_other
     return _plain(4.0 / 3.0 / compliance * np.sqrt(1.0 / (1.0 / r + 1.0 / r_other)))
 
 

@@ -51,7 +51,8 @@ def finite(name: str, value: float | str, unit: str) -> float:
     """Return a finite number in an SI unit; raise `ImpactlabError` for any other."""
     found = in_si(name, value, unit)
     if not math.isfinite(found):
-        raise ImpactlabError(f"{name} is {found:.6g}; it must be finite", remedy=f"Give a finite number in {unit}.")
+        remedy = "Give a finite number." if unit == "1" else f"Give a finite number in {unit}."
+        raise ImpactlabError(f"{name} is {found:.6g}; it must be finite", remedy=remedy)
     return found
 
 
