@@ -9,8 +9,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Warned
+from impactlab.models.mesh.beam_elements import matrices
 from impactlab.scene.bodies import Beam, WaveBody
-from impactlab.scene.facts import beams_of
+from impactlab.scene.facts import beams_of, cut_at
 from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import is_solid
 
@@ -191,21 +192,30 @@ def _motion(history: AbstractHistory, channel: str, at_start: float) -> tuple[fl
 def _bow(beam: Beam, x: float) -> float:
     """Return the largest curvature per deflection [1/m2] of a static force at x.
 
-    It is that at the force or at a clamped end, in statics of a uniform slender beam, and 0 for a beam that may turn.
+    It is 0 for a beam that may move as a whole.
     """
-    held = [(abs(x - at), end.kind == "clamped") for at, end in beam.ends if end.kind in ("clamped", "pinned")]
-    if not held or min(distance for distance, _ in held) <= 0.0:
+    ends = beam.left, beam.right
+    held = sum(end.kind in ("clamped", "pinned") or (end.kind == "spring" and end.value > 0.0) for end in ends)
+    if held + any(end.kind == "clamped" or end.rotational > 0.0 for end in ends) < 2:
         return 0.0
-    if len(held) == 1:
-        ((a, clamped),) = held
-        return 3.0 / a**2 if clamped else 0.0
-    (b, at_left), (a, at_right) = held
-    length = a + b
-    if at_left == at_right:
-        return 3.0 * length / (a * b * min(a, b)) if at_left else 3.0 / (a * b)
-    if at_right:  # b is the distance from the clamped end, a that from the pinned one
-        a, b = b, a
-    return 6.0 * max(a + 2.0 * length, length * (a + length) / b) / (a * b * (3.0 * length + a))
+    pieces = list(cut_at(beam.segments, [x]))  # elements that are exact for loads at their nodes
+    elements = [matrices(piece, piece.length).stiffness for piece in pieces]
+    stiffness, fixed = np.zeros((2 * len(pieces) + 2,) * 2), list[int]()
+    for number, element in enumerate(elements):
+        stiffness[2 * number :, 2 * number :][:4, :4] += element
+    for first, end in zip((0, 2 * len(pieces)), ends, strict=True):
+        if end.kind == "spring":
+            stiffness[[first, first + 1], [first, first + 1]] += end.value, end.rotational
+        fixed += {"clamped": [first, first + 1], "pinned": [first]}.get(end.kind, [])
+    places = np.cumsum([0.0, *(piece.length for piece in pieces)])
+    free, struck = np.setdiff1d(np.arange(len(stiffness)), fixed), 2 * int(np.abs(places - x).argmin())
+    if struck in fixed:
+        return 0.0
+    moved = np.zeros(len(stiffness))
+    moved[free] = np.linalg.solve(stiffness[np.ix_(free, free)], np.where(free == struck, 1.0, 0.0))
+    moments = [np.abs(element @ moved[2 * number :][:4])[[1, 3]].max() for number, element in enumerate(elements)]
+    curvature: float = max(float(each) / piece.bending_stiffness for each, piece in zip(moments, pieces, strict=True))
+    return curvature / float(moved[struck])
 
 
 def _force_of(history: AbstractHistory, contact: Contact, links: dict[str, float]) -> float | None:
