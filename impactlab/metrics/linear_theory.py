@@ -1,10 +1,11 @@
-"""The warning ``large_strain``: a rod or beam leaves linear theory."""
+"""The warnings ``large_strain`` and ``large_bending``: a rod or beam leaves linear theory."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,11 +18,14 @@ from impactlab.scene.ranges import is_solid
 
 LINEAR = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
 MAX_STRAIN = 2.0 * LINEAR  # of an estimate within a factor of two: strains above it give a warning
+BENT_WARN = (
+    0.01  # of the length of a beam, by which bending shortens it: a deflection of 6 % between ends, 13 % of a tip
+)
 SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy of a run
 
 
 def overstrained(history: AbstractHistory) -> Iterator[Warned]:
-    """Yield a warning for each rod or beam strained beyond linear theory.
+    """Yield a warning for each rod or beam strained, or beam bent, beyond linear theory.
 
     The limit is a strain of about a hundredth. The strain is estimated, within a factor of about two, without reading
     fields: of a rod from the contact forces over E A, of a beam from the speed and displacement of its struck places.
@@ -45,6 +49,7 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
         yield from _warned(rod.name, strain_of_rod(history, rod, met[rod.name], links))
     for beam in beams:
         yield from _warned(beam.name, strain_of_beam(history, beam, met[beam.name], links))
+        yield from _bent(beam.name, shortening_of_beam(history, beam, met[beam.name]))
 
 
 def _limits(scene: Scene) -> dict[str, float] | None:
@@ -84,6 +89,16 @@ def _warned(name: str, strain: float) -> Iterator[Warned]:
             f"'{name}' is strained by about {100.0 * strain:.2g} % (an estimate within a factor of two): linear theory "
             f"holds up to about {100.0 * LINEAR:g} %, and few materials bear more without yielding; check speeds, "
             "masses and sizes with their units, and read the result as that of a linear material without a limit",
+        )
+
+
+def _bent(name: str, shortening: float) -> Iterator[Warned]:
+    if shortening > BENT_WARN:
+        yield Warned(
+            "large_bending",
+            f"'{name}' bends so far that its length between its ends changes by about {100.0 * shortening:.2g} %: the "
+            f"linear theory of beams holds up to about {100.0 * BENT_WARN:g} %; check speeds, masses and sizes with "
+            "their units, or give a stiffer or shorter beam",
         )
 
 
@@ -162,7 +177,7 @@ def strain_of_beam(
             continue
         speed, way = _motion(history, name, beam.velocity)
         fastest = max(fastest, min(speed, 2.0 * _speed(history, contact) or speed))
-        bow = max(bow, way * _bow(beam, x))
+        bow = max(bow, way * _bow(beam, x).curvature)
     waves = fastest / slowest
     if not beam.is_held and all(force is not None for force in forces) and not any(e.is_loaded for _, e in beam.ends):
         waves = min(waves, sum(force or 0.0 for force in forces) * beam.length / softest)
@@ -189,33 +204,50 @@ def _motion(history: AbstractHistory, channel: str, at_start: float) -> tuple[fl
     return float(np.abs(speeds - at_start).max()), float(np.abs(moved - moved[0]).max())
 
 
-def _bow(beam: Beam, x: float) -> float:
-    """Return the largest curvature per deflection [1/m2] of a static force at x.
+def shortening_of_beam(history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]]) -> float:
+    """Return an estimate of the largest shortening of a held beam by its bending, over its length.
 
-    It is 0 for a beam that may move as a whole.
+    It is that of the static bow by the displacement of each place of a contact: half the integral of the slope squared.
     """
+    channels = frozenset(history.channels()) if met else ()
+    ways = {x: _motion(history, beam.face_channel(x), 0.0)[1] for _, x in met if beam.face_channel(x) in channels}
+    return max((way**2 * _bow(beam, x).shortening / beam.length for x, way in ways.items()), default=0.0)
+
+
+class Bow(NamedTuple):
+    """The static shape of a beam under a force, per deflection at the force."""
+
+    curvature: float  # 1/m2, the largest
+    shortening: float  # 1/m, per deflection squared
+
+
+def _bow(beam: Beam, x: float) -> Bow:
+    """Return the static bow under a force at x [m]; zeros for a beam that may move as a whole."""
     ends = beam.left, beam.right
     held = sum(end.kind in ("clamped", "pinned") or (end.kind == "spring" and end.value > 0.0) for end in ends)
     if held + any(end.kind == "clamped" or end.rotational > 0.0 for end in ends) < 2:
-        return 0.0
+        return Bow(0.0, 0.0)
     pieces = list(cut_at(beam.segments, [x]))  # elements that are exact for loads at their nodes
-    elements = [matrices(piece, piece.length).stiffness for piece in pieces]
-    stiffness, fixed = np.zeros((2 * len(pieces) + 2,) * 2), list[int]()
-    for number, element in enumerate(elements):
-        stiffness[2 * number :, 2 * number :][:4, :4] += element
-    for first, end in zip((0, 2 * len(pieces)), ends, strict=True):
+    each = [matrices(piece, piece.length) for piece in pieces]
+    size = 2 * len(pieces) + 2
+    stiffness, slopes, fixed = np.zeros((size, size)), np.zeros((size, size)), list[int]()
+    for first, element in zip(range(0, size, 2), each, strict=False):
+        stiffness[first : first + 4, first : first + 4] += element.stiffness
+        slopes[first : first + 4, first : first + 4] += element.tension
+    for first, end in zip((0, size - 2), ends, strict=True):
         if end.kind == "spring":
             stiffness[[first, first + 1], [first, first + 1]] += end.value, end.rotational
         fixed += {"clamped": [first, first + 1], "pinned": [first]}.get(end.kind, [])
     places = np.cumsum([0.0, *(piece.length for piece in pieces)])
-    free, struck = np.setdiff1d(np.arange(len(stiffness)), fixed), 2 * int(np.abs(places - x).argmin())
+    free, struck = np.setdiff1d(np.arange(size), fixed), 2 * int(np.abs(places - x).argmin())
     if struck in fixed:
-        return 0.0
-    moved = np.zeros(len(stiffness))
+        return Bow(0.0, 0.0)
+    moved = np.zeros(size)
     moved[free] = np.linalg.solve(stiffness[np.ix_(free, free)], np.where(free == struck, 1.0, 0.0))
-    moments = [np.abs(element @ moved[2 * number :][:4])[[1, 3]].max() for number, element in enumerate(elements)]
-    curvature: float = max(float(each) / piece.bending_stiffness for each, piece in zip(moments, pieces, strict=True))
-    return curvature / float(moved[struck])
+    moved /= moved[struck]
+    moments = [np.abs(one.stiffness @ moved[2 * number :][:4])[[1, 3]].max() for number, one in enumerate(each)]
+    curvature = max(float(moment) / piece.bending_stiffness for moment, piece in zip(moments, pieces, strict=True))
+    return Bow(curvature, 0.5 * float(moved @ slopes @ moved))
 
 
 def _force_of(history: AbstractHistory, contact: Contact, links: dict[str, float]) -> float | None:

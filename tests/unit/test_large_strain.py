@@ -1,6 +1,7 @@
 """Runs that leave linear theory say so, and those of real rods and beams do not."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -98,6 +99,30 @@ def test_the_strain_under_a_slow_heavy_blow_is_that_of_statics(left, right, x):
     largest = max(moments) * 0.005 / beam.segments[0].bending_stiffness
     estimated = strain_of_beam(history, beam, [(history.scene.contacts[0], x)], {})
     assert largest / 2.0 < estimated < 2.0 * largest
+
+
+def strip_under_a_ball(speed):
+    """Return the run of a ball that strikes the tip of a slender cantilever, EI = 0.35 N m2, 1 m long."""
+    strip = il.Beam(length=1.0, section={"width": 0.02, "height": 0.001}, material="steel", ends={"left": "clamped"})
+    case = il.Case(
+        bodies={"ball": il.Mass(0.5, velocity=speed), "strip": strip},
+        contacts=[il.Contact("ball", "strip.right", {"kind": "penalty", "stiffness": 1e5})],
+        solve=in_steps(1.0, "midpoint", mesh(40), dt="50 us"),
+    )
+    return il.run(case)
+
+
+def test_a_beam_that_bends_far_is_warned_of_at_small_strains():
+    """A tip that moves by a length strains the strip by 0.2 %, and its slope of 1 is no small angle."""
+    far, near = strip_under_a_ball(1.5), strip_under_a_ball(0.1)
+    texts = [each.text for each in far.warnings if each.code == "large_bending"]
+    moved = np.abs(far.evaluate(np.linspace(0.0, far.duration, 2001), "displacement:strip@1")).max()
+    assert moved > 0.5
+    assert len(texts) == 1
+    share = float(re.search(r"changes by about ([\d.]+) %", texts[0])[1])
+    assert share == pytest.approx(60.0 * moved**2, rel=0.05)  # 3/5 (deflection)^2/L of a cantilever
+    assert {"large_bending", "large_strain"}.isdisjoint(each.code for each in near.warnings)
+    assert "large_strain" not in [each.code for each in far.warnings]
 
 
 def test_materials_of_unit_constants_have_no_limit():
