@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Warned
-from impactlab.models.mesh.beam_elements import matrices
+from impactlab.metrics.static_shapes import bow, sides_of, stretch
 from impactlab.scene.bodies import Beam, WaveBody
-from impactlab.scene.facts import beams_of, cut_at
+from impactlab.scene.bodies.pieces import Segment
+from impactlab.scene.facts import beams_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import is_solid
 
@@ -73,7 +72,7 @@ def _found_limits(scene: Scene) -> dict[str, float] | None:
             return None
         for _, contact in scene.met_by(rod.name):
             for x in contact.places_on(rod.name):
-                limit = MAX_STRAIN / _strain_at(rod, x)
+                limit = MAX_STRAIN / _strain_at(rod, x, scene.duration)
                 limits[contact.name] = min(limits[contact.name], limit)
     return limits
 
@@ -108,21 +107,32 @@ def strain_of_rod(
     """Return an estimate of the largest strain of a rod.
 
     ``met`` are its contacts with their places x [m], ``links`` the forces of links [N]. A contact force strains the
-    sections beside it. Into further segments its wave goes with the share that their impedances transmit. Fronts that
-    add up at a far end, by two at most, are left out, and so are peaks of single elements whose energy would be more
-    than that of the run.
+    sections beside it. Into further segments its wave goes with the share that their impedances transmit. A place that
+    is moved by u strains a held rod by that of statics. Fronts that add up at a far end, by two at most, are left out,
+    and so are peaks of single elements whose energy would be more than that of the run.
     """
     strains = [0.0]
     if rod.is_held:
         strains.append(abs(rod.velocity) / min(segment.wave_speed for segment in rod.segments))
+    channels = frozenset(history.channels()) if rod.is_held and history.duration > rod.round_trip else ()
     for contact, x in met:
         force = _force_of(history, contact, links)
         if force is None:  # of an impulse law: that of the speed at which the faces meet at first
-            force = _speed(history, contact) * rod.impedance_at(x)
-        strains.append(force * _strain_at(rod, x))
+            strains.append(_speed(history, contact) * rod.impedance_at(x) * _strain_at(rod, x, 0.0))
+        elif contact.name in links:
+            strains.append(force * _strain_at(rod, x, history.duration))
+        else:
+            lasting = [
+                (span.peak_force or 0.0, span.until(history.duration) - span.start)
+                for span in history.spans(contact.name)
+            ]
+            two = (max(lasting, default=(0.0, 0.0)), max(lasting, key=lambda each: each[1], default=(0.0, 0.0)))
+            strains += [peak * _strain_at(rod, x, time) for peak, time in two]
+        if (name := rod.face_channel(x)) in channels:
+            strains.append(_motion(history, name, 0.0)[1] * stretch(rod, x))
     for x, end in rod.ends:
         if end.is_loaded:
-            strains.append(end.largest_force(history.duration) * _strain_per_force(rod, x))
+            strains.append(end.largest_force(history.duration) * _strain_at(rod, x, history.duration))
     strain = max(strains)
     if strain > MAX_STRAIN:  # only here, as the energies of an exact run are computed on first use
         energy = max(history.energy.at_stake, float(np.max(history.energy.total - history.energy.total[0])))
@@ -131,27 +141,33 @@ def strain_of_rod(
     return strain
 
 
-def _strain_at(rod: WaveBody, x: float) -> float:
-    """Return the largest strain per force [1/N] of waves from a contact.
+def _strain_at(rod: WaveBody, x: float, lasting: float) -> float:
+    """Return the largest strain per force [1/N] at x [m] that lasts a time [s]."""
+    left, right = sides_of(rod, x)
+    impedances = [pieces[0].impedance if pieces else 0.0 for pieces in (left, right)]
+    held = [end.kind in ("clamped", "spring") for end in (rod.left, rod.right)]
+    return max(
+        _strain_along(pieces, own / sum(impedances), lasting, is_held)
+        for pieces, own, is_held in zip((left, right), impedances, held, strict=True)
+    )
 
-    The contact is at x [m].
+
+def _strain_along(pieces: list[Segment], share: float, lasting: float, is_held: bool) -> float:
+    """Return the largest strain in pieces per force [1/N], of which the first one has a share.
+
+    A wave goes on into a piece of less impedance with the share 1 - r, r = (Z1 - Z2)/(Z1 + Z2), and with 1 - r^m after
+    m passes through the piece before: its reflections add up to the whole force, until the end of a piece that is not
+    held is felt.
     """
-    if not rod.is_inner(x):
-        return _strain_per_force(rod, x)
-    before, after = rod.segment_before(x), rod.segment_at(x)
-    return 1.0 / (before.young * before.area + after.young * after.area)
-
-
-def _strain_per_force(rod: WaveBody, x: float) -> float:
-    """Return the largest strain per force [1/N] of a wave from an end.
-
-    The end is at x [m]; the largest is taken over the segments.
-    """
-    segments = rod.segments if x == 0.0 else rod.segments[::-1]
-    share, found = 1.0, 1.0 / (segments[0].young * segments[0].area)
-    for one, other in itertools.pairwise(segments):
-        share *= 2.0 * other.impedance / (one.impedance + other.impedance)
-        found = max(found, share / (other.young * other.area))
+    found, beyond = 0.0, sum(2.0 * piece.length / piece.wave_speed for piece in pieces)
+    for before, piece in zip([None, *pieces], pieces, strict=False):
+        if before is not None:
+            trip = 2.0 * before.length / before.wave_speed
+            beyond -= trip
+            r = (before.impedance - piece.impedance) / (before.impedance + piece.impedance)
+            passes = 1.0 + math.floor((lasting if is_held else min(lasting, beyond)) / trip)
+            share *= 1.0 - r**passes if r > 0.0 else 1.0 - r
+        found = max(found, share / (piece.young * piece.area))
     return found
 
 
@@ -170,19 +186,19 @@ def strain_of_beam(
     softest = min(segment.bending_stiffness for segment in beam.segments)
     fastest = abs(beam.velocity) if beam.is_held else 0.0
     channels = frozenset(history.channels()) if met else ()
-    bow, forces = 0.0, [_force_of(history, contact, links) for contact, _ in met]
+    bent, forces = 0.0, [_force_of(history, contact, links) for contact, _ in met]
     for contact, x in met:
         name = beam.face_channel(x)
         if name not in channels:
             continue
         speed, way = _motion(history, name, beam.velocity)
         fastest = max(fastest, min(speed, 2.0 * _speed(history, contact) or speed))
-        bow = max(bow, way * _bow(beam, x).curvature)
+        bent = max(bent, way * bow(beam, x).curvature)
     waves = fastest / slowest
     if not beam.is_held and all(force is not None for force in forces) and not any(e.is_loaded for _, e in beam.ends):
         waves = min(waves, sum(force or 0.0 for force in forces) * beam.length / softest)
     loads = sum(end.largest_force(history.duration) for _, end in beam.ends if end.is_loaded)
-    return fibre * max(waves, bow, loads * beam.length / softest if beam.is_held else 0.0)
+    return fibre * max(waves, bent, loads * beam.length / softest if beam.is_held else 0.0)
 
 
 def _fibre(gyration: float, height: float) -> float:
@@ -211,43 +227,7 @@ def shortening_of_beam(history: AbstractHistory, beam: Beam, met: list[tuple[Con
     """
     channels = frozenset(history.channels()) if met else ()
     ways = {x: _motion(history, beam.face_channel(x), 0.0)[1] for _, x in met if beam.face_channel(x) in channels}
-    return max((way**2 * _bow(beam, x).shortening / beam.length for x, way in ways.items()), default=0.0)
-
-
-class Bow(NamedTuple):
-    """The static shape of a beam under a force, per deflection at the force."""
-
-    curvature: float  # 1/m2, the largest
-    shortening: float  # 1/m, per deflection squared
-
-
-def _bow(beam: Beam, x: float) -> Bow:
-    """Return the static bow under a force at x [m]; zeros for a beam that may move as a whole."""
-    ends = beam.left, beam.right
-    held = sum(end.kind in ("clamped", "pinned") or (end.kind == "spring" and end.value > 0.0) for end in ends)
-    if held + any(end.kind == "clamped" or end.rotational > 0.0 for end in ends) < 2:
-        return Bow(0.0, 0.0)
-    pieces = list(cut_at(beam.segments, [x]))  # elements that are exact for loads at their nodes
-    each = [matrices(piece, piece.length) for piece in pieces]
-    size = 2 * len(pieces) + 2
-    stiffness, slopes, fixed = np.zeros((size, size)), np.zeros((size, size)), list[int]()
-    for first, element in zip(range(0, size, 2), each, strict=False):
-        stiffness[first : first + 4, first : first + 4] += element.stiffness
-        slopes[first : first + 4, first : first + 4] += element.tension
-    for first, end in zip((0, size - 2), ends, strict=True):
-        if end.kind == "spring":
-            stiffness[[first, first + 1], [first, first + 1]] += end.value, end.rotational
-        fixed += {"clamped": [first, first + 1], "pinned": [first]}.get(end.kind, [])
-    places = np.cumsum([0.0, *(piece.length for piece in pieces)])
-    free, struck = np.setdiff1d(np.arange(size), fixed), 2 * int(np.abs(places - x).argmin())
-    if struck in fixed:
-        return Bow(0.0, 0.0)
-    moved = np.zeros(size)
-    moved[free] = np.linalg.solve(stiffness[np.ix_(free, free)], np.where(free == struck, 1.0, 0.0))
-    moved /= moved[struck]
-    moments = [np.abs(one.stiffness @ moved[2 * number :][:4])[[1, 3]].max() for number, one in enumerate(each)]
-    curvature = max(float(moment) / piece.bending_stiffness for moment, piece in zip(moments, pieces, strict=True))
-    return Bow(curvature, 0.5 * float(moved @ slopes @ moved))
+    return max((way**2 * bow(beam, x).shortening / beam.length for x, way in ways.items()), default=0.0)
 
 
 def _force_of(history: AbstractHistory, contact: Contact, links: dict[str, float]) -> float | None:

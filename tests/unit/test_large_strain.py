@@ -53,6 +53,31 @@ def test_the_strain_of_a_rod_is_estimated_within_a_factor_of_two():
     assert largest / 2.0 < estimated < 2.0 * largest
 
 
+@pytest.mark.parametrize(
+    ("sizes", "x", "mass", "ends"),
+    [
+        ([(0.1, 0.1), (1.0, 0.01)], 0.0, 50.0, {"right": "clamped"}),
+        ([(0.1, 0.1), (1.0, 0.01)], 0.0, 50.0, {}),
+        ([(1.0, 0.01), (0.3, 0.1)], 1.1, 50.0, {"left": "clamped"}),
+        ([(0.01, 0.1), (1.0, 0.01)], 0.0, 5.0, {}),
+        ([(1.0, 0.01)], 0.5, 50.0, {"left": {"spring": 1e7}}),
+    ],
+    ids=["held", "free", "inside", "short", "spring"],
+)
+def test_the_strain_of_thin_segments_under_a_long_force_is_that_of_statics(sizes, x, mass, ends):
+    """A front enters a segment of 1/100 of the impedance with 2 % of the force; reflections bring the rest."""
+    segments = [{"length": length, "diameter": diameter, "material": "steel"} for length, diameter in sizes]
+    case = il.Case(
+        bodies={"ram": il.Mass(mass, velocity=20.0), "rod": il.Rod(segments=segments, ends=ends)},
+        contacts=[il.Contact("ram", f"rod.at({x})" if x else "rod.left", {"kind": "penalty", "stiffness": 1e10})],
+        solve=in_steps(0.01, "central_difference", mesh(200, mass="lumped"), courant=0.5),
+    )
+    history = il.run(case, frames=200)
+    largest = max(np.abs(history.field("rod", t, "strain").values).max() for t in history.field_times("rod"))
+    estimated = strain_of_rod(history, history.scene.bodies["rod"], [(history.scene.contacts[0], x)], {})
+    assert largest / 2.0 < estimated < 2.0 * largest
+
+
 @pytest.mark.parametrize(("mass", "x"), [(0.05, 0.25), (2.0, 0.25), (0.05, 0.5), (5.0, 0.5)])
 def test_the_strain_of_a_beam_is_estimated_within_a_factor_of_two(mass, x):
     """A clamped strip, 20 x 5 mm, is struck in its middle and at its tip by light and heavy bodies."""
