@@ -153,11 +153,11 @@ def _strain_at(rod: WaveBody, x: float, lasting: float) -> float:
 
 
 def _strain_along(pieces: list[Segment], share: float, lasting: float, is_held: bool) -> float:
-    """Return the largest strain in pieces per force [1/N], of which the first one has a share.
+    """Return the largest strain in pieces per force [1/N].
 
-    A wave goes on into a piece of less impedance with the share 1 - r, r = (Z1 - Z2)/(Z1 + Z2), and with 1 - r^m after
-    m passes through the piece before: its reflections add up to the whole force, until the end of a piece that is not
-    held is felt.
+    The first piece has ``share`` of the force. A wave goes on into a piece of less impedance with the share 1 - r, r =
+    (Z1 - Z2)/(Z1 + Z2), and with 1 - r^m after m passes through the piece before: its reflections add up to the whole
+    force, until the end of a piece that is not held is felt.
     """
     found, beyond = 0.0, sum(2.0 * piece.length / piece.wave_speed for piece in pieces)
     for before, piece in zip([None, *pieces], pieces, strict=False):
@@ -221,9 +221,10 @@ def _motion(history: AbstractHistory, channel: str, at_start: float) -> tuple[fl
 
 
 def shortening_of_beam(history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]]) -> float:
-    """Return an estimate of the largest shortening of a held beam by its bending, over its length.
+    """Return an estimate of the relative shortening of a held beam by bending.
 
-    It is that of the static bow by the displacement of each place of a contact: half the integral of the slope squared.
+    It is the largest in the run. It is that of the static bow by the displacement of each place of a contact: half the
+    integral of the slope squared.
     """
     channels = frozenset(history.channels()) if met else ()
     ways = {x: _motion(history, beam.face_channel(x), 0.0)[1] for _, x in met if beam.face_channel(x) in channels}

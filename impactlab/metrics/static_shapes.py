@@ -1,4 +1,7 @@
-"""Static shapes of held rods and beams under a force at one place, per displacement there."""
+"""Static shapes of held rods and beams under a force at one place.
+
+They are given per displacement at that place.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,10 @@ from impactlab.scene.facts import cut_at
 
 
 def sides_of(rod: WaveBody, x: float) -> tuple[list[Segment], list[Segment]]:
-    """Return the pieces of a rod on the left and on the right of x [m], the nearest first."""
+    """Return the pieces of a rod on both sides of x [m], nearest first.
+
+    The left side comes first.
+    """
     pieces: list[Segment] = list(cut_at(rod.segments, [x]))
     places = np.cumsum([0.0, *(piece.length for piece in pieces)])
     at = int(np.abs(places - x).argmin())
@@ -21,7 +27,10 @@ def sides_of(rod: WaveBody, x: float) -> tuple[list[Segment], list[Segment]]:
 
 
 def stretch(rod: WaveBody, x: float) -> float:
-    """Return the largest strain per displacement [1/m] by a static force at x; 0 for a rod that is not held."""
+    """Return the largest strain per displacement by a static force at x [1/m].
+
+    It is 0 for a rod that is not held.
+    """
     found = 0.0
     for pieces, end in zip(sides_of(rod, x), (rod.left, rod.right), strict=True):
         held = end.kind == "clamped" or (end.kind == "spring" and end.value > 0.0)
@@ -40,7 +49,10 @@ class Bow(NamedTuple):
 
 
 def bow(beam: Beam, x: float) -> Bow:
-    """Return the static bow under a force at x [m]; zeros for a beam that may move as a whole."""
+    """Return the static bow under a force at x [m].
+
+    It is zero for a beam that may move as a whole.
+    """
     ends = beam.left, beam.right
     held = sum(end.kind in ("clamped", "pinned") or (end.kind == "spring" and end.value > 0.0) for end in ends)
     if held + any(end.kind == "clamped" or end.rotational > 0.0 for end in ends) < 2:
