@@ -23,7 +23,10 @@ STEPS = StepRule(dt=1e-6)  # replaced by every description
 def struck(
     beam: Beam, x: float, law: AbstractContactLaw, duration: float, mass: float = 0.05, stop: float | None = None
 ) -> Simulation:
-    """Return a ball that strikes a beam at x [m]; with ``stop``, a wall behind its right end at that gap [m]."""
+    """Return a ball that strikes a beam at x [m].
+
+    With ``stop``, a wall is behind its right end at that gap [m].
+    """
     bodies: dict[str, Body] = {"ball": Mass("ball", mass, 1.0), beam.name: beam}
     contacts = [Contact(Point("ball", 0.0, "ball"), Point(beam.name, x, "beam.at"), 0.0)]
     if stop is not None:

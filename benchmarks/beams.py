@@ -1,9 +1,11 @@
-"""The step loop on beams against hand-written compiled loops of the same schemes with the same recorded output.
+"""The step loop on beams against hand-written compiled loops.
+
+Both have the same schemes and the same recorded output.
 
 A hard mass on the tip of a cantilever, lumped beam elements, constraint addition-deletion, by central difference and by
 Newmark's method. The hand-written loops walk over the same element coefficients, 12 EI/h^3/(1 + Phi) and EI/h each; at
-every step they keep the records of the package, and take energies and momenta as often. Newmark's is factorised
-before its first step, so are its answers to a unit of force and of impulse. Times are minima of interleaved runs, in
+every step they keep the records of the package, and take energies and momenta as often. Newmark's is factorised before
+its first step, and so are its responses to a unit of force and of impulse. Times are minima of interleaved runs, in
 time of the processor. A line through the meshes gives the cost of a step on any mesh, and the cost per element; a
 second run of four times the steps shows whether the time is linear in them.
 
@@ -54,7 +56,10 @@ class Coefficients(NamedTuple):
 
 @numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]
 def take_off(shear: Any, bending: Any, half: float, u: Any, gain: Any, v: Any) -> None:
-    """Take gain times the forces of all elements off ``v``; the last one ends in the clamp."""
+    """Subtract gain times the forces of all elements from ``v``.
+
+    The last element ends in the clamp.
+    """
     n = shear.size
     before, turn = 0.0, 0.0
     for e in range(n - 1):
@@ -122,12 +127,12 @@ def by_hand(
 
 @numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]
 def newmark_by_hand(  # noqa: C901 - all in one, as one writes it by hand
-    shear: Any, bending: Any, half: float, mass: Any, striker: float, pivot: Any, lower: Any, answers: Any,
+    shear: Any, bending: Any, half: float, mass: Any, striker: float, pivot: Any, lower: Any, responses: Any,
     state: Any, out: Any, energies: Any, dt: float, stride: int,
 ) -> None:  # fmt: skip
     """Newmark's method with average acceleration, factorised M + dt^2 K/4 = L D L^T.
 
-    ``pivot`` holds 1/D, ``lower`` the three bands of L below its diagonal; the answers hold u, v, a after a step, per
+    ``pivot`` holds 1/D, ``lower`` the three bands of L below its diagonal; the responses hold u, v, a after a step, per
     force over it and per impulse at its start, as far as they are not zero, shape (2, 3, reach). The multiplier closes
     the gap at the end of a step; an impulse on touch takes the approach away. One row of ``out`` per step.
     """
@@ -138,8 +143,8 @@ def newmark_by_hand(  # noqa: C901 - all in one, as one writes it by hand
     one, two, three = lower[0], lower[1], lower[2]
     um, vm, closed = 0.0, 1.0, False
     gap, rate = u[0] - um, v[0] - vm
-    per_force = answers[0, 0, 0] + 0.5 * dt * dt / striker
-    per_impulse = answers[1, 0, 0] + dt / striker
+    per_force = responses[0, 0, 0] + 0.5 * dt * dt / striker
+    per_impulse = responses[1, 0, 0] + dt / striker
     sample = 0
     for step in range(out.shape[0]):
         for i in range(n):
@@ -177,10 +182,10 @@ def newmark_by_hand(  # noqa: C901 - all in one, as one writes it by hand
         if closed:
             force = max(0.0, -free_gap / per_force)
             closed = force > 0.0 or impulse > 0.0
-            for i in range(answers.shape[2]):
-                u[i] += force * answers[0, 0, i] + impulse * answers[1, 0, i]
-                v[i] += force * answers[0, 1, i] + impulse * answers[1, 1, i]
-                a[i] += force * answers[0, 2, i] + impulse * answers[1, 2, i]
+            for i in range(responses.shape[2]):
+                u[i] += force * responses[0, 0, i] + impulse * responses[1, 0, i]
+                v[i] += force * responses[0, 1, i] + impulse * responses[1, 1, i]
+                a[i] += force * responses[0, 2, i] + impulse * responses[1, 2, i]
             um -= (0.5 * dt * force + impulse) * dt / striker
             vm -= (dt * force + impulse) / striker
         gap, rate = u[0] - um, v[0] - vm
@@ -245,7 +250,10 @@ def time_by_hand(plan: Plan, elements: int) -> tuple[float, Any]:
 
 
 def factorised(plan: Plan) -> tuple[Any, Any, Any]:
-    """Return 1/D and the bands of L (3, n), and the stepper's answers to force and impulse (2, 3, reach)."""
+    """Return 1/D, the bands of L and the responses to force and impulse.
+
+    The bands are (3, n), the responses of the stepper (2, 3, reach).
+    """
     from scipy.linalg import cholesky_banded
 
     assert plan.dt is not None
@@ -253,13 +261,13 @@ def factorised(plan: Plan) -> tuple[Any, Any, Any]:
     matrix = 0.25 * plan.dt**2 * system.stiffness
     matrix[0] += system.mass[0]
     root = cholesky_banded(matrix, lower=True)
-    answers = np.zeros((2, 3, system.load.size))
-    for answer, each in zip(answers, (stepper.force_response, stepper.impulse_response), strict=True):
-        answer[:2] = each[0].reshape(2, -1)
-        answer[2] = -multiply(system.stiffness, answer[0]) / system.mass[0]
-    size = np.abs(answers) / np.abs(answers).max(axis=2, keepdims=True)
+    responses = np.zeros((2, 3, system.load.size))
+    for response, each in zip(responses, (stepper.force_response, stepper.impulse_response), strict=True):
+        response[:2] = each[0].reshape(2, -1)
+        response[2] = -multiply(system.stiffness, response[0]) / system.mass[0]
+    size = np.abs(responses) / np.abs(responses).max(axis=2, keepdims=True)
     reach = 1 + int(np.flatnonzero((size > 1e-20).any(axis=(0, 1)))[-1])
-    return root[0] ** -2, np.ascontiguousarray(root[1:] / root[0]), np.ascontiguousarray(answers[:, :, :reach])
+    return root[0] ** -2, np.ascontiguousarray(root[1:] / root[0]), np.ascontiguousarray(responses[:, :, :reach])
 
 
 def measure(elements: int, repeats: int, scheme: str, steps: int = STEPS) -> dict[str, float]:

@@ -1,4 +1,6 @@
-"""docs/speed-of-chains.md: the step of a chain of many contacts against hand-written loops, and its growth with them.
+"""docs/speed-of-chains.md: steps of chains of contacts against hand-written loops.
+
+It shows their growth with the number of contacts as well.
 
 python benchmarks/chains.py --out docs/speed-of-chains.md [--repeats 7] [--contacts 10 100 1000 10000]
 
@@ -74,7 +76,10 @@ on a tridiagonal system. Before, the system was dense, in memory as the square a
 def one_pass(
     u: np.ndarray, v: np.ndarray, gain: np.ndarray, k: np.ndarray, gap: np.ndarray, dt: float, steps: int
 ) -> None:
-    """March beads in one pass: a bead is moved once the forces on both sides are known."""
+    """March beads in one pass.
+
+    A bead is moved once the forces on both sides are known.
+    """
     last = u.size - 1
     for _ in range(steps):
         before, here = 0.0, u[0]
@@ -134,7 +139,7 @@ def planned(given: Simulation) -> Plan:
 
 
 def timed(plan: Plan) -> tuple[float, float, int]:
-    """Return the time of the loop and that of reading its history [s], and the number of steps."""
+    """Return the times of the loop and of its history [s], and the steps."""
     assert plan.dt is not None
     assert plan.integrator is not None
     assembly = Assembly(plan, plan.integrator, plan.dt)
@@ -150,7 +155,10 @@ def timed(plan: Plan) -> tuple[float, float, int]:
 
 
 def by_hand(march: Callable[..., None], contacts: int, is_pressed: bool, steps: int) -> float:
-    """Return the time of a hand-written loop [s]; walls are two beads more, too heavy to move."""
+    """Return the time of a hand-written loop [s].
+
+    Walls are two beads more, too heavy to move.
+    """
     n = contacts + 1
     u, v, gain = np.zeros(n), np.zeros(n), np.full(n, DT)
     k, gap = np.full(contacts, STIFFNESS), np.full(contacts, -PRESSED if is_pressed else 0.0)

@@ -200,7 +200,10 @@ class Asked(NamedTuple):
 
 
 def scenes(files: list[Path]) -> Iterator[Asked]:
-    """Give every case and variant as written, without probes and snapshots: all methods then record the same."""
+    """Yield every case and variant as written, without probes and snapshots.
+
+    All methods then record the same.
+    """
     for file in files:
         case = il.load_case(file)
         for name in case.variant_names:
@@ -238,9 +241,10 @@ def least(scene: Simulation, first: AbstractHistory) -> float:
 
 
 def in_turn(scenes: list[Simulation], longest: float) -> list[float]:
-    """Return the least times of solving some scenes [s], each in every turn: the clock of a machine changes.
+    """Return the least times of solving some scenes in turn [s].
 
-    Each follows an untimed run of its own, so that none pays for caches that another emptied.
+    Each is solved in every turn, as the clock of a machine changes. Each follows an untimed run of its own, so that
+    none pays for caches that another emptied.
     """
     least_times = [math.inf] * len(scenes)
     for _ in range(REPEATS if longest < LONGEST else 1):
@@ -252,14 +256,20 @@ def in_turn(scenes: list[Simulation], longest: float) -> list[float]:
 
 
 class Rival(NamedTuple):
-    """One size of one other method, timed by one run, and the scene to time it again."""
+    """One size of one other method, timed by one run.
+
+    The scene is kept to time it again.
+    """
 
     run: Run
     scene: Simulation
 
 
 def others(asked: Asked, reference: Reference, dearest: float) -> list[Rival]:
-    """Return the other methods at all sizes that solve within ``dearest`` [s]; refused and failed ones are left out."""
+    """Return the other methods at all sizes that solve within ``dearest`` [s].
+
+    Failed ones are left out.
+    """
     scene, rivals = asked.scene, list[Rival]()
     linked = any(law.two_sided for law in scene.method.laws.values())  # its code is compiled for every run
     sizes_of = SIZES[::4] if linked else SIZES
@@ -286,9 +296,9 @@ def others(asked: Asked, reference: Reference, dearest: float) -> list[Rival]:
 
 
 def fastest(rivals: list[Rival], timed: dict[Run, float]) -> Run | None:
-    """Return the fastest of some runs: a few that one run of each says are fast are timed by repeats.
+    """Return the fastest of some runs, by repeats of a few.
 
-    ``timed`` has the least times that are known.
+    They are those that are fast in one run each. ``timed`` has the least times that are known.
     """
     found = []
     for run, scene in sorted(rivals, key=lambda rival: rival.run.solve_s)[:FINALISTS]:
@@ -349,7 +359,10 @@ def rows_of(asked: Asked) -> Iterator[Row]:
 
 
 def steady(rivals: list[Rival], tolerance: float) -> list[Rival]:
-    """Return the runs that keep a tolerance, as do all finer ones of the same method."""
+    """Return the runs that keep a tolerance, as do all finer ones.
+
+    The finer ones are of the same method.
+    """
     failed: dict[str, int] = {}
     for run, _ in rivals:
         if run.error > tolerance:
@@ -412,7 +425,10 @@ def parts_of(rows: list[Row]) -> dict[str, list[Row]]:
 
 
 def targets(rows: list[Row]) -> str:
-    """Return the targets, each with its result and whether it is met, as a Markdown table."""
+    """Return the targets and their results as a Markdown table.
+
+    Each target is met or not.
+    """
     parts = parts_of(rows)
     served = parts["all"]
     held = sum(row.met for row in served)
@@ -452,7 +468,10 @@ def _is_late(row: Row) -> bool:
 
 
 def summary(rows: list[Row]) -> str:
-    """Return the shares and quantiles of cost and of choosing by kind of row, as a Markdown table."""
+    """Return cost and choosing by kind of row, as a Markdown table.
+
+    They are shares and quantiles.
+    """
     cells = []
     for name, part in parts_of(rows).items():
         cells.append((

@@ -33,7 +33,10 @@ COMMANDS = {
 
 
 def run(tree: Path, case: str, folder: Path, compilers: int | None) -> tuple[float, float]:
-    """Return seconds of a processor, and of wall time in the stage "compiling", of a run in a new process."""
+    """Return processor time [s] and compiling wall time [s] of a new process.
+
+    The process runs ``case``; the second time is that of the stage "compiling".
+    """
     given = os.environ | {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(folder)}
     given.pop("IMPACTLAB_COMPILERS", None)
     if compilers is not None:

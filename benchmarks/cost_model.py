@@ -64,7 +64,10 @@ def struck(body: Beam | Wall, x: float, duration: float, law: Hertz | AdditionDe
 
 
 def scenes() -> Iterator[Simulation]:
-    """Give rows of one to four rods, beams of both theories, and a wall, under soft and hard contacts."""
+    """Yield rows of rods, beams of both theories, and a wall.
+
+    Contacts are soft and hard; rows have one to four rods.
+    """
     for count in (1, 2, 4):
         yield rods(count, Hertz(1e11), 0.0)
         yield rods(count, AdditionDeletion(), 500.0)

@@ -72,7 +72,10 @@ def random_rod(rng: np.random.Generator, name: str, left: bool, right: bool) -> 
 
 
 def random_scene(rng: np.random.Generator, number: int) -> Simulation:
-    """Return a row of bodies in contact; a rod stands on one side of each hard contact, a bare face."""
+    """Return a row of bodies in contact.
+
+    A rod stands on one side of each hard contact, with a bare face.
+    """
     kinds = ["rod"]
     for side in range(2):
         while rng.random() < 0.6 and len(kinds) < 4:

@@ -1,4 +1,6 @@
-"""Cost of fits of exact scenes: three numbers of a cushioned hammer from 400 samples, and the parts of it.
+"""Cost of fits of exact scenes, and of their parts.
+
+Three numbers of a cushioned hammer are fitted to 400 samples.
 
 Times are minima of processor time over fits that take turns, after a first one; beside them their ratio to a single run
 of the case, which does not depend on the load of the machine.

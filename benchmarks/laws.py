@@ -1,4 +1,6 @@
-"""Cost per step of each registered contact law, compiled and as plain Python, beside a hand-written loop.
+"""Cost per step of each registered contact law, beside a hand-written loop.
+
+Laws run compiled and as plain Python.
 
 The paper's case with 400 elements at half the stable step, so that stiff contacts are resolved. The hand-written loop
 is that of `step_loop.py` (central difference, addition-deletion), whatever the row. "plain Python" is the same law with
@@ -83,7 +85,7 @@ def plain(law: AbstractContactLaw) -> AbstractContactLaw:
 
 
 def rows_of(elements: int) -> list[dict[str, Any]]:
-    """Return one row per law, options and setting that serve each other, with its two plans."""
+    """Return one row per law, options and supported setting, with its two plans."""
     rows = []
     for name in registry().names(LAWS):
         kind = registry().load(LAWS, name)
@@ -102,7 +104,10 @@ def rows_of(elements: int) -> list[dict[str, Any]]:
 
 
 def measure(elements: int, repeats: int) -> list[dict[str, Any]]:
-    """Return one row per law, options and integrator: us per step of the loop, by hand, and of plain Python more."""
+    """Return one row per law, options and integrator, with times per step [us].
+
+    They are those of the loop, by hand, and of plain Python more.
+    """
     rows, by_hand = rows_of(elements), prepare(*scene_of(elements, round_trips=ROUND_TRIPS, courant=0.5))
     times = [[math.inf, math.inf] for _ in rows]
     hand = math.inf

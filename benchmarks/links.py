@@ -1,4 +1,6 @@
-"""The step of a blow on a pile against a hand-written compiled program of the same scheme, and its growth with links.
+"""Steps of a blow on a pile against a hand-written compiled program.
+
+The same scene is computed by both; the growth with links is shown.
 
 Ram, cushion, helmet, cushion, a pile of lumped elements, a shaft of Smith's soil in pieces and a toe that never pulls,
 by leapfrog at half of the largest step. The hand-written program keeps everything in its own arrays: one pass over the
@@ -152,13 +154,16 @@ def scaled(values: tuple[float, float, float], count: int) -> tuple[float, float
 
 
 def waves(elements: int, pieces: int, dt: float) -> il.Case:
-    """Return the blow on the pile as a delay line, in steps about as long [s]."""
+    """Return the blow on the pile as a delay line.
+
+    Its steps are about ``dt`` [s].
+    """
     case = pile(elements, pieces)
     return case.with_("solve", {"duration": DURATION, "model": {"kind": "continuous"}, "step": {"dt": dt}})
 
 
 def main() -> None:
-    """Print time per step of both programs and of the delay line, and the ratio of both programs."""
+    """Print time per step of both programs and the delay line, with their ratio."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--elements", type=int, default=160)
     parser.add_argument("--pieces", type=int, nargs="+", default=[15, 50, 100, 200])

@@ -63,7 +63,10 @@ def by_hand(
     own: Any, p: Any, v: Any, stiffness: Any, mass: Any, factor: Any, force: Any, rows: Any, values: Any, rates: Any,
     work: Any, empty: Any, out: Any, energies: Any, dt: float, steps: int, stride: int,
 ) -> None:  # fmt: skip
-    """Midpoint rule; the first reading keeps off a stop where it is at t = 0; one row of ``out`` per step."""
+    """Midpoint rule of a mechanism on a stop, one row of ``out`` per step.
+
+    The stop is where the first reading is at t = 0.
+    """
     n, weight = p.size, 0.25 * dt * dt
     last, older, middle, rate, free, response = work[0], work[1], work[2], work[3], work[4], work[5]
     before, onwards = work[6], work[7]  # of the middle: on a line through the accelerations of two steps

@@ -1,4 +1,6 @@
-"""Pages in headless Chromium: size, time until they respond, frames per second of the animation by their own counter.
+"""Pages in headless Chromium: size, time to respond, frames per second.
+
+Frames are those of the animation, by their own counter.
 
 The comparison of the paper's case, and one exact run of a train of four bars (the split Hopkinson bar to start from).
 

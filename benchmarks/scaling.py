@@ -1,4 +1,4 @@
-"""How cost grows: with elements and steps, with steps alone (memory), and the cost of a run before its first step.
+"""Growth of cost with elements and steps, memory, and cost before the first step.
 
 The paper's case. Set-up is all that `simulate.run` does before its first step, the compiled loop at hand; memory is the
 most that Python and numpy hold at once during a whole run with probes only, each run in a process of its own. A cold
@@ -38,7 +38,10 @@ STARTS = {"`impactlab --help`": ("--help",), "`impactlab run cases/axial_impact.
 
 
 def scaling(repeats: int) -> list[dict[str, Any]]:
-    """Return set-up [ms] and time per element and step [ns], one row per scheme and mesh."""
+    """Return set-up [ms] and time per element and step [ns].
+
+    There is one row per scheme and mesh.
+    """
     rows = []
     for name, integrator in SCHEMES.items():
         for elements in ELEMENTS:
@@ -68,7 +71,10 @@ def scaling_table(rows: list[dict[str, Any]]) -> str:
 
 
 def many_steps(steps: int) -> dict[str, Any]:
-    """Run so many steps of a small mesh in this process; return the most memory that they held at once, and more."""
+    """Run many steps of a small mesh in this process; return its largest memory.
+
+    Time, records and energies are returned as well.
+    """
 
     def scene(count: int) -> Simulation:
         return scene_of(SMALL, round_trips=count / (2.0 * SMALL))
@@ -107,7 +113,10 @@ def memory_table(rows: list[dict[str, Any]]) -> str:
 
 
 def fixed(repeats: int) -> list[dict[str, Any]]:
-    """Return the times of short runs [ms]: set-up, solution, and all with contacts, energies and warnings."""
+    """Return the times of short runs [ms].
+
+    They are set-up, solution, and all with contacts, energies and warnings.
+    """
     scenes = {"exact": scene_of(100, model=Continuous()).but(integrator=None)}
     scenes |= {name: scene_of(100, integrator=integrator) for name, integrator in SCHEMES.items()}
     rows = []
@@ -135,7 +144,10 @@ def fixed_table(rows: list[dict[str, Any]]) -> str:
 
 
 def starts_table(repeats: int) -> str:
-    """Return how long commands take from a cold start [s] as a Markdown table; bytecode is kept, as when installed."""
+    """Return the times of commands from a cold start [s] as a table.
+
+    Bytecode is kept, as when installed.
+    """
     cells = []
     installed = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     for name, arguments in STARTS.items():

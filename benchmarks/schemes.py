@@ -1,4 +1,6 @@
-"""Cost of each registered integrator: the paper's case on lumped meshes, whole loop, contact and records included.
+"""Cost of each registered integrator on the paper's case.
+
+Meshes are lumped; the whole loop with contact and records is timed.
 
 The slope is the time per step and per degree of freedom between the smallest and the largest mesh, free of what a step
 costs on any mesh. Times are minima of interleaved runs.

@@ -1,4 +1,4 @@
-"""docs/speed.md: cost of the step loop, of laws, integrators and short runs, measured here and now.
+"""docs/speed.md: cost of step loop, laws, integrators and short runs.
 
 python benchmarks/speed.py --out docs/speed.md [--repeats 20] [--before DIR]
 """
@@ -101,7 +101,10 @@ OTHERS = "\n## Pages and first use\n"  # heading of the part of the page that ot
 
 
 def loops_of(tree: Path, repeats: int) -> dict[tuple[str, int], float]:
-    """Return the us per step of an older tree by integrator and elements, from what its `step_loop.py` prints."""
+    """Return the times per step of an older tree [us].
+
+    They are by integrator and elements, as its `step_loop.py` prints them.
+    """
     found: dict[tuple[str, int], float] = {}
     for name in step_loop.SCHEMES:
         words = ["benchmarks/step_loop.py", "--repeats", str(repeats), "--scheme", name]
@@ -122,7 +125,10 @@ def least_before(tree: Path | None, repeats: int) -> dict[tuple[str, int], str]:
 
 
 def loop_table(repeats: int, tree: Path | None) -> str:
-    """Return a Markdown table of loops, those by hand and an older tree's, and the cost of a step on any mesh."""
+    """Return a Markdown table of loops, and the cost of a step.
+
+    Beside the loops are those by hand and of an older tree; the cost is that on any mesh.
+    """
     cells, lines_through, old = [], [], least_before(tree, repeats)
     for name, integrator in step_loop.SCHEMES.items():
         rows = [step_loop.measure(elements, repeats, integrator) for elements in schemes.ELEMENTS]

@@ -1,4 +1,6 @@
-"""The step loop against hand-written compiled loops of the same schemes with the same recorded output.
+"""The step loop against hand-written compiled loops.
+
+Both have the same schemes and the same recorded output.
 
 Paper's case, lumped bars, constraint addition-deletion, 3 T, by central difference and by Newmark's method. The
 hand-written loops keep, at every step, the records of the package (time, force, gap, displacement and velocity of both
@@ -60,7 +62,10 @@ def by_hand(
     steps: int,
     stride: int,
 ) -> None:
-    """Leapfrog, clamped right end; the multiplier keeps the mass off the first node; one row of ``out`` per step."""
+    """Leapfrog with a multiplier at the first node, one row of ``out`` per step.
+
+    The right end is clamped; the multiplier keeps the mass off the node.
+    """
     n = u.size
     gain = dt / mass
     um, vm = 0.0, 1.0
@@ -109,10 +114,10 @@ def best_by_hand(
     dt: float,
     steps: int,
 ) -> None:
-    """Leapfrog of the same case in displacement form: two arrays that change places, one pass, one factor.
+    """Leapfrog of the same case in displacement form, in one pass.
 
-    ``factor`` is dt^2 k/m of a whole node, ``mass`` that of the first one, half of it; no energies are taken. One row
-    of ``out`` per step.
+    Two arrays change places, and all nodes share one factor. ``factor`` is dt^2 k/m of a whole node, ``mass`` that of
+    the first one, half of it; no energies are taken. One row of ``out`` per step.
     """
     n = now.size
     per_force, per_striker, rate = dt * dt / mass, dt * dt / striker, 1.0 / dt
@@ -149,10 +154,11 @@ def newmark_by_hand(  # noqa: C901 - one loop, on purpose
     steps: int,
     stride: int,
 ) -> None:
-    """Average acceleration, clamped far end; the multiplier keeps the mass off the first node; one row per step.
+    """Average acceleration with a multiplier at the first node, one row per step.
 
-    ``factors`` (3, n): inverse pivots, multipliers between i and i + 1, first row of the inverse; ``state`` (4, n):
-    displacement, velocity, acceleration, right-hand side. At least four elements.
+    The far end is clamped; the multiplier keeps the mass off the node. ``factors`` (3, n): inverse pivots, multipliers
+    between i and i + 1, first row of the inverse; ``state`` (4, n): displacement, velocity, acceleration, right-hand
+    side. At least four elements.
     """
     pivot, lower, inverse = factors[0], factors[1], factors[2]
     u, v, a, y = state[0], state[1], state[2], state[3]
@@ -230,7 +236,10 @@ def newmark_by_hand(  # noqa: C901 - one loop, on purpose
 
 
 def factor(mass: Any, spring: Any, dt: float) -> Any:
-    """Return inverse pivots, multipliers and first row of the inverse of M + dt^2 K/4, shape (3, n)."""
+    """Return inverse pivots, multipliers and first inverse row of M + dt^2 K/4.
+
+    Shape (3, n).
+    """
     n, quarter = mass.size, QUARTER * dt * dt
     pivot = mass + quarter * spring
     pivot[1:] += quarter * spring[:-1]
@@ -276,7 +285,7 @@ def scene_of(
 
 
 def time_loop(plan: Plan) -> tuple[float, Assembly]:
-    """Return the time of all steps of a plan [s], and the memory they were written into."""
+    """Return the time of all steps of a plan [s], and their memory."""
     assert plan.dt is not None
     assert plan.integrator is not None
     assembly = Assembly(plan, plan.integrator, plan.dt)
@@ -312,7 +321,10 @@ def time_by_hand(plan: Plan) -> tuple[float, Any]:
 
 
 def time_best(plan: Plan) -> tuple[float, Any]:
-    """Return the time of the same steps in the best loop known for this case [s], and its records."""
+    """Return the time of the best loop known [s], and its records.
+
+    Its steps are the same.
+    """
     assert plan.dt is not None
     system = plan.built["rod"].system
     mass, spring, n = system.mass[0], -system.stiffness[1, 0], system.load.size
@@ -326,7 +338,7 @@ def time_best(plan: Plan) -> tuple[float, Any]:
 
 
 def compared(plan: Plan, repeats: int, hand: Callable[[Plan], tuple[float, Any]] = time_by_hand) -> dict[str, float]:
-    """Return steps, the least times [s] of both loops, their ratio, and how far their forces differ."""
+    """Return steps, least times [s] of both loops, ratio, and force difference."""
     ours, theirs, difference = [], [], math.nan
     for _ in range(repeats + 1):
         spent, assembly = time_loop(plan)
@@ -340,7 +352,10 @@ def compared(plan: Plan, repeats: int, hand: Callable[[Plan], tuple[float, Any]]
 
 
 def measure(elements: int, repeats: int, integrator: AbstractIntegrator = CentralDifference()) -> dict[str, float]:  # noqa: B008
-    """Return `compared` of the paper's case on a mesh; of leapfrog also the time of the best loop, ``best_s`` [s]."""
+    """Return `compared` of the paper's case on a mesh.
+
+    Of leapfrog the time of the best loop is returned as well, ``best_s`` [s].
+    """
     plan = prepare(*scene_of(elements, integrator=integrator))
     found = {"elements": elements} | compared(plan, repeats)
     if isinstance(integrator, CentralDifference):
@@ -349,14 +364,17 @@ def measure(elements: int, repeats: int, integrator: AbstractIntegrator = Centra
 
 
 def line(rows: list[dict[str, float]], name: str) -> tuple[float, float]:
-    """Return the cost of a step on any mesh [us] and per element [ns], from the two smallest meshes."""
+    """Return the costs of a step on any mesh [us] and per element [ns].
+
+    They follow from the two smallest meshes.
+    """
     (first, low), (second, high) = [(row["elements"], 1e6 * row[name] / row["steps"]) for row in rows[:2]]
     slope = (high - low) / (second - first)
     return low - slope * first, 1e3 * slope
 
 
 def report(rows: list[dict[str, float]]) -> None:
-    """Print one row per mesh, and the costs of a step on any mesh and per element."""
+    """Print one row per mesh, and the costs of steps and elements."""
     print("elements   steps   loop us/step   by hand us/step   ratio   largest difference of force   to the best loop")
     for row in rows:
         ours, theirs = (1e6 * row[name] / row["steps"] for name in ("loop_s", "by_hand_s"))

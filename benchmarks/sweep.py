@@ -20,7 +20,7 @@ from impactlab.casefile import Case
 from impactlab.exact.batch.points import BARE
 from impactlab.sweeps import axes
 from impactlab.sweeps.points import Sweep
-from impactlab.sweeps.quantities import DEFAULT, asked
+from impactlab.sweeps.quantities import DEFAULT, quantities_of
 from impactlab.types import Array
 
 FEW = ("contacts", "restitution")
@@ -48,7 +48,9 @@ def least(calls: dict[str, Callable[[], object]], repeats: int) -> dict[str, flo
 def on_axis(case: Case, path: str, values: Array, repeats: int) -> None:
     """Print a line of the table: times per point over one axis, and their ratios."""
     grid = axes.grid(case, {path: values})
-    wanted = {name: asked(case.scene(), names, case.registry) for name, names in (("few", FEW), ("all", DEFAULT))}
+    wanted = {
+        name: quantities_of(case.scene(), names, case.registry) for name, names in (("few", FEW), ("all", DEFAULT))
+    }
     batches = {name: Sweep(case, grid, each).batch for name, each in wanted.items()}
     few, whole = batches["few"], batches["all"]
     if few is None or whole is None:
@@ -71,7 +73,10 @@ def on_axis(case: Case, path: str, values: Array, repeats: int) -> None:
 
 
 def of_map(count: int) -> None:
-    """Print the time of the map of hammer, rod and wall on one thread and on two, and the memory that it took."""
+    """Print time and memory of the map of hammer, rod and wall.
+
+    It is computed on one thread and on two.
+    """
     case = il.load_case("hammer_rod_wall").with_("solve.duration", {"round_trips": 6})
     over = {"bodies.hammer.mass": np.geomspace(0.1, 10.0, count), "contacts.1.gap": np.linspace(0.0, 2.4e-4, count)}
     il.sweep(case, {path: values[:: max(1, count // 20)] for path, values in over.items()}, quantities=FEW)
@@ -87,7 +92,7 @@ def of_map(count: int) -> None:
 
 
 def main() -> None:
-    """Print the table, and the map if it is asked for."""
+    """Print the table, and the map if requested."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--repeats", type=int, default=5)

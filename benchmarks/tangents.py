@@ -1,4 +1,6 @@
-"""Cost of tangents: the exact march with derivatives by one to six numbers against the march without.
+"""Cost of tangents: the exact march with and without derivatives.
+
+Derivatives are by one to six numbers.
 
 Paper's case in the exact description, 3 T. Times are minima of interleaved marches over prepared memory; the whole call
 of `sensitivities` is timed beside them.

@@ -1,4 +1,6 @@
-"""docs/wall-time.md: where the wall time of runs and commands goes, this tree beside an older one.
+"""docs/wall-time.md: wall time of runs and commands by stage.
+
+This tree is compared with an older one.
 
     python benchmarks/wall_time.py --before DIR --out docs/wall-time.md [--repeats 7]
 
@@ -102,7 +104,10 @@ def commit_of(tree: Path) -> str:
 
 
 def timed(tree: Path, words: list[str], cache: Path | None) -> dict[str, float]:
-    """Return the seconds of a command in a tree by column, and their sum, its wall time."""
+    """Return the seconds of a command in a tree by column, and their sum.
+
+    The sum is its wall time.
+    """
     folder = Path(tempfile.mkdtemp())
     given = ["run", *words, *[str(folder / "out")] * (words[-1] == "--out"), "--json"]
     wraps = not any((tree / "impactlab").rglob("wall_time.py"))
@@ -189,7 +194,10 @@ print(json.dumps(found))
 
 
 def texts_of(name: str, new: bool, count: int) -> list[str]:
-    """Return the case of a run, or so many new ones that differ in the mass."""
+    """Return the case of a run, or many new ones.
+
+    New ones differ in the mass.
+    """
     place, body, model = RUNS[name]
     law = "hertz, stiffness: 1000000000.0" if name.startswith("set-up") else "addition_deletion"
     text = CASE.replace("BODY", body).replace("PLACE", place).replace("LAW", law).replace("MODEL", model)
@@ -197,7 +205,10 @@ def texts_of(name: str, new: bool, count: int) -> list[str]:
 
 
 def in_one_process(trees: Trees, repeats: int) -> tuple[list[list[str]], list[list[str]]]:
-    """Return rows of whole runs, their parts in ms, and rows of the set-up of new cases."""
+    """Return rows of whole runs with their parts, and of set-up [ms].
+
+    Set-up is that of new cases.
+    """
     names = [(name, new) for name in RUNS for new in (False, True) if new or not name.startswith("set-up")]
     given = {f"{name}|{new}": (texts_of(name, new, 60), "new" if new else "again") for name, new in names}
     best: dict[str, dict[str, list[float]]] = {label: {} for label in trees}

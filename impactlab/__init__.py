@@ -1,4 +1,7 @@
-"""Impacts of rods, beams and mechanisms: models, contact laws and integrators, compared on cases with exact answers."""
+"""Impacts of rods, beams and mechanisms: models, contact laws and integrators.
+
+They are compared on cases with exact results.
+"""
 
 from __future__ import annotations
 

@@ -151,8 +151,8 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
     progress : callable, optional
         Called with the fraction done, from 0 to 1, about ten times a second.
     frames : int, optional
-        Fields of stepped bodies are kept at the ends of so many equal parts of the run, beside those that the case
-        asks for (``history.field_times(body)``); no other number of the history depends on it.
+        Fields of stepped bodies are kept at the ends of so many equal parts of the run, beside those of the case
+        (``history.field_times(body)``); no other number of the history depends on it.
 
     Raises
     ------
@@ -200,7 +200,9 @@ def warnings_kept() -> Iterator[None]:
 
 
 def prepare(case: Case) -> Plan:
-    """Return the plan of a run; with a tolerance, that of the method predicted to be cheapest.
+    """Return the plan of a run.
+
+    Under a tolerance it is that of the method predicted to be cheapest.
 
     Raises
     ------
@@ -340,7 +342,10 @@ def failure(case_name: str, error: BaseException) -> dict[str, Any]:
 
 
 def with_fault(summary: dict[str, Any], case: Case) -> dict[str, Any]:
-    """Return the summary of a run, with an ``error`` beside its numbers where its tolerance is not met."""
+    """Return the summary of a run, with an ``error`` if its tolerance is not met.
+
+    The numbers of the summary stay beside the error.
+    """
     missed = [warned["text"] for warned in summary["warnings"] if warned["code"] == summary["status"]]
     if not missed:
         return summary

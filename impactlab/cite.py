@@ -1,4 +1,4 @@
-"""The sources of a case: BibTeX entries of the parts it uses and of where it comes from."""
+"""The sources of a case as BibTeX entries: its origin and the parts it uses."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def entries_for(part: type[Any]) -> dict[str, str]:
 
 @cache
 def _entries_of(package: str) -> dict[str, str]:
-    """Return the entries of the citations.bib of a package by key; none where there is no such file."""
+    """Return the entries of a package's citations.bib by key; empty without such a file."""
     try:
         text = files(package).joinpath("citations.bib").read_text(encoding="utf-8")
     except (ImportError, TypeError, AttributeError, OSError):  # a script, a lone module, a package without sources

@@ -1,7 +1,8 @@
-"""Dispersion relations of rods and beams that turn: frequency, phase speed and group speed over the wave number.
+"""Dispersion relations of rotating rods and beams.
 
-A wave exp(i (k x - w t)) in the turning frame, on a body that is uniform and long beside the wave. Where its frequency
-is not real, as of the longest waves on a guided rod, frequency and speeds are NaN: such a wave does not travel.
+They give frequency, phase speed and group speed over the wave number. A wave exp(i (k x - w t)) in the turning frame,
+on a body that is uniform and long beside the wave. Where its frequency is not real, as of the longest waves on a guided
+rod, frequency and speeds are NaN: such a wave does not travel.
 
     from impactlab import dispersion
 
@@ -36,7 +37,10 @@ class Dispersion:
     """Squared frequency [1/s2] of wave numbers [1/m]."""
 
     def frequency(self, wave_number: ArrayLike) -> Array:
-        """Return the frequency [rad/s] of wave numbers [1/m], same shape; NaN where the wave does not travel."""
+        """Return the frequency [rad/s] of wave numbers [1/m], of the same shape.
+
+        It is NaN where the wave does not travel.
+        """
         squared = self.squared(row_of_numbers("the wave number", wave_number))
         return np.asarray(np.sqrt(np.where(squared >= 0.0, squared, np.nan)))
 
@@ -52,10 +56,10 @@ class Dispersion:
 
 
 def guided_rod(wave_speed: float, rate: float) -> Dispersion:
-    """Return the axial waves of a rod that turns and cannot bend: w^2 = c^2 k^2 - Omega^2.
+    """Return the axial waves of a rotating rod that cannot bend.
 
-    ``wave_speed`` is c [m/s], ``rate`` Omega [rad/s]. Crests are slower than c and packets faster, the product
-    of both speeds is c^2, and the front runs at c.
+    Their relation is w^2 = c^2 k^2 - Omega^2. ``wave_speed`` is c [m/s], ``rate`` Omega [rad/s]. Crests are slower than
+    c and packets faster, the product of both speeds is c^2, and the front runs at c.
     """
     wave_speed, rate = above_zero("wave_speed", wave_speed, "m/s"), finite("rate", rate, "rad/s")
     return Dispersion(lambda k: (wave_speed * k) ** 2 - rate**2)
@@ -64,7 +68,7 @@ def guided_rod(wave_speed: float, rate: float) -> Dispersion:
 def free_rod(
     wave_speed: float, rate: float, gyration: float = 0.0, branch: Literal["axial", "bending"] = "axial"
 ) -> Dispersion:
-    """Return the waves of a rod that turns and is free to bend in the plane of rotation.
+    """Return the waves of a rotating rod that bends in the plane of rotation.
 
     The Coriolis force couples both motions: (w^2 + Omega^2 - c^2 k^2)(w^2 + Omega^2 - r^2 c^2 k^4) = 4 Omega^2 w^2.
 

@@ -1,4 +1,4 @@
-"""The errors of impactlab: each names the place, the given value, the allowed values and the remedy."""
+"""The errors of impactlab, with the place, the given value and the remedy."""
 
 from __future__ import annotations
 
@@ -110,7 +110,10 @@ OTHER_WORDS = {
 
 
 def closest(name: str, names: Iterable[str]) -> str:
-    """Return `` Did you mean 'x'?`` for the nearest of the names, or the one with that meaning; or nothing."""
+    """Return `` Did you mean 'x'?`` with the name nearest to a word, or nothing.
+
+    Words for the same thing (`OTHER_WORDS`), beginnings and the other order of a pair of bodies count as near.
+    """
     known, word = list(names), name[:MAX_COMPARED].strip().lower()
     head, colon, pair = name.partition(":")
     turned = f"{head}{colon}{'|'.join(reversed(pair.split('|')))}"  # a contact b|a, where a|b is known
@@ -125,7 +128,10 @@ def closest(name: str, names: Iterable[str]) -> str:
 
 
 def unreadable(path: Path, error: Exception) -> str:
-    """Return why a file cannot be read; of a missing one the nearest name in its folder."""
+    """Return the reason why a file cannot be read.
+
+    Of a missing file it includes the nearest name in the same folder.
+    """
     if not isinstance(error, FileNotFoundError):
         return str(getattr(error, "strerror", None) or error)
     others: list[str] = []
@@ -160,7 +166,10 @@ class CaseError(ImpactlabError):
 
 
 def expect_whole(given: object, name: str, least: int, most: int) -> None:
-    """Raise `CaseError` unless an argument, called by its ``name``, is a whole number from ``least`` to ``most``."""
+    """Raise `CaseError` unless an argument is a whole number from ``least`` to ``most``.
+
+    The error calls the argument by its ``name``.
+    """
     if isinstance(given, bool) or not isinstance(given, numbers.Integral) or not least <= int(given) <= most:
         remedy = f"Give a whole number from {least} to {most}."
         raise CaseError(f"{str(given)[:MAX_COMPARED]} is not allowed", remedy=remedy, path=name)
@@ -179,7 +188,7 @@ class RunWarning(UserWarning):
 
 
 class DoubtfulResult(RunWarning):
-    """The answer of a run is in doubt: it misses its tolerance, leaves linear theory, gained or lost energy."""
+    """A doubtful result: tolerance missed, linear theory left, energy gained or lost."""
 
 
 class UnusualValue(RunWarning):
@@ -191,7 +200,10 @@ class RunNote(RunWarning):
 
 
 class SweepError(ImpactlabError):
-    """A sweep ended before all of its points were computed; finished points are kept in its folder."""
+    """A sweep that ended before all of its points were computed.
+
+    Finished points are kept in its folder.
+    """
 
 
 class StepError(ImpactlabError):

@@ -1,6 +1,7 @@
-"""Runs as files. In NetCDF: the sampled history, its case and summary, and the reference of its errors.
+"""Runs as files: NetCDF and tables.
 
-Nothing in such a file is run when it is read: the case is text, checked as any case file is.
+A NetCDF file has the sampled history, its case and summary, and the reference of its errors. Nothing in such a file is
+run when it is read: the case is text, checked as any case file is.
 """
 
 from __future__ import annotations
@@ -157,7 +158,10 @@ def write_data(
     reference: Reference | None,
     texts: Mapping[str, str],
 ) -> Callable[[], None] | None:
-    """Write the tables of a run; return the call that writes history.nc, if its libraries exist."""
+    """Write the tables of a run, and return the call that writes its history.nc.
+
+    It is None if a library of NetCDF is missing.
+    """
     write_tables(folder, history)
     if not all(find_spec(name) is not None for name in ("xarray", "h5netcdf", "h5py")):
         return None

@@ -1,6 +1,6 @@
-"""The registry of parts: names are listed without importing; only a part that is loaded is imported.
+"""The registry of parts: names from entry points, without imports until a part is loaded.
 
-Built-in parts stand in the same entry-point groups as plugins, so the door that plugins use is always exercised.
+Built-in parts are registered in the same groups of entry points as plugins, so that their mechanism is always tested.
 """
 
 from __future__ import annotations
@@ -100,7 +100,9 @@ class Registry:
         return Registry(entry for entry in self.entries if entry.distribution == distribution)
 
     def load(self, group: Group, name: str) -> type[Any]:
-        """Return the part of that name: a frozen dataclass whose fields are its parameters; of a metric, the function.
+        """Return the part of a name: a frozen dataclass whose fields are its parameters.
+
+        A metric is a function instead.
 
         Raises
         ------
@@ -131,7 +133,7 @@ class Registry:
         part = _import(entry, group)
         try:
             fault = fault_of(part, group)
-        except Exception as error:  # noqa: BLE001 - a stranger's class may answer questions with anything
+        except Exception as error:  # noqa: BLE001 - attributes of a plugin's class may raise anything
             fault = f"it cannot be examined: {type(error).__name__}: {str(error)[:200]}"
         if fault:
             raise PluginError(
@@ -225,7 +227,7 @@ def _unset(part: type[Any]) -> list[str]:
 
 
 def _fault_of_function(part: Any, group: Group) -> str:
-    """Return why an object cannot be called with the arguments of a group, or an empty text."""
+    """Return why a function does not fit its group, or an empty text."""
     if not inspect.isfunction(part):
         return f"it is not a function but {type(part).__name__!r}"
     try:

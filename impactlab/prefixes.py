@@ -1,4 +1,4 @@
-"""Numbers with a unit and the SI prefix that suits them: of axes, and in reprs of one line."""
+"""Numbers with a unit and its SI prefix, for axes and short reprs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def scaled(unit: str, largest: float) -> Unit:
 
 
 def prefixed(value: float | None, unit: str) -> str:
-    """Return a number with its unit, such as ``16 mm`` or ``268.4 MPa``; ``none`` of None."""
+    """Return a number with its unit, such as ``16 mm``; ``none`` if it is None."""
     if value is None:
         return "none"
     shown = scaled(unit, abs(float(value)))
@@ -32,6 +32,9 @@ def prefixed(value: float | None, unit: str) -> str:
 
 
 def prefixed_range(low: float, high: float, unit: str) -> str:
-    """Return a range with its unit, such as ``0 to 600 µs``, in the prefix of the larger size."""
+    """Return a range with its unit, such as ``0 to 600 µs``.
+
+    The prefix is that of the larger size.
+    """
     shown = scaled(unit, max(abs(float(low)), abs(float(high))))
     return f"{float(low) / shown.size:.4g} to {float(high) / shown.size:.4g} {shown.label}"

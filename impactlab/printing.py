@@ -1,4 +1,4 @@
-"""Results as text and as plain values: counts with their noun, aligned columns, values for JSON."""
+"""Results as text and plain values: counts with nouns, aligned columns, values for JSON."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def plain(value: Any) -> Any:
-    """Return a value of plain Python types: records as mappings, numbers that are not finite as None."""
+    """Return a value in plain Python types, for JSON.
+
+    Records become mappings, and numbers that are not finite become None.
+    """
     if type(value) in PLAIN or (type(value) is float and math.isfinite(value)):  # most of a long run's events
         return value
     match value:

@@ -60,10 +60,11 @@ class Side(ctypes.Structure):
 
 @record
 class Port(ctypes.Structure):
-    """The input of a law in one step; gap and rate positive when open and opening.
+    """The input of a law in one step.
 
-    "free" is without the contact's own force; a compliance is the change per unit force, constant over the step. The
-    scheme decides where in the step the force acts: a law F = f(gap, rate) takes the values there.
+    Gap and rate are positive when open and opening. "free" is without the contact's own force; a compliance is the
+    change per unit force, constant over the step. The scheme decides where in the step the force acts: a law F = f(gap,
+    rate) takes the values there.
     """
 
     time: float  # s, start of the step

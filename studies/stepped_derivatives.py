@@ -17,7 +17,7 @@ from impactlab.derivatives.differences import Difference, differences
 from impactlab.derivatives.parameters import read_parameters
 from impactlab.errors import ImpactlabError
 from impactlab.sweeps.axes import at_point
-from impactlab.sweeps.quantities import asked, values
+from impactlab.sweeps.quantities import quantities_of, values
 from studies.pages import Study, filled, percent, table
 
 SCENES = 200
@@ -131,7 +131,7 @@ def true_derivatives(case: il.Case, path: str) -> list[float]:
     def run(value: float) -> tuple[list[float], tuple[Any, ...]]:
         scene, method = at_point(case, {path: value}).simulation()
         history = api.solve(scene, method)
-        rows = values(scene, history, asked(scene, QUANTITIES, case.registry), case.registry)
+        rows = values(scene, history, quantities_of(scene, QUANTITIES, case.registry), case.registry)
         return [each for row in rows for each in row], tuple(
             (span.contact, span.end is None) for span in history.contacts
         )
@@ -146,7 +146,7 @@ def true_derivatives(case: il.Case, path: str) -> list[float]:
 def compared(drawn: Drawn, case: il.Case | None = None) -> list[Found]:
     """Return all derivatives of a scene by its parameter."""
     case = case or drawn.case
-    rows = differences(case, drawn.path, asked(case.scene(), QUANTITIES, case.registry))
+    rows = differences(case, drawn.path, quantities_of(case.scene(), QUANTITIES, case.registry))
     found = [each for row in rows for each in row]
     at = abs(read_parameters(case, [drawn.path])[0].value)
     true = true_derivatives(drawn.exact, drawn.path)
@@ -255,7 +255,10 @@ def narrow() -> str:
                 step={"points_per_period": periods},
                 events=events,
             )
-            opening, dt = asked(case.scene(), ["first_opening"], case.registry), api.prepare(case).dt or math.nan
+            opening, dt = (
+                quantities_of(case.scene(), ["first_opening"], case.registry),
+                api.prepare(case).dt or math.nan,
+            )
             spread = []
             for path, at, rate in (("bodies.hammer.mass", 0.5, 1.087), ("contacts.0.gap", 0.05, 1.0)):
                 ends = []

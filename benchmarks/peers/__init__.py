@@ -1,1 +1,4 @@
-"""Other programs on the same impact: settings of each, and time to reach an error. See docs/peers.md."""
+"""Other programs on the same impact: settings, and time to an error.
+
+See docs/peers.md.
+"""

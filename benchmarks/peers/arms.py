@@ -1,4 +1,6 @@
-"""Two arms that strike a stop, in impactlab and in Exudyn: impulses of the first two sub-impacts.
+"""Two arms that strike a stop, in impactlab and in Exudyn.
+
+Compared are the impulses of the first two sub-impacts.
 
 ``two_link_arm`` and ``arm_on_stop`` are the cases of these names, up to the end of the second sub-impact.
 """
@@ -27,7 +29,10 @@ EXPONENT = 1.5
 
 @dataclass(frozen=True)
 class Arm:
-    """A flexible link with a mass in its hand, behind a rigid one or hinged to the ground, that turns onto a stop."""
+    """A flexible link with a mass in its hand, turning onto a stop.
+
+    It is behind a rigid link, or hinged to the ground.
+    """
 
     name: str
     length: float  # m
@@ -92,11 +97,12 @@ def of_contacts(history: AbstractHistory) -> list[float]:
 
 
 def exudyn(arm: Arm, setting: Setting, record: bool) -> Run[list[float]]:
-    """Return a run of Exudyn; with ``record`` a sensor stores the place of the hand at every step.
+    """Return a run of Exudyn.
 
-    Cable elements in absolute nodal coordinates, their strain integrated at fewer points (impulses within 1e-5); the
-    hand is a point mass on the last node. The contact is `ObjectContactCoordinate` with exponent 1.5. A hinge to the
-    ground is two fixed coordinates, one between links a joint; the torque is a load on the first element.
+    With ``record`` a sensor stores the place of the hand at every step. Cable elements in absolute nodal coordinates,
+    their strain integrated at fewer points (impulses within 1e-5); the hand is a point mass on the last node. The
+    contact is `ObjectContactCoordinate` with exponent 1.5. A hinge to the ground is two fixed coordinates, one between
+    links a joint; the torque is a load on the first element.
     """
     exu = engine()
     container = exu.SystemContainer()

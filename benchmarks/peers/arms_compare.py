@@ -139,9 +139,9 @@ def group_of(row: dict[str, Any]) -> str:
 
 
 def stays(rows: list[dict[str, Any]], row: dict[str, Any], tolerance: float) -> bool:
-    """Return whether the next finer shapes or mesh and the next shorter step keep a tolerance, too, one by one and all.
+    """Return whether finer shapes or meshes and shorter steps keep a tolerance.
 
-    Options with one value in the scan stay as they are.
+    The next ones are compared, one by one and all together. Options with one value in the scan stay as they are.
     """
     names, given = FINENESS[row["program"]], row["setting"]
     shared = {name: value for name, value in given.items() if name not in names}
@@ -161,7 +161,10 @@ def stays(rows: list[dict[str, Any]], row: dict[str, Any], tolerance: float) -> 
 
 
 def measured(repeats: int) -> dict[str, Any]:
-    """Return everything that the page shows: the best settings of the scan timed again, in turns."""
+    """Return everything that the page shows.
+
+    The best settings of the scan are timed again, in turns.
+    """
     jobs: dict[tuple[str, str], dict[str, Any]] = {}
     chosen: list[tuple[str, float, bool, str, list[tuple[str, str]]]] = []
     wanted = [*((tolerance, False) for tolerance in TOLERANCES), (AIMED, True)]
@@ -195,14 +198,20 @@ def measured(repeats: int) -> dict[str, Any]:
 
 
 def spent(results: dict[str, Any], name: str, tolerance: float, kept: bool, group: str) -> float:
-    """Return the time of a group to a tolerance [s], NaN where no setting of the scan reaches it."""
+    """Return the time of a group to a tolerance [s].
+
+    It is NaN where no setting of the scan reaches it.
+    """
     wanted = {"case": name, "tolerance": tolerance, "kept": kept, "group": group}
     found = (row["solve_s"] for row in results["rows"] if wanted.items() <= row.items())
     return float(next(found, math.nan))
 
 
 def verdicts(results: dict[str, Any]) -> str:
-    """Return the aims and whether they are met: to reach the error and to keep it, by any Exudyn and by a tight one."""
+    """Return the aims and whether they are met.
+
+    They are to reach the error and to keep it, by any Exudyn and by a tight one.
+    """
     cells = []
     for arm, kept, group in product(ARMS.values(), (False, True), GROUPS[1:]):
         ratio = spent(results, arm.name, AIMED, kept, group) / spent(results, arm.name, AIMED, kept, GROUPS[0])
@@ -213,7 +222,10 @@ def verdicts(results: dict[str, Any]) -> str:
 
 
 def unlucky(results: dict[str, Any]) -> float:
-    """Return the error of Exudyn on the arm with the next more elements than its best."""
+    """Return the error of Exudyn with the next more elements than its best.
+
+    The arm is ``arm_on_stop``.
+    """
     wanted = {"case": "arm_on_stop", "tolerance": AIMED, "kept": False, "group": "Exudyn"}
     best = next(row["setting"] for row in results["rows"] if wanted.items() <= row.items())
     next_one = best | {"elements": best["elements"] + 2}

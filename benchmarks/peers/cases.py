@@ -1,4 +1,6 @@
-"""The two impacts every program solves, as plain numbers, with their exact answer and the errors of a run.
+"""The two impacts that every program solves, with exact results.
+
+They are plain numbers, with the errors of a run.
 
 ``paper`` is the paper's case: the mass weighs as much as the uniform rod and strikes twice, the second contact 1 % from
 vanishing. ``two_material`` is a rod of steel and brass on meshes of equal length: no step fits both wave speeds (5064
@@ -65,7 +67,10 @@ class Case:
         return self.round_trips * self.round_trip
 
     def steps_of(self, dt: float) -> tuple[int, float]:
-        """Return the number of equal steps of at most ``dt`` [s] that make the run, and their length [s]."""
+        """Return the number of equal steps of the run, and their length [s].
+
+        They are at most ``dt`` [s].
+        """
         steps = math.ceil(self.duration / dt - 1e-9)
         return steps, self.duration / steps
 
@@ -100,7 +105,10 @@ PAPER_EVENTS = (0.0, 1.53383382080915, 2.12462323494217, 2.16284275559957)
 
 @dataclass(frozen=True)
 class Outcome:
-    """Results of a run: displacements over time, contact, and the velocity of the mass at the end."""
+    """Results of a run: displacements over time, contact, and exit velocity.
+
+    The exit velocity is that of the mass at the end.
+    """
 
     times: Array  # (n,) s
     mass: Array  # (n,) m
@@ -167,10 +175,11 @@ def opening_of(outcome: Outcome, round_trip: float) -> float:
 
 
 def errors_of(outcome: Outcome, case: Case) -> dict[str, float]:
-    """Return the errors of a run against the exact solution in the four `NORMS`, as `impactlab.metrics` has them.
+    """Return the errors of a run against the exact solution in the `NORMS`.
 
-    Displacements in the relative L2 norm over the whole run, between samples by straight lines; the opening in T; the
-    exit velocity, that of the mass at the end of the run, in its first one. Infinity where a value is not finite.
+    They are as `impactlab.metrics` has them. Displacements in the relative L2 norm over the whole run, between samples
+    by straight lines; the opening in T; the exit velocity, that of the mass at the end of the run, in its first one.
+    Infinity where a value is not finite.
     """
     answer = exact(case)
     values = [np.interp(answer.times, outcome.times, each) for each in (outcome.mass, outcome.face)]

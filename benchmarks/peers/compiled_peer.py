@@ -1,4 +1,4 @@
-"""A loop written by hand for this one impact and compiled by numba: the yardstick for a general program.
+"""A hand-written loop for this impact, compiled by numba, as the yardstick.
 
 Central difference with a multiplier and Newmark (`benchmarks/step_loop.py`), both with
 per-element coefficients, both recording faces, force, energies and momenta. Scanned: mesh and step.

@@ -42,7 +42,10 @@ FAR = 1e3  # m: the other limit stop, never reached
 
 
 def settings(case: Case) -> list[dict[str, Any]]:
-    """Return chains and reduced rods under explicit and implicit schemes; stiffness in E A/h, or E A n/L if reduced."""
+    """Return chains and reduced rods under explicit and implicit schemes.
+
+    Stiffness is in E A/h, or in E A n/L if reduced.
+    """
     found = []
     for n, stiffness in product((160, 240, 400), (1.0, 3.0)):
         found.append(_setting("matrix", n, "VelocityVerlet", 0.5, stiffness))
@@ -66,7 +69,10 @@ def settings(case: Case) -> list[dict[str, Any]]:
 
 
 def _solved(n: int, setting: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return a setting of a reduced rod with the linear solvers that may be quicker for its size."""
+    """Return a setting of a reduced rod with the quicker linear solvers.
+
+    They depend on its size.
+    """
     solvers = ["EXUdense"] if n < 32 else ["EXUdense", "EigenSparse"] if n < 64 else ["EigenSparse"]
     return [setting | {"linear": solver} for solver in solvers]
 
@@ -81,10 +87,10 @@ def _setting(
 
 
 def scales(case: Case, setting: Setting) -> tuple[float, float, float]:
-    """Return the step [s], and stiffness [N/m] and damping [N s/m] of the contact, for a setting.
+    """Return step [s], contact stiffness [N/m] and contact damping [N s/m].
 
-    ``courant`` is the step in h/c, of a reduced rod in two over its largest frequency (the stability limit without
-    contact); ``contact_damping`` is in impedances of the face.
+    They are those of a setting. ``courant`` is the step in h/c, of a reduced rod in two over its largest frequency (the
+    stability limit without contact); ``contact_damping`` is in impedances of the face.
     """
     n, (_, area, young, density) = setting["coordinates"], case.segments[0]
     h = case.length / n

@@ -1,4 +1,6 @@
-"""impactlab itself: the exact description and three that step; like the others, at the best setting of a scan.
+"""impactlab itself: the exact description and three that step.
+
+Like the others, it runs at the best setting of a scan.
 
 The time is ``solve_s`` of `impactlab.run`: steps or marching, records and dated events, without set-up (case,
 modes, factors, memory) and without the checks of a finished run. The exact solution has no settings.
@@ -65,7 +67,10 @@ def scene(case: Case, setting: Setting) -> Simulation:
 
 
 def chosen(given: Simulation) -> tuple[Simulation, str, float]:
-    """Return the automatic choice for a scene with a tolerance, its words, and the time to choose [s]."""
+    """Return the automatic choice for a scene, its words, and its time [s].
+
+    The scene has a tolerance.
+    """
     choices: list[Any] = [api.solve(*given).choice for _ in range(3)]  # type: ignore[attr-defined]
     least = min(choices, key=lambda choice: choice.choosing_s)  # the first may compile
     return Simulation(given.scene, least.method), least.chosen, least.choosing_s
@@ -103,7 +108,10 @@ def stepped(given: Simulation, outcome: Callable[[AbstractHistory], Found]) -> R
 
 
 def _exact(case: Case, given: Simulation) -> Run[Outcome]:
-    """Return a run of the exact description: the marching is timed, as the package reports it."""
+    """Return a run of the exact description, with the march timed.
+
+    The package reports the same time.
+    """
     from impactlab.exact import march
     from impactlab.exact.arrays import DONE
     from impactlab.exact.results.history import ContinuousHistory

@@ -1,4 +1,6 @@
-"""Measurements of docs/peers.md: the best settings of the scans timed again, side by side, and three ratios.
+"""Measurements of docs/peers.md: the best settings again, and three ratios.
+
+The settings are those of the scans, timed side by side.
 
 All runs of a table are interleaved: each repeat builds and solves every one of them once, so that other work of the
 machine falls on all alike. Times are of the processor, in this thread; the least counts, and how far the middle
@@ -37,7 +39,7 @@ Times = dict[str, float]
 
 
 def group_of(peer: str, setting: Setting) -> str:
-    """Return the row a setting belongs to: the program, and its way of describing the rod where that matters."""
+    """Return the row of a setting: the program, and its model if that matters."""
     model = str(setting["model"])
     if peer == "impactlab":
         return f"impactlab, {OURS[model]}"
@@ -68,10 +70,10 @@ def best_of_scan(peer: str, group: str, case: Case, tolerance: float) -> list[Ma
 
 
 def interleaved(builds: list[Callable[[], Run]], repeats: int) -> list[Times]:
-    """Return least time, spread (middle less least) and wall time [s] of runs that take turns.
+    """Return least time, spread and wall time of interleaved runs [s].
 
-    Short runs go twice each turn, the second one timed: a run of 50 us that follows another program's would measure the
-    caches that this one emptied.
+    The spread is the middle less the least. Short runs go twice each turn, the second one timed: a run of 50 us that
+    follows another program's would measure the caches that this one emptied.
     """
     spent: list[list[float]] = [[] for _ in builds]
     wall = [math.inf] * len(builds)
@@ -104,7 +106,10 @@ def errors(peer: str, case: Case, setting: Setting) -> dict[str, float]:
 
 
 def to_an_error(repeats: int) -> list[dict[str, Any]]:
-    """Return the rows of time to reach an error: per case, tolerance and program the quickest setting, timed again."""
+    """Return the rows of time to reach an error.
+
+    Per case, tolerance and program it is the quickest setting, timed again.
+    """
     rows: list[dict[str, Any]] = []
     jobs: dict[tuple[str, str, str], dict[str, Any]] = {}
     for case in CASES.values():
@@ -142,7 +147,10 @@ def to_an_error(repeats: int) -> list[dict[str, Any]]:
 
 
 def exact_model(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return how far the exact events of the paper's case are off, and the ratio to the quickest package at 5e-3."""
+    """Return the errors of the exact events of the paper's case, and a ratio.
+
+    The ratio is that to the quickest package at 5e-3.
+    """
     events = [event.time / PAPER.round_trip for event in exact(PAPER).history.events]
     found = {"event_error": math.inf, "solve_s": math.nan, "ratios": {}}
     if len(events) == len(PAPER_EVENTS):
@@ -170,7 +178,10 @@ def same_scheme(repeats: int, elements: int, ours: Setting, theirs: list[Setting
 
 
 def explicit(repeats: int) -> dict[str, Any]:
-    """Return central difference with 400 elements at 0.9 h/c beside Exudyn's; the step needs a soft contact there."""
+    """Return central difference with 400 elements at 0.9 h/c beside Exudyn's.
+
+    The step needs a soft contact there.
+    """
     common = {"coordinates": 400, "courant": 0.9}
     theirs = [
         common | {"model": model, "scheme": "VelocityVerlet", "contact_stiffness": 0.3} for model in ("matrix", "items")
@@ -187,7 +198,10 @@ def implicit(repeats: int) -> dict[str, Any]:
 
 
 def by_hand(repeats: int) -> list[dict[str, Any]]:
-    """Return loops of the package beside loops written by hand: steps, times, ratio, fixed cost of a run."""
+    """Return loops of the package beside hand-written loops.
+
+    Rows have steps, times, ratio and fixed cost of a run.
+    """
     rows = []
     for name, elements, aim in (
         ("central_difference", 400, 2.0),
@@ -202,7 +216,10 @@ def by_hand(repeats: int) -> list[dict[str, Any]]:
 
 
 def fixed_cost(repeats: int) -> float:
-    """Return the time of a run of hardly any steps [s], which every run pays once."""
+    """Return the time of a run of hardly any steps [s].
+
+    Every run pays it once.
+    """
     setting = {"model": "central_difference", "coordinates": 2, "courant": 1.0}
     short = Case(PAPER.name, PAPER.segments, PAPER.striker, round_trips=0.25)
     return interleaved([lambda: impactlab_peer.build(short, setting, record=False)], repeats)[0]["solve_s"]

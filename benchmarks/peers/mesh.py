@@ -1,4 +1,6 @@
-"""The rod as springs and point masses, or as a few Craig-Bampton coordinates, as handed to the programs.
+"""The rod as springs and point masses, or in few Craig-Bampton coordinates.
+
+The programs get these arrays.
 
 Both are set-up and outside the times. All programs get the same arrays, so that only the program differs.
 """
@@ -41,7 +43,10 @@ class Modes(NamedTuple):
 
 @cache
 def chain(case: Case, elements: int) -> Chain:
-    """Return the rod in ``elements`` elements of equal length; a boundary of materials falls on a node."""
+    """Return the rod in ``elements`` elements of equal length.
+
+    A boundary of materials falls on a node.
+    """
     h = case.length / elements
     ends = np.cumsum([segment[0] for segment in case.segments])
     middles = (np.arange(elements) + 0.5) * h

@@ -73,7 +73,10 @@ def _setting(model: str, n: int, scheme: str, courant: float, damper: float, spr
 
 
 def step_of(case: Case, setting: Setting) -> float:
-    """Return the step [s]: ``courant`` is in h/c, of modes in two over the largest frequency."""
+    """Return the step [s].
+
+    ``courant`` is in h/c, of modes in two over the largest frequency.
+    """
     n = setting["coordinates"]
     if setting["model"] == "modes":
         return float(setting["courant"] * 2.0 / modes(case, n).frequency[-1])
@@ -81,7 +84,10 @@ def step_of(case: Case, setting: Setting) -> float:
 
 
 def document(case: Case, setting: Setting, dt: float) -> tuple[str, Array]:
-    """Return the model as XML, and the part of each joint in the face's displacement; the last joint is the mass."""
+    """Return the model as XML, and the weights of joints in the face.
+
+    The weights give its displacement; the last joint is the mass.
+    """
     n = setting["coordinates"]
     if setting["model"] == "modes":
         rod = modes(case, n)

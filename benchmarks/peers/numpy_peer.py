@@ -1,4 +1,6 @@
-"""A loop in numpy, as one writes it for a first try: central difference, whole arrays, a multiplier at the contact.
+"""A loop in numpy as a first try: central difference, whole arrays.
+
+A multiplier acts at the contact.
 
 Nothing is allocated inside the loop: each operation writes into an array made before. Scanned: mesh and step.
 """

@@ -36,7 +36,10 @@ IMPLICIT = {"Newmark": (0.5, 0.25), "HHT": (0.7,)}
 
 
 def engine() -> Any:
-    """Return the module; its Linux build brings the libraries it needs but does not look for them where they are."""
+    """Return the module, also where its Linux build misses its own libraries.
+
+    It brings these libraries and does not look for them there.
+    """
     try:
         from openseespy import opensees
     except (ImportError, RuntimeError):
@@ -52,7 +55,10 @@ def engine() -> Any:
 
 
 def settings(case: Case) -> list[dict[str, Any]]:
-    """Return meshes, schemes, steps [h/c], contact stiffness [E A/h], and for implicit schemes solver and algorithm."""
+    """Return meshes, schemes, steps [h/c] and contact stiffness [E A/h].
+
+    Implicit schemes have solver and algorithm as well.
+    """
     found = []
     meshes = (80, 120, 160, 200, 240)
     for n, scheme, courant, stiffness in product(meshes, EXPLICIT, (0.5, 0.7), (1.0, 3.0)):

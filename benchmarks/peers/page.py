@@ -1,4 +1,7 @@
-"""Writes docs/peers.md and its figure from the results of `measure.py` and of the scans; nothing is measured here."""
+"""Writes docs/peers.md and its figure; nothing is measured here.
+
+The results are those of `measure.py` and of the scans.
+"""
 
 from __future__ import annotations
 
@@ -203,7 +206,10 @@ def how() -> str:
 
 
 def draw(path: Path, rows: list[dict[str, Any]]) -> None:
-    """Draw the largest error against time per case, from the scans; the exact answer at its measured time."""
+    """Draw the largest error against time per case, from the scans.
+
+    The exact solution is drawn at its measured time.
+    """
     figure, [panels] = grid(1, 2, 3.4, Margins(right=2.3, across=0.25), share=True)
     automatic = f"impactlab, {OURS['automatic']}"  # stands where what it chose stands
     shown = [(peer, group) for peer, group in groups() if group != automatic]
@@ -240,7 +246,7 @@ def draw(path: Path, rows: list[dict[str, Any]]) -> None:
 
 
 def front(peer: str, group: str, case: str) -> list[tuple[float, float]]:
-    """Return times [ms] and largest errors of the settings of a scan that no quicker one beats."""
+    """Return times [ms] and largest errors on the Pareto front of a scan."""
     points = sorted(
         (1e3 * row["solve_s"], max(row[norm] for norm in NORMS))
         for row in read(peer)

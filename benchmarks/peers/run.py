@@ -44,7 +44,10 @@ class Peer(Protocol):
 
 
 def timed(run: Run[Any]) -> tuple[float, float]:
-    """Return the time of one solve [s], without the collector: processor time of this thread, and by the clock."""
+    """Return the processor time and wall time of one solve [s].
+
+    The collector is off; processor time is that of this thread.
+    """
     gc.disable()
     try:
         wall, began = time.perf_counter(), time.thread_time()

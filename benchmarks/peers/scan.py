@@ -1,4 +1,6 @@
-"""Tries every setting of every program on both cases and keeps its time and its errors.
+"""Tries every setting of every program on both cases.
+
+It keeps time and errors of each.
 
     python -m benchmarks.peers.scan [--peer exudyn ...]
 
@@ -65,7 +67,10 @@ def scan(name: str, cases: list[Case]) -> list[dict[str, Any]]:
 
 
 def read(name: str) -> list[dict[str, Any]]:
-    """Return the kept rows of a program that completed, numbers as numbers; empty without a scan."""
+    """Return the kept rows of a program that completed, empty without a scan.
+
+    Numbers are read as numbers.
+    """
     path = FOLDER / f"{name}.csv"
     if not path.exists():
         return []

@@ -17,10 +17,11 @@ MAX_PLACES = 4096  # of a quadrature at once: a thousand modes then take 100 MB
 
 @final
 class AnalyticBasis(Completable):
-    """The first modes of a uniform rod, mass-normalised, the rigid one (free-free) first and not counted.
+    """The first modes of a uniform rod, mass-normalised.
 
-    With wave numbers k: cos(k x) where the left end is free, sin(k x) where it is clamped. A rod that turns has the
-    same shapes at the frequencies omega^2 = (c k)^2 - Omega^2.
+    The rigid mode of a free rod comes first and is not counted. With wave numbers k: cos(k x) where the left end is
+    free, sin(k x) where it is clamped. A rod that turns has the same shapes at the frequencies omega^2 = (c k)^2 -
+    Omega^2.
 
     Attributes
     ----------
@@ -89,7 +90,7 @@ class AnalyticBasis(Completable):
         return force / {"strain": young * area, "stress": area, "force": 1.0}[quantity]
 
     def _static_turning(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return `static` of a rod that turns: circular functions of the wave number Omega/c beside the force."""
+        """Return `static` of a rotating rod, by circular functions of wave number Omega/c."""
         if quantity == "velocity":
             return 0.0
         number, length, segment = self._softest, self._length, self._segment

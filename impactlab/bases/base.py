@@ -1,4 +1,4 @@
-"""Base class of bases: shapes in which a mesh may move, before they are made uncoupled."""
+"""Base class of bases: shapes in which a mesh may move, possibly coupled."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 
 class Span(NamedTuple):
-    """Shapes of a mesh as columns, linearly independent; the rigid motion of a free rod lies in their span."""
+    """Linearly independent shapes of a mesh, as columns.
+
+    The rigid motion of a free rod lies in their span.
+    """
 
     shapes: Array  # (n_mesh_dof, n)
     uncoupled: bool = False  # they are eigenvectors of the mesh, mass-normalised, rigid motion first
@@ -34,9 +37,10 @@ class Coordinates(Protocol):
         """Return the quantity at x [m] of each coordinate, shape (n_dof,)."""
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the quantity at x in statics of the whole body, per unit force to the right at ``face`` [m].
+        """Return the static quantity at x per unit force on the whole body.
 
-        A body that moves freely is taken in the frame of its mean acceleration, without rigid motion.
+        The force acts to the right at ``face`` [m]. A body that moves freely is taken in the frame of its mean
+        acceleration, without rigid motion.
         """
 
     def project(self, profile: Profile) -> Array:
@@ -60,7 +64,10 @@ class Completable(Coordinates, Protocol):
 
 
 def quadrature(length: float, modes: int) -> tuple[Array, Array]:
-    """Return places [m] and weights [m] of Gauss quadrature over a body, fine enough for some modes, (n,) each."""
+    """Return places [m] and weights [m] of Gauss quadrature over a body, (n,) each.
+
+    They are fine enough for so many ``modes``.
+    """
     cells = 4 * modes + 64
     nodes, weights = np.polynomial.legendre.leggauss(8)
     h = length / cells
@@ -74,11 +81,11 @@ def even_grid(length: float, modes: int) -> Array:
 
 
 class AbstractBasis(ABC):
-    """A basis of the modal model: a frozen dataclass of options. To write one, supply `span`.
+    """A basis of the modal model: a frozen dataclass of options.
 
-    The modal model solves the small eigenvalue problem of the mesh in these shapes, so that every basis gives unit mass
-    and squared frequencies. ``modes`` counts the shapes beside the rigid motion of a rod that nothing holds, whatever
-    they are: n = modes, plus 1 for such a rod.
+    To write one, supply `span`. The modal model solves the small eigenvalue problem of the mesh in these shapes, so
+    that every basis gives unit mass and squared frequencies. ``modes`` counts the shapes beside the rigid motion of a
+    rod that nothing holds, whatever they are: n = modes, plus 1 for such a rod.
     """
 
     citations: ClassVar[tuple[str, ...]] = ()
@@ -92,7 +99,8 @@ class AbstractBasis(ABC):
 
     @abstractmethod
     def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
-        """Return the shapes, n = ``modes`` + 1 for a rod that nothing holds, else ``modes``; ``modes`` fits the mesh.
+        """Return the shapes: ``modes``, plus 1 for a rod without supports.
 
-        ``faces`` are the rod's contacts. Raise `CaseError` where the basis does not support them.
+        ``modes`` fits the mesh. ``faces`` are the rod's contacts. Raise `CaseError` where the basis does not support
+        them.
         """

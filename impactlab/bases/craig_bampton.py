@@ -17,13 +17,13 @@ from impactlab.types import Array, Ints
 @final
 @dataclass(frozen=True)
 class CraigBampton(AbstractBasis):
-    """Craig and Bampton's: a static shape for each contact face that moves, and modes with the faces fixed.
+    """Craig and Bampton's: static shapes of the contact faces, and fixed-face modes.
 
-    One constraint mode per face (per coordinate of the element, for a face inside one) and the fixed-interface modes of
-    lowest frequency. The constraint modes of a free rod hold its rigid motion; a free beam struck at one place still
-    turns about it, which is the first of its fixed-interface modes. ``modes`` counts both kinds, less one for each
-    rigid motion: N coordinates of a held rod struck at one face are 1 constraint mode and N - 1 others.
-    Without a contact nothing is fixed, and these are the eigenvectors.
+    A static shape moves one contact face by 1. One constraint mode per face (per coordinate of the element, for a face
+    inside one) and the fixed-interface modes of lowest frequency. The constraint modes of a free rod hold its rigid
+    motion; a free beam struck at one place still turns about it, which is the first of its fixed-interface modes.
+    ``modes`` counts both kinds, less one for each rigid motion: N coordinates of a held rod struck at one face are 1
+    constraint mode and N - 1 others. Without a contact nothing is fixed, and these are the eigenvectors.
 
     References
     ----------

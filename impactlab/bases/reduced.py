@@ -27,7 +27,9 @@ def products(matrix: Array, shapes: Array) -> Array:
 
 @final
 class ReducedMesh(Completable):
-    """A mesh that moves in the span of some shapes only, in uncoupled coordinates of unit mass.
+    """A mesh that moves in the span of some shapes only.
+
+    Its coordinates are uncoupled and of unit mass.
 
     Parameters
     ----------
@@ -68,10 +70,10 @@ class ReducedMesh(Completable):
             return with_rigid_motions(mesh, upright(unit @ turned))
 
     def iterated(self) -> tuple[Array, Array]:
-        """Return shapes (n_mesh_dof, n) after a step of inverse iteration on the mesh, and frequencies (n,) [rad/s].
+        """Return shapes and frequencies [rad/s] after one inverse iteration on the mesh.
 
-        Eigenvectors of the mesh stay as they are, and so do rigid motions. Quotients y K y / y M y of the new shapes
-        lie between the frequencies here and those of the mesh.
+        Their shapes are (n_mesh_dof, n) and (n,). Eigenvectors of the mesh stay as they are, and so do rigid motions.
+        Quotients y K y / y M y of the new shapes lie between the frequencies here and those of the mesh.
         """
         shapes, frequencies = self.shapes.copy(), self.frequencies.copy()
         for number in np.flatnonzero(frequencies):
@@ -88,7 +90,10 @@ class ReducedMesh(Completable):
         return self.mesh.static_compliance(x, quantity, face)
 
     def remainder(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the part of `static` that the coordinates do not hold, without the rounding of a soft body."""
+        """Return the part of `static` that the coordinates lack.
+
+        It is free of the rounding of a soft body.
+        """
         mesh = self.mesh
         if face not in self._beyond:
             pressed = mesh.static(mesh.row(face, "displacement"))

@@ -1,4 +1,4 @@
-"""Coordinates for the modes left out: static shapes of the contacts, less what the modes kept give."""
+"""Residual coordinates: static shapes of the contacts without the modes kept."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ BENDING, WAVES = 7.0 / 3.0, 3.0  # w as the number squared, of beams that bend a
 
 @final
 class WithResiduals(Completable):
-    """Modes of a body, and a coordinate for each contact that moves as the static shape of the modes left out.
+    """Modes of a body, and a residual coordinate for each contact.
 
-    Together they have the static flexibility of the whole body at the contacts. The frequency of the coordinates is
-    that of the modes left out together, as if these went on like the last one kept.
+    It moves as the static shape of the modes left out. Together they have the static flexibility of the whole body at
+    the contacts. The frequency of the coordinates is that of the modes left out together, as if these went on like the
+    last one kept.
 
     Parameters
     ----------
@@ -59,7 +60,10 @@ class WithResiduals(Completable):
         return np.concatenate((own, self._left(x, quantity) @ self._shares)) if self._zeros.size else own
 
     def _left(self, x: float, quantity: Quantity) -> Array:
-        """Return the quantity at x that the modes kept leave out, per unit force at each face, (faces,)."""
+        """Return the quantity at x that the modes kept leave out, (faces,).
+
+        It is per unit force at each face.
+        """
         return np.array([self._basis.remainder(x, quantity, face) for face in self._faces])
 
     def remainder(self, x: float, quantity: Quantity, face: float) -> float:
@@ -74,7 +78,10 @@ class WithResiduals(Completable):
         return np.concatenate((self._basis.project(profile), self._zeros))
 
     def project_uniform(self) -> Array:
-        """Return the momentum of each coordinate at unit velocity, none of the modes left out, shape (n_dof,)."""
+        """Return the momentum of each coordinate at unit velocity, shape (n_dof,).
+
+        That of the modes left out is 0.
+        """
         return np.concatenate((self._basis.project_uniform(), self._zeros))
 
     def grid(self) -> Array:

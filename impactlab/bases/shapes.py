@@ -32,11 +32,12 @@ def lowest(mass: Array, stiffness: Array, count: int) -> Array:
 
 
 def rotated(mass: Array, stiffness: Array, shapes: Array) -> Array:
-    """Return eigenvectors of two banded matrices, of the space of approximate ones (n_dof, n), as `lowest`.
+    """Return Rayleigh-Ritz eigenvectors of two banded matrices, from approximate ones (n_dof, n).
 
-    Solved for all frequencies of a mesh at once, the lowest eigenvectors of a beam hold some of each other, by the
-    rounding of the highest frequency squared over the difference of their own: of 400 elements on a soft support some
-    1e-3. Their space is accurate, so that the matrices in it give them (Rayleigh and Ritz).
+    They are as `lowest` returns them. Solved for all frequencies of a mesh at once, the lowest eigenvectors of a beam
+    hold some of each other, by the rounding of the highest frequency squared over the difference of their own: of 400
+    elements on a soft support some 1e-3. Their space is accurate, so that the matrices in it give them (Rayleigh and
+    Ritz).
     """
     from scipy.linalg import eigh
 
@@ -77,9 +78,10 @@ def eigenvectors(mesh: AbstractMesh, count: int) -> Array:
 
 
 def with_rigid_motions(mesh: AbstractMesh, shapes: Array) -> Array:
-    """Return shapes (n_mesh_dof, n), the first of them the exact rigid motions and none of these in the others.
+    """Return shapes (n_mesh_dof, n) that begin with the exact rigid motions.
 
-    The rounding of the highest frequencies leaves some: little in a rod, up to 1e-4 in a beam of hundreds of elements.
+    The others are made orthogonal to these, as computed eigenvectors are only up to rounding: little in a rod, up to
+    1e-4 in a beam of hundreds of elements.
     """
     count = mesh.rigid.shape[1]
     if not count:
@@ -90,13 +92,16 @@ def with_rigid_motions(mesh: AbstractMesh, shapes: Array) -> Array:
 
 
 def struck(mesh: AbstractMesh, faces: tuple[Face, ...]) -> Ints:
-    """Return the coordinates that move the contacts, sorted, (n,) int: one each, all of its element inside one."""
+    """Return the coordinates that move the contacts, sorted, (n,) int.
+
+    There is one for each contact at a node, and all of its element for one inside.
+    """
     rows = [np.flatnonzero(mesh.row(face.x, "displacement")) for face in faces]
     return np.unique(np.concatenate([np.zeros(0, np.int64), *rows]))
 
 
 def pieces(mesh: AbstractMesh, kept: Ints) -> list[Ints]:
-    """Return the coordinates that are not kept, in groups that do not act on one another, each sorted (n,).
+    """Return the coordinates that are not kept, in uncoupled groups, each sorted (n,).
 
     A node of a rod that is kept cuts it in two; one of a beam does so only if its rotation is kept as well.
     """
@@ -125,9 +130,10 @@ def still_free(mesh: AbstractMesh, kept: Ints) -> Array:
 
 
 def constraint_modes(mesh: AbstractMesh, kept: Ints) -> Array:
-    """Return the static shapes (n_mesh_dof, n_kept) in which one coordinate kept moves by 1 and the others do not.
+    """Return the static shapes (n_mesh_dof, n_kept) of unit displacements of kept coordinates.
 
-    Where the rest can still move (a beam turns about the one place it is held at), a shape is any of those.
+    In each of them the other coordinates kept do not move. Where the rest can still move (a beam turns about the one
+    place it is held at), a shape is any of those.
     """
     n_dof = mesh.mass.shape[1]
     shapes = np.zeros((n_dof, kept.size))

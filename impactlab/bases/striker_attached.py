@@ -1,4 +1,4 @@
-"""Eigenvectors of the rod with the striker's mass on its face, while they are in contact."""
+"""Eigenvectors with the striker's mass on the face, while they are in contact."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from impactlab.numerics.banded import full
 @final
 @dataclass(frozen=True)
 class StrikerAttached(AbstractBasis):
-    """Modes that change with the contact: eigenvectors with the striker's mass on the face while closed, else free-end.
+    """Eigenvectors that change with the contact: with the striker's mass while it is closed.
 
-    Equally many in both phases. The striker stays a body of its own that the contact law ties to the face; its mass
-    shapes the basis only. At a change of phase the motion is projected orthogonally, velocities in the mass and
-    displacements in the stiffness, so that the part dropped has positive energy. ``modes`` counts elastic eigenvectors.
-    One contact, with a mass.
+    While closed they are the eigenvectors with this mass on the face, else those with a free end. There are equally
+    many in both phases. The striker stays a body of its own that the contact law ties to the face; its mass shapes the
+    basis only. At a change of phase the motion is projected orthogonally, velocities in the mass and displacements in
+    the stiffness, so that the part dropped has positive energy. ``modes`` counts elastic eigenvectors. One contact,
+    with a mass.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Substructuring: Craig-Bampton modes of the pieces of a body, many of the pieces that are struck."""
+"""Substructuring: Craig-Bampton modes of the pieces of a body, many where it is struck."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from impactlab.types import Ints, option
 @final
 @dataclass(frozen=True)
 class Substructured(AbstractBasis):
-    """Wu and Haug's: the rod cut into pieces, the pieces at the contacts finely described, the others coarsely.
+    """Wu and Haug's: the body in pieces, finely described at the contacts alone.
 
     Each border of a piece and each contact face has a constraint mode; each piece has modes with its borders fixed:
     ``others`` where nothing strikes, and all other ``modes``, in equal shares, where a contact is, as far as
@@ -85,7 +85,7 @@ def touches(mesh: AbstractMesh, run: Ints, at_contacts: Ints) -> bool:
 
 
 def shared(rooms: list[int], total: int) -> list[int]:
-    """Return how many of ``total`` go to each, in equal shares up to its room, the first served first."""
+    """Return equal shares of ``total`` up to the room of each, the first served first."""
     shares = [0] * len(rooms)
     while total and any(share < room for share, room in zip(shares, rooms, strict=True)):
         for number, room in enumerate(rooms):

@@ -1,4 +1,6 @@
-"""The command line. A command imports heavy modules when it first uses them (`cli.lazy_modules`): ``--help`` is quick.
+"""The command line, whose commands import heavy modules on first use (`cli.lazy_modules`).
+
+``--help`` is therefore quick.
 
 Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 after Ctrl-C.
 """
@@ -179,7 +181,10 @@ def _run() -> None:
 
 
 def quotes_for(arguments: Sequence[str]) -> str:
-    """Return the advice to quote a value whose unit the shell has split off, or nothing."""
+    """Return the advice to quote a value with a unit, or nothing.
+
+    The shell has split off the unit.
+    """
     for option, value, unit in zip(arguments, arguments[1:], arguments[2:], strict=False):
         if option in SETTING and "=" in value and value[-1].isdigit() and UNIT.fullmatch(unit):
             return f"A value with a space needs quotes: {option} '{value} {unit}'."
@@ -187,7 +192,10 @@ def quotes_for(arguments: Sequence[str]) -> str:
 
 
 def _check_surroundings() -> None:
-    """Leave with 2 where memory limits or environment variables rule out a run; nothing heavy is imported."""
+    """Leave with 2 where memory limits or environment variables rule out a run.
+
+    Nothing heavy is imported.
+    """
     try:
         check_environment()
     except ImpactlabError as error:

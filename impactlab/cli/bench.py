@@ -54,7 +54,10 @@ def bench(
     figures: Figures = None,
     as_json: Json = False,
 ) -> None:
-    """Measure speed against error: a grid of methods over cases, one table row per run. Existing rows are kept."""
+    """Measure speed against error: a grid of methods over cases, one row per run.
+
+    Existing rows are kept.
+    """
     with reporting(None, as_json):
         formats = figure_files.figure_files(figures, None).formats if figures else ()
         if table is not None:
@@ -85,7 +88,10 @@ def bench(
 
 
 def _again(cases: Sequence[Path], options: Mapping[str, str | None], *, no_timing: bool) -> str:
-    """Return the command that repeats a bench, as a shell takes it; its output folder is left to be named."""
+    """Return the command that repeats a bench, as a shell takes it.
+
+    Its output folder is left to be named.
+    """
     words = ["impactlab", "bench", *(case.name for case in cases)]
     words += [word for option, given in options.items() if given is not None for word in (option, given)]
     return shlex.join([*words, *["--no-timing"] * no_timing]) + " --out DIR"
@@ -106,7 +112,10 @@ def _made(folder: Path) -> Iterator[None]:
 
 
 def _draw_bench(out: Path, table: Path, jobs: int, suite: str, formats: Sequence[str], command: str) -> Path:
-    """Draw the report of a table and return its page; nothing is timed, so any number of processes may draw."""
+    """Draw the report of a table and return its page.
+
+    Nothing is timed, so any number of processes may draw.
+    """
     if suite == "hard":
         count = stability_report.write_stability(out, table)
         console.say(f"written: {out / 'stability.html'}; violations: {count}")

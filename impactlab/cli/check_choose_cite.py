@@ -70,7 +70,10 @@ def choose(
     variant: Variant = None,
     as_json: Json = False,
 ) -> None:
-    """Choose how to solve a case within a tolerance: all candidates, with predicted and measured errors and times."""
+    """Choose how to solve a case within a tolerance.
+
+    All candidates are listed, with predicted and measured errors and times.
+    """
     with reporting(case, as_json):
         loaded = load(case, sets, None, variant)
         if tolerance is not None or loaded.simulation().method.tolerance is None:
@@ -95,7 +98,10 @@ def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
 
 
 def _brief(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document without the refusals, which go to standard error, and with a few of many contacts."""
+    """Return the document with few contacts and without errors.
+
+    Errors go to standard error.
+    """
     methods = {
         name: {key: plan[key] for key in ("status", "dt", "steps", "predicted") if key in plan}
         for name, plan in document["methods"].items()

@@ -72,7 +72,7 @@ def fit(
     out: Annotated[Path | None, option("--out", "DIR", "Write the fitted case, numbers and a page here.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Fit numbers of a case to measured signals, and print them with their 95 % intervals."""  # fmt: skip
+    """Fit numbers of a case to measured signals, with their 95 % intervals."""
     with reporting(case, as_json):
         if out is not None:
             output.check_writable(out)
@@ -96,7 +96,10 @@ def fit(
 
 
 def _again(context: typer.Context) -> str:
-    """Return the command that repeats the fit, as a shell takes it; its output folder is left to be named."""
+    """Return the command that repeats the fit, as a shell takes it.
+
+    Its output folder is left to be named.
+    """
     words = ["impactlab", "fit"]
     for known in context.command.params:
         given = context.params.get(str(known.name))

@@ -1,4 +1,7 @@
-"""The modules that commands use, each imported when it is first used: ``impactlab --help`` needs none of them."""
+"""Modules that commands use, each imported on first use.
+
+``impactlab --help`` needs none of them.
+"""
 
 from __future__ import annotations
 

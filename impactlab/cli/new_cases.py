@@ -1,4 +1,4 @@
-"""The commands ``new`` and ``cases``: case files to start from, and those that come with the package."""
+"""The commands ``new`` and ``cases``: files to start from, and packaged cases."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ def cases(
     copy: Annotated[bool, typer.Option("--copy", help="Write NAME.yaml here instead of printing it.")] = False,
     as_json: Json = False,
 ) -> None:
-    """List the cases that come with impactlab, print one, or copy one here. All commands take them by name."""
+    """List the cases that come with impactlab, print one, or copy one here.
+
+    All commands take them by name.
+    """
     with reporting(None, as_json):
         if name is not None:
             file = starter.case_named(name)

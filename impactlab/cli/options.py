@@ -50,7 +50,10 @@ def command_line(
     metrics: list[str] | None,
     *others: str,
 ) -> str:
-    """Return the command that repeats a run, as a shell takes it; its output folder is left to be named."""
+    """Return the command that repeats a run, as a shell takes it.
+
+    Its output folder is left to be named.
+    """
     words = ["impactlab", command, case.name]
     for option, values in (
         ("--variant", [variant]),
@@ -68,7 +71,7 @@ def names_in(text: str) -> list[str]:
 
 
 def found(case: Path) -> Path:
-    """Return the file of a case, which may be named alone where it comes with the package."""
+    """Return the file of a case, also by the name of a packaged one."""
     return case if case.suffix or case.exists() or len(case.parts) > 1 else starter.case_named(str(case))
 
 
@@ -97,7 +100,10 @@ def _loaded(
 
 
 def _report_tolerance(tolerance: Any, settings: list[tuple[str, Any]]) -> None:
-    """Print which setting takes the place of the tolerance of a case: from then on no error is bounded."""
+    """Print the setting that replaces the tolerance of a case.
+
+    From then on no error is bounded.
+    """
     by = next((path for path, value in settings if edit.replaces_tolerance(path, value)), "")
     if isinstance(tolerance, float) and by and all(path != "solve.tolerance" for path, _ in settings):
         print(

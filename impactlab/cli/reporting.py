@@ -1,4 +1,7 @@
-"""Failure of a command: one message on standard error, a JSON document with ``--json``, an exit code."""
+"""Failures of a command: a message on standard error, JSON, an exit code.
+
+The JSON document is printed with ``--json``.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ class CommandFailed(SystemExit):
 
 @contextlib.contextmanager
 def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
-    """Turn any failure inside into one message on standard error, a JSON document with ``--json``, an exit code."""
+    """Turn any failure inside into a message, a JSON document and an exit code.
+
+    The message is on standard error, the document is printed with ``--json``.
+    """
     try:
         yield
     except (typer.Exit, typer.Abort, BrokenPipeError):
@@ -43,7 +49,10 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
 
 @contextlib.contextmanager
 def given_by(option: str, before: str = BY_WITH) -> Iterator[None]:
-    """Name the option in faults of values that it gave, in place of the function or part that put them in."""
+    """Name the option in errors of values that it gave.
+
+    It takes the place of the function or part that put them in.
+    """
     try:
         yield
     except ImpactlabError as error:
@@ -54,7 +63,7 @@ def given_by(option: str, before: str = BY_WITH) -> Iterator[None]:
 
 
 def output_fault(leaving: BaseException) -> OSError | None:
-    """Return why standard output took no more, such as a full disk, as a command leaves; None where it did."""
+    """Return the error of standard output, such as a full disk, or None."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:  # its reader has left
@@ -65,7 +74,10 @@ def output_fault(leaving: BaseException) -> OSError | None:
 
 
 def left_without_output(fault: OSError) -> CommandFailed:
-    """Report that standard output could not be written, drop the rest of it, and return the exit status."""
+    """Report that standard output cannot be written, and return the exit status.
+
+    The rest of the output is dropped.
+    """
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     print(words(fault), file=sys.stderr)
     return CommandFailed(1)

@@ -112,7 +112,7 @@ def compare(
     metric: Metrics = None,
     as_json: Json = False,
 ) -> None:
-    """Run several methods on one case: one table, one set of figures, errors against the exact solution."""
+    """Run several methods on one case: table, figures, errors against the exact solution."""
     with reporting(case, as_json):
         loaded = load(case, sets, None, variant, metric)
         print_hints(loaded)

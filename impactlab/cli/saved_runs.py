@@ -53,7 +53,10 @@ def animate(
         float, typer.Option("--seconds", metavar="S", min=0.5, max=120.0, help="Length of the film in s.")
     ] = 8.0,
 ) -> None:
-    """Run a case and write it as a film: the bodies coloured by their load, and the diagram of their waves."""
+    """Run a case and write a film of its bodies and its waves.
+
+    Bodies are coloured by their load; waves are shown in their diagram.
+    """
     with reporting(case, as_json=False):
         film_files.check_target(out)
         loaded = load(case, sets, method, variant)

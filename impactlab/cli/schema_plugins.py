@@ -29,7 +29,10 @@ def plugins(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """List the installed models, contact laws and integrators, broken ones with the reason; or check one of them."""
+    """List the installed models, contact laws and integrators; or check one of them.
+
+    Broken ones are listed with the reason.
+    """
     with reporting(None, as_json):
         if check_name is not None:
             console.log_compiling()

@@ -20,7 +20,10 @@ def sensitivities(
     variant: Variant = None,
     as_json: Json = False,
 ) -> None:
-    """Print derivatives of results of a run by numbers of its case, and where the sequence of contacts changes."""
+    """Print derivatives of results of a run by numbers of its case.
+
+    Values at which the sequence of contacts changes are printed, too.
+    """
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
         console.log_compiling(loaded.simulation())

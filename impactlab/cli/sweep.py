@@ -59,7 +59,10 @@ def sweep(
     cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
-    """Run one case at many points: a labelled table of results. Finished points are kept in DIR."""
+    """Run one case at many points: a labelled table of results.
+
+    Finished points are kept in DIR.
+    """
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
         read = [axes.read_over(loaded, text) for text in over or []]

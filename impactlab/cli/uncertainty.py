@@ -43,7 +43,10 @@ def uncertainty(
     cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
-    """Run one case at samples of its uncertain numbers: percentiles, probabilities of contacts and Sobol indices."""
+    """Run one case at samples of its uncertain numbers, and print the spread.
+
+    Printed are percentiles, probabilities of contacts and Sobol indices.
+    """
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
         read = [uncertainties.read_vary(text) for text in vary]

@@ -14,11 +14,12 @@ from impactlab.types import Level, Port, Reply, SideFacts
 @final
 @dataclass(frozen=True)
 class AdditionDeletion(AbstractContactLaw):
-    """Constraint addition-deletion: no gap at the end of the step, the multiplier is the force, until it would pull.
+    """Constraint addition-deletion: the multiplier closes the gap and is deleted where it would pull.
 
-    Touch is found at the start of a step; the constraint then needs a velocity jump, given by an impulse (unless the
-    scheme's own force holds it), whose lost energy is booked. A scheme that projects its predictor is given the least
-    projection that leaves it no overlap. On a massless face the constraint is a spring of the face's flexibility.
+    The gap is zero at the end of each step in contact, and the multiplier is the force. Touch is found at the start of
+    a step; the constraint then needs a velocity jump, given by an impulse (unless the scheme's own force holds it),
+    whose lost energy is booked. A scheme that projects its predictor is given the least projection that leaves it no
+    overlap. On a massless face the constraint is a spring of the face's flexibility.
 
     References
     ----------
@@ -33,8 +34,9 @@ class AdditionDeletion(AbstractContactLaw):
     holds_position = True
     shares_losses = True
     zero_apart = True
-    # A hard constraint has no softness to give. Lumped, the 1999 paper's impact gains 0.003 to 0.008 under newmark, and
-    # with its consistent mass 0.5 to 1.1; moreau_jean gains nothing on either (20 and 100 elements, courant 0.5).
+    # A hard constraint has no stiffness to reduce. On a lumped mesh the 1999 paper's impact gains 0.003 to 0.008 under
+    # newmark, and with its consistent mass 0.5 to 1.1; moreau_jean gains nothing on either (20 and 100 elements,
+    # courant 0.5).
     gain_remedy = "Use integrator moreau_jean, or give finite_element mass: lumped."
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:

@@ -13,11 +13,11 @@ from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, opti
 @final
 @dataclass(frozen=True)
 class AugmentedLagrangian(AbstractContactLaw):
-    """Augmented Lagrangian: a penalty whose force starts from the last multiplier and is augmented a few times a step.
+    """Augmented Lagrangian: a penalty whose multiplier is augmented a few times in each step.
 
-    One augmentation: F = max(0, multiplier - stiffness * gap at the end), then the multiplier is F. The overlap
-    falls by 1/(1 + stiffness * compliance) each time; with many of them this is addition-deletion. Touch and
-    the impulse of closing are those of the constraint.
+    The first force of a step starts from the last multiplier. One augmentation: F = max(0, multiplier - stiffness * gap
+    at the end), then the multiplier is F. The overlap falls by 1/(1 + stiffness * compliance) each time; with many of
+    them this is addition-deletion. Touch and the impulse of closing are those of the constraint.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""A cushion, and a bit on rock: it loads along one line and unloads along a steeper one."""
+"""Bilinear law of a cushion or a bit on rock, steeper as it unloads."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from impactlab.types import Array, Branches, Level, SideFacts, Start, option
 @final
 @dataclass(frozen=True)
 class Bilinear(AbstractContactLaw):
-    """Cushion, or a bit on rock: F = k d on first loading, unloading and reloading steeper. It never pulls.
+    """Cushion, or bit on rock: F = k d, steeper in unloading and reloading.
 
-    The steeper line k_u passes through the deepest point so far; the faces part at the permanent indentation
-    d (1 - k/k_u). Of the work of loading the share k/k_u = e^2 comes back.
+    It never pulls. The steeper line k_u passes through the deepest point so far; the faces part at the permanent
+    indentation d (1 - k/k_u). Of the work of loading the share k/k_u = e^2 comes back.
 
     References
     ----------
@@ -59,7 +59,7 @@ class Bilinear(AbstractContactLaw):
         return self.unloading_stiffness or self.stiffness / (self.restitution or 1.0) ** 2
 
     def along(self, penetration: Array) -> tuple[Array, Array]:
-        """Return force [N] and work done on the law [J] at each of a sequence of penetrations [m], shape (n,)."""
+        """Return force [N] and work [J] at a sequence of penetrations [m], shape (n,)."""
         deepest = np.maximum.accumulate(np.maximum(penetration, 0.0))
         stays = deepest * (1.0 - self.stiffness / self.unloading)
         force = np.maximum(self.unloading * (penetration - stays), 0.0)

@@ -15,10 +15,10 @@ TRAPEZOID = 1e-9  # of the compliance: a scheme whose displacements are the trap
 @final
 @dataclass(frozen=True)
 class Bonded(AbstractContactLaw):
-    """Bond: the force of either sign that keeps the gap rate at zero, so that two faces move as one.
+    """Bond: a force of either sign keeps the gap rate at zero.
 
-    Bar, specimen and bar stay bodies of their own, with their names and probes. Faces that set out with different
-    velocities have one after the first step: the loss of a plastic impact.
+    Two faces then move as one. Bar, specimen and bar stay bodies of their own, with their names and probes. Faces that
+    set out with different velocities have one after the first step: the loss of a plastic impact.
 
     References
     ----------
@@ -38,10 +38,11 @@ class Bonded(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        """Keep the gap rate at zero; memory: whether a step was taken, and the gap after the first one.
+        """Keep the gap rate at zero.
 
-        Where faces at equal velocities may still move apart within a step, as under exact steps of modes, a bond at the
-        level of velocities would drift and give energy: there the gap of the first step's end is kept.
+        Memory holds whether a step was taken, and the gap after the first one. Where faces at equal velocities may
+        still move apart within a step, as under exact steps of modes, a bond at the level of velocities would drift and
+        give energy: there the gap of the first step's end is kept.
         """
         if port.rate_per_force > 0.0:  # not before the first step
             mean = 0.5 * port.dt * port.rate_per_force

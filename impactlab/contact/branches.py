@@ -1,4 +1,4 @@
-"""Laws that are linear between changes of branch: their tables, which the exact solver runs without knowing the law."""
+"""Tables of laws that are linear between changes of branch, for the exact solver."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from impactlab.types import Branch, Branches, Until
 def yielding(
     stiffness: float, yield_force: float, tangent: float = 0.0, damping: float = 0.0, at: float = 0.0
 ) -> Branches:
-    """Return a spring that yields in both directions and hardens kinematically, with a dashpot that acts always.
+    """Return a spring that yields in both directions with kinematic hardening, and a dashpot.
 
     Both yield lines of slope ``tangent`` stay where they are, at +-F (1 - k_t/k) + k_t a [N]; ``at`` is the set at
     t = 0 [m].
@@ -34,7 +34,9 @@ def yielding(
 
 
 def yielding_both(stiffness: float, yield_force: float, tangent: float) -> Branches:
-    """Return a spring that yields in both directions at the largest force so far, so that it hardens the same in both.
+    """Return a spring that yields in both directions, with isotropic hardening.
+
+    It yields at the largest force so far, in either direction.
 
     References
     ----------
@@ -55,10 +57,10 @@ def yielding_both(stiffness: float, yield_force: float, tangent: float) -> Branc
 def one_sided(
     stiffness: float, yield_force: float, tangent: float = 0.0, damping: float = 0.0, at: float = 0.0
 ) -> Branches:
-    """Return a spring that yields in compression and never pulls, with a dashpot while the faces touch.
+    """Return a spring that yields in compression and never pulls, with a dashpot.
 
-    Where the total of spring and dashpot would pull, the faces follow each other without a force (``let go``) until the
-    spring is unloaded; then they part, and the hole stays.
+    The dashpot acts while the faces touch. Where the total of spring and dashpot would pull, the faces follow each
+    other without a force (``let go``) until the spring is unloaded; then they part, and the hole stays.
 
     References
     ----------
@@ -83,10 +85,10 @@ def one_sided(
 
 
 def cushion(stiffness: float, unloading: float) -> Branches:
-    """Return a spring that loads along one line through zero, unloads and reloads along a steeper one, and never pulls.
+    """Return a spring that unloads and reloads along a steeper line, and never pulls.
 
-    The steeper line passes through the deepest point so far: it begins there, where the rate of approach falls through
-    zero.
+    It loads along a line through zero. The steeper line passes through the deepest point so far: it begins there, where
+    the rate of approach falls through zero.
 
     References
     ----------

@@ -1,4 +1,7 @@
-"""The general form of the 1999 paper's law: for waves of any speed, on rods and on beams."""
+"""Identification of dispersive waves: the general form of the 1999 paper's law.
+
+It is for waves of any speed, on rods and on beams.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 @final
 @dataclass(frozen=True)
 class DispersiveIdentification(AbstractContactLaw):
-    """Identification of dispersive waves: the waves that arrive are the free motion of the faces over the step.
+    """Identification of dispersive waves by the free motion of the faces over the step.
 
     All waves that reach a face within the step, of any speed, are in the velocity V that it would have at the end
     of the step without contact. Y is the velocity of the face per unit force of the step, over modes the sum of

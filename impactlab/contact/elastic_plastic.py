@@ -16,10 +16,10 @@ from impactlab.types import Branches, Level, SideFacts, Start, option
 @final
 @dataclass(frozen=True)
 class ElasticPlastic(AbstractContactLaw):
-    """Joint that yields: F = k (d - set), with |F - H set| never above the yield force.
+    """Elastic-plastic joint: F = k (d - set), limited by the yield force.
 
-    Kinematic hardening: once it yields, the force rises with the tangent stiffness k_t, so H = k k_t/(k - k_t), and the
-    elastic range moves with the set.
+    |F - H set| is never above the yield force. Kinematic hardening: once it yields, the force rises with the tangent
+    stiffness k_t, so H = k k_t/(k - k_t), and the elastic range moves with the set.
 
     References
     ----------

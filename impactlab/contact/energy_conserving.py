@@ -14,12 +14,12 @@ ROUNDING = 1e-14  # of displacements that were added up over a period of contact
 @final
 @dataclass(frozen=True)
 class EnergyConserving(AbstractContactLaw):
-    """Energy-conserving contact: while faces touch, the gap does not change over a step, so the force does no work.
+    """Energy-conserving contact: faces in contact keep their gap over a step.
 
-    The condition is on the mean gap rate of the step (persistency), not on the gap: faces that overlapped by part of a
-    step's travel when they touched keep that overlap until they part. Under implicit schemes energy is kept to rounding
-    through touch and opening. Under explicit ones the faces take one velocity as if the impact were plastic, and the
-    loss is booked.
+    The force then does no work. The condition is on the mean gap rate of the step (persistency), not on the gap: faces
+    that overlapped by part of a step's travel when they touched keep that overlap until they part. Under implicit
+    schemes energy is kept to rounding through touch and opening. Under explicit ones the faces take one velocity as if
+    the impact were plastic, and the loss is booked.
 
     References
     ----------

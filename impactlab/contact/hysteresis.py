@@ -68,10 +68,11 @@ def flow_stress(port: Port, strain: float, rate: float) -> float:
 
 @UNPACK
 def at_the_end(port: Port, mean: float, last: float) -> float:
-    """Return a rate at the end of a step from its mean in the step and in the step before, by a straight line.
+    """Extrapolate a rate to the end of a step from its means in two steps.
 
-    With it the slider moves by the backward differentiation formula of second order, which damps stiff flow; in the
-    first step there is none but the mean.
+    The means are those in this step and in the one before; the line through them is straight. With it the slider moves
+    by the backward differentiation formula of second order, which damps stiff flow; in the first step only the mean is
+    known.
     """
     if port.time == 0.0:
         return mean
@@ -80,11 +81,11 @@ def at_the_end(port: Port, mean: float, last: float) -> float:
 
 @UNPACK
 def stress_in_step(port: Port, sign: float, force: float, slid: float) -> float:
-    """Return the flow stress [Pa] in a step in which the slider moves so far [m], under the size of a force.
+    """Return the flow stress [Pa] of a step in which the slider moves ``slid`` [m].
 
-    The rate is that at the end of the step, as the force is. Where the force acts at the start of the step, the rate is
-    that there, the mean of the velocities before and after it, less the elastic part: a rate of the slider in the steps
-    before would feed the highest frequencies.
+    ``force`` is the size of the force at its end [N]. The rate is that at the end of the step, as the force is. Where
+    the force acts at the start of the step, the rate is that there, the mean of the velocities before and after it,
+    less the elastic part: a rate of the slider in the steps before would feed the highest frequencies.
     """
     p = port.parameters
     if port.averaged == 0.0 and port.acting_gap_per_force == 0.0:
@@ -98,17 +99,20 @@ def stress_in_step(port: Port, sign: float, force: float, slid: float) -> float:
 
 @UNPACK
 def left_over(port: Port, sign: float, force: float, slid: float) -> float:
-    """Return by how much the elastic force exceeds the flow stress, over the stiffness [m], once the slider moved."""
+    """Return the excess of the elastic force over the yield force, as a length [m].
+
+    It is the excess after the slider has moved, divided by the stiffness.
+    """
     left = force - port.parameters[STIFFNESS] * slid
     return (left - port.parameters[AREA] * stress_in_step(port, sign, left, slid)) / port.parameters[STIFFNESS]
 
 
 @LAW_PART
 def slid_in_step(port: Port, trial: float) -> float:
-    """Return the way of the slider of a specimen in this step [m], for its elastic trial force.
+    """Solve for the displacement of a specimen's slider in this step [m].
 
-    It solves |trial| - k y = A Y. As the flow stress Y never falls with y, that at y = 0 gives an upper bound of the
-    way, and that at the upper bound a lower one.
+    ``trial`` is its elastic trial force [N]. It solves |trial| - k y = A Y. As the flow stress Y never falls with y,
+    that at y = 0 gives an upper bound of the way, and that at the upper bound a lower one.
 
     References
     ----------
@@ -176,17 +180,17 @@ def energy(port: Port, force: float, at: float) -> float:
 
 @UNPACK
 def loss_of_slider(port: Port, first: float, force: float, after: float) -> float:
-    """Return the energy that the slider takes as it moves from the set before to another, between two forces [J]."""
+    """Return the energy dissipated by the slider as its set changes between two forces [J]."""
     at, kept = port.memory[SET], 0.5 * port.parameters[KEPT]
     return max(0.0, 0.5 * (first + force) * (after - at) - kept * (after * after - at * at))
 
 
 @UNPACK
 def dashpot(port: Port, first: float, last: float) -> float:
-    """Return the damping [N s/m] beside an element with two forces in a step; an element that is open has none.
+    """Return the damping [N s/m] beside an element with two forces in a step.
 
-    The mean of both sizes, not the size of their mean: the force of a step then rises with the overlap at its end, also
-    where the element's force changes its sign.
+    It is zero where the element is open. The mean of both sizes, not the size of their mean: the force of a step then
+    rises with the overlap at its end, also where the element's force changes its sign.
     """
     p = port.parameters
     if p[OPENS] != 0.0 and first <= 0.0 and last <= 0.0:
@@ -196,16 +200,20 @@ def dashpot(port: Port, first: float, last: float) -> float:
 
 @UNPACK
 def meeting(port: Port) -> bool:
-    """Return whether faces that may be apart meet at the start of the step: a dashpot of its own acts from then on."""
+    """Return whether faces that may be apart meet at the start of the step.
+
+    A dashpot of its own acts from then on.
+    """
     return port.parameters[OPENS] != 0.0 and -port.gap == port.memory[SET] and port.gap_rate < 0.0
 
 
 @UNPACK
 def share_of_touch(port: Port) -> float:
-    """Return the part of a step since the faces met that were apart at its start, for a dashpot that acts at once.
+    """Return the share of a step that follows a touch within it.
 
-    The step is that before the instant at which the force acts. A force that jumps stands for this part of it and half
-    of the next one; at the start of a run, for half of the next one, which the first state holds.
+    It is for a dashpot that acts at once, on faces that were apart at the start of the step. The step is that before
+    the instant at which the force acts. A force that jumps stands for this part of it and half of the next one; at the
+    start of a run, for half of the next one, which the first state holds.
     """
     p = port.parameters
     if p[OPENS] == 0.0 or p[CAPACITY] == 0.0 or port.in_contact != 0.0:
@@ -259,11 +267,11 @@ def total_at(port: Port, overlap: float) -> float:
 
 @UNPACK
 def end_of_step(port: Port) -> float:
-    """Return the overlap at the end of an implicit step [m], where the faces agree with the force of the element.
+    """Solve for the overlap at the end of an implicit step [m].
 
-    Regula falsi in the form of Illinois; the overlap lies between that without force and that under its force. The
-    force of the step rises with the overlap, except that of a dashpot J |Rs| v at the end of a step: then the overlap
-    may lie a little beyond.
+    There the motion of the faces agrees with the force of the element. Regula falsi in the form of Illinois; the
+    overlap lies between that without force and that under its force. The force of the step rises with the overlap,
+    except that of a dashpot J |Rs| v at the end of a step: then the overlap may lie a little beyond.
     """
     compliance, free = port.gap_per_force, -port.free_gap
     high, at_high = free, compliance * total_at(port, free)
@@ -300,7 +308,7 @@ def elastic(stiffness: float, play: float = 0.0) -> tuple[float, ...]:
 
 
 def cushion(stiffness: float, unloading: float) -> tuple[float, ...]:
-    """Return the parameters of a spring that loads along one line, unloads along a steeper one and never pulls.
+    """Return the parameters of a spring that unloads along a steeper line and never pulls.
 
     On the loading line the set is the overlap times 1 - k/k_u, so the yield force rises with it by k/(1 - k/k_u).
     """

@@ -1,4 +1,4 @@
-"""The modes that a basis leaves out, as a spring and a dashpot of the rod's impedance."""
+"""Impedance residual: a spring and a dashpot in place of the modes left out."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start
 @final
 @dataclass(frozen=True)
 class ImpedanceResidual(AbstractContactLaw):
-    """Impedance residual: the modes left out are a spring and a dashpot of impedance Z between the faces.
+    """Impedance residual: the modes left out are a spring and a dashpot of impedance Z.
 
-    F = k x + Z x', with k the inverse of the static compliance left out and x the compression: the overlap of the modal
-    faces while closed. While open x relaxes by k x + Z x' = 0 and the true faces stand at the modal ones plus x.
-    The contact opens where F would pull. The energy of the dashpot, Z x'^2 dt, has gone into modes that are left out
-    and is booked as unresolved. At touch F = Z (approach speed), as in one-dimensional wave theory.
+    Both act between the faces. F = k x + Z x', with k the inverse of the static compliance left out and x the
+    compression: the overlap of the modal faces while closed. While open x relaxes by k x + Z x' = 0 and the true faces
+    stand at the modal ones plus x. The contact opens where F would pull. The energy of the dashpot, Z x'^2 dt, has gone
+    into modes that are left out and is booked as unresolved. At touch F = Z (approach speed), as in one-dimensional
+    wave theory.
 
     References
     ----------

@@ -1,4 +1,7 @@
-"""A spring and dashpot whose damping follows from the restitution and the mass of the bodies."""
+"""Spring and dashpot of Khulief and Shabana, damped to a given restitution.
+
+The damping follows from the restitution and the masses of the bodies.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Identification of dispersive waves by one messenger per mode, after the last paragraph of the 1999 paper."""
+"""Identification of dispersive waves by a messenger per mode.
+
+The last paragraph of the 1999 paper proposes it.
+"""
 
 from __future__ import annotations
 

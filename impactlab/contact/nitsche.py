@@ -13,13 +13,14 @@ from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, optio
 @final
 @dataclass(frozen=True)
 class Nitsche(AbstractContactLaw):
-    """Nitsche's method: F = max(0, S - gap/g) with S the force by the stress of the rod at the face.
+    """Nitsche's method: F = max(0, S - gap/g), with S from the face's stress.
 
-    Consistent without a multiplier: in the exact solution S is the contact force. Beside F along the gap, theta g (S -
-    F) acts along the row of S, so that the method is the symmetric one (theta = 1), the simple one (0) or the skew one
-    (-1). g = ``gamma`` h/EA, h the least distance of nodes. S is that of the rod, of two rods the mean. Both are taken
-    where the scheme's force acts. Stored is theta g (F^2 - S^2)/2, which may be negative; with the rod's own it is
-    positive while g < l/(EA p^2), in elements of length l and order p: gamma < 1 for 2-node bars, 0.27 for any order.
+    S is the force that the stress of the rod gives at the face, for two rods the mean. The method is consistent without
+    a multiplier: in the exact solution S is the contact force. Beside F along the gap, theta g (S - F) acts along the
+    row of S, so that the method is the symmetric one (theta = 1), the simple one (0) or the skew one (-1). g =
+    ``gamma`` h/EA, with h the least distance between nodes. Gap and S are taken where the scheme's force acts. The
+    stored energy theta g (F^2 - S^2)/2 may be negative; with the energy of the rod it is positive while
+    g < l/(EA p^2), in elements of length l and order p: gamma < 1 for 2-node bars, 0.27 for any order.
 
     References
     ----------

@@ -19,10 +19,11 @@ MAX_CLOSED = 2.0 / 3.0
 
 @UNPACK
 def early_share(port: Port) -> float:
-    """Return the part of a step between a touch in its first half and its middle; 0 without such a touch.
+    """Return the share of a step from an early touch to its middle.
 
-    In an explicit scheme the force at the start of a step stands for half of the step before and half of the step
-    itself: so long is a dashpot closed in that time. Left to the next step, its force would be up to half too large.
+    It is 0 without a touch in the first half of the step. In an explicit scheme the force at the start of a step stands
+    for half of the step before and half of the step itself: the share is the time that a dashpot is closed in it. If
+    the dashpot acted from the next step only, its force would be up to half too large.
     """
     gap, free_gap = port.gap, port.free_gap
     if gap < 0.0 or free_gap >= 0.0:
@@ -102,7 +103,7 @@ class Penalty(AbstractContactLaw):
         force = -(overlapping + damping * port.acting_rate) / (1.0 + spring + dash)
         if explicit and weight != 1.0:
             # A share of the force that the dashpot has in a whole step, not the force of a share of the dashpot: a face
-            # whose mass is that of half an element then gives way as the wave that the force sends out does.
+            # whose mass is that of half an element then moves as far as it does under the wave that the force sends.
             force -= (1.0 - weight) * (force + overlapping)
         if explicit and compliance > 0.0 > free_gap and force + overlapping > 0.0:
             force = min(force, max(-overlapping, -MAX_CLOSED * free_gap / compliance))

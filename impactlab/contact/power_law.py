@@ -1,4 +1,4 @@
-"""Contact forces that grow as a power of the indentation: Hertz, and the three laws that damp it by hysteresis."""
+"""Power laws of the indentation: Hertz, and three laws with hysteresis damping."""
 
 from __future__ import annotations
 
@@ -40,7 +40,10 @@ COARSE = Noted(
 
 @UNPACK
 def approach_speed(port: Port, reply: Reply) -> float:
-    """Return the speed of the approach at the touch [m/s], at least the slowest; a slower one is counted."""
+    """Return the speed of approach at the touch [m/s], at least the lowest allowed.
+
+    A slower approach is counted.
+    """
     speed = port.memory[1]
     if speed == 0.0:
         gap, free_gap = port.gap, port.free_gap
@@ -57,7 +60,10 @@ def approach_speed(port: Port, reply: Reply) -> float:
 
 @UNPACK
 def at_start(port: Port, reply: Reply, gain: float) -> float:
-    """Write force and stored energy where the force acts at the start of the step; return the energy lost [J]."""
+    """Write force and stored energy for a force at the start of the step.
+
+    Return the energy lost [J].
+    """
     stiffness, n = port.parameters[0], port.parameters[1]
     gap, compliance = port.gap, port.gap_per_force
     before = max(0.0, -gap)
@@ -80,7 +86,7 @@ def at_start(port: Port, reply: Reply, gain: float) -> float:
 
 @UNPACK
 def spring_of(port: Port, before: float, power: float, after: float, y: float) -> tuple[float, float]:
-    """Return force [N] and slope [N/m] of the spring at the end of the step, or their mean over it.
+    """Return force [N] and slope [N/m] of the spring at the step's end or averaged.
 
     ``before`` and ``after`` are the indentations at its ends [m], y the one gained, ``power`` that before to n + 1.
     """
@@ -102,7 +108,7 @@ def spring_of(port: Port, before: float, power: float, after: float, y: float) -
 
 @UNPACK
 def over_step(port: Port, reply: Reply, gain: float) -> tuple[float, float]:
-    """Write force and stored energy where the force acts within or at the end of the step.
+    """Write force and stored energy for a force within or at the step's end.
 
     Return the energy lost [J] and the indentation at the end [m].
     """
@@ -288,7 +294,7 @@ class AbstractHystereticLaw(AbstractContactLaw):
 @final
 @dataclass(frozen=True)
 class HuntCrossley(AbstractHystereticLaw):
-    """Hunt and Crossley: F = K d^n (1 + a d') with a v0 = 3 (1 - e)/2.
+    """Hunt and Crossley: F = K d^n (1 + a d'), a = 1.5(1-e)/v0.
 
     v0 is the approach speed at the touch. The restitution e is nominal: a mass on a wall returns faster.
 
@@ -306,7 +312,7 @@ class HuntCrossley(AbstractHystereticLaw):
 @final
 @dataclass(frozen=True)
 class LankaraniNikravesh(AbstractHystereticLaw):
-    """Lankarani and Nikravesh: F = K d^n (1 + a d') with a v0 = 3 (1 - e^2)/4.
+    """Lankarani and Nikravesh: F = K d^n (1 + a d'), a = 0.75(1-e^2)/v0.
 
     v0 is the approach speed at the touch. The restitution e is nominal: a mass on a wall returns faster.
 
@@ -326,9 +332,8 @@ class LankaraniNikravesh(AbstractHystereticLaw):
 class Flores(AbstractHystereticLaw):
     """Flores and others: F = K d^n (1 + a d'), also for soft contacts.
 
-    a v0 = 8 (1 - e)/(5 e).
-
-    v0 is the approach speed at the touch. The restitution e is nominal: a mass on a wall returns somewhat slower.
+    a v0 = 8 (1 - e)/(5 e), with v0 the approach speed at the touch. The restitution e is nominal: a mass on a wall
+    returns somewhat slower.
 
     References
     ----------

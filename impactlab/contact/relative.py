@@ -11,7 +11,10 @@ from impactlab.types import Relative, SideFacts
 
 
 def in_si(given: float | Relative, name: str, references: Collection[float]) -> float:
-    """Return an option in SI; a relative one is a share of the smallest reference (one of each rod)."""
+    """Return an option in SI units; a relative one times the smallest of its references.
+
+    There is one reference for each rod.
+    """
     if not isinstance(given, Relative):
         return given
     if not references:
@@ -22,7 +25,7 @@ def in_si(given: float | Relative, name: str, references: Collection[float]) -> 
 
 
 def relative_options(law: Any, left: SideFacts, right: SideFacts) -> dict[str, float]:
-    """Return the relative options of a law in SI; none where no rod gives them a reference."""
+    """Return the relative options of a law in SI units, empty without a rod."""
     found: dict[str, float] = {}
     rods = [facts for facts in (left, right) if facts.kind == "rod"]
     for each in dataclasses.fields(law):

@@ -1,4 +1,4 @@
-"""A joint with play: it presses at once, and pulls after the play is used up."""
+"""Joint with play: it presses at once, and pulls after the play is used."""
 
 from __future__ import annotations
 

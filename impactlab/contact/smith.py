@@ -15,7 +15,7 @@ from impactlab.types import Branches, Level, SideFacts, Start, option
 @final
 @dataclass(frozen=True)
 class Smith(AbstractContactLaw):
-    """Soil on a pile: a static resistance that yields at its capacity after the quake, and a dashpot.
+    """Smith's soil: a static resistance that yields after the quake, and a dashpot.
 
     Static part Rs = (Ru/Q)(d - set), held between -Ru and Ru; a toe (``tension: false``) between 0 and Ru, and where it
     has lost touch its hole stays. Dashpot J |Rs| v (``rule: smith``) or J Ru v (``rule: viscous``), which acts while

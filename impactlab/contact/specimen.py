@@ -1,4 +1,4 @@
-"""A massless specimen between two bars: it yields, hardens and depends on the rate of strain."""
+"""Massless specimen between two bars: plastic flow with hardening and rate dependence."""
 
 from __future__ import annotations
 
@@ -150,10 +150,10 @@ class Specimen(AbstractContactLaw):
                 return stresses[0]
 
     def loading_curve(self, strain: float, points: int = 200) -> tuple[Array, Array]:
-        """Return nominal strain and stress [Pa] of one slow loading up to a strain, shape (points + 1,) each.
+        """Return nominal strain and stress [Pa] of one slow loading, shape (points + 1,) each.
 
-        The rate of plastic strain is taken as the reference rate of `JohnsonCook`, and without the factor of
-        `CowperSymonds`.
+        ``strain`` is the largest plastic one. The rate of plastic strain is taken as the reference rate of
+        `JohnsonCook`, and without the factor of `CowperSymonds`.
         """
         plastic = np.linspace(0.0, strain, points)
         match self.flow:
@@ -170,7 +170,10 @@ class Specimen(AbstractContactLaw):
         return self.tension
 
     def branches(self) -> Branches | None:
-        """Return its branches; None where its flow stress is curved, a table, or depends on the rate."""
+        """Return the branches of a specimen whose flow stress is linear and independent of rate.
+
+        Otherwise return None.
+        """
         if not isinstance(self.flow, LinearFlow) or self.rate is not None:
             return None
         made = yielding_both if self.tension else one_sided

@@ -1,4 +1,7 @@
-"""The 1999 paper's law: identify the wave that arrives at the contact face and balance the forces."""
+"""Wave identification, the law of the 1999 paper.
+
+It identifies the wave that arrives at the contact face and balances the forces.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,10 @@ MAX_VELOCITY_PER_FORCE = 0.8 * (1.0 + 1e-9)  # of a face, over 1/Z; from 1 on th
 
 
 def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
-    """Return whether a side has a messenger; of others velocity and compliance are the stepper's own.
+    """Return whether the wave that arrives at a side is read by a messenger.
 
-    Raise `PairingError` where the law does not support the side.
+    Velocity and compliance of other sides are those of their steppers. Raise `PairingError` where the law does not
+    support the side.
     """
     if facts.kind == "beam":
         raise PairingError(
@@ -63,15 +67,16 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
 @final
 @dataclass(frozen=True)
 class WaveIdentification(AbstractContactLaw):
-    """Wave identification: a messenger at c dt from the face gives the arriving wave, a balance the force.
+    """Wave identification: a messenger gives the wave that arrives at the face.
 
-    With stress s1 and velocity v1 of the messenger at the start of the step, the wave that arrives at its end gives a
-    free face the velocity V = v1 -+ s1/(rho c) (rod on the right, left of the contact); a mass would have its free
-    velocity, a wall none. Then F = (V_left - V_right)/(Y_left + Y_right) with Y = dt/M, 1/Z or 0. For a mass and a rod
-    this is Eq. 15 of the source. Deviations: the contact ends when the whole stress turns negative (the source tests
-    one wave); Eq. 20 is not used; walls, rods on both sides, gravity and ``residual`` are ours. Positions are not tied:
-    a slight penetration belongs to the law, and its energy has no bound. Two rigid faces stay together, and
-    the loss of that plastic impact is booked.
+    The messenger is at c dt from the face, and a balance gives the force. With stress s1 and velocity v1 of the
+    messenger at the start of the step, the wave that arrives at its end gives a free face the velocity V = v1 -+
+    s1/(rho c) (rod on the right, left of the contact); a mass would have its free velocity, a wall none. Then F =
+    (V_left - V_right)/(Y_left + Y_right) with Y = dt/M, 1/Z or 0. For a mass and a rod this is Eq. 15 of the source.
+    Deviations: the contact ends when the whole stress turns negative (the source tests one wave); Eq. 20 is not used;
+    walls, rods on both sides, gravity and ``residual`` are ours. Positions are not tied: a slight penetration belongs
+    to the law, and its energy has no bound. Two rigid faces stay together, and the loss of that plastic impact is
+    booked.
 
     References
     ----------

@@ -14,11 +14,12 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start
 @final
 @dataclass(frozen=True)
 class WaveInitialised(AbstractContactLaw):
-    """Addition-deletion begun by wave relations: on touch the faces take a common velocity, and the pressure of waves.
+    """Addition-deletion that begins with the common velocity and force of wave theory.
 
-    The force of the first step is (approach speed)/(1/Z + 1/Z') (1/Z = 0 for mass and wall); from then on it is the
-    multiplier of the constraint. The common velocity is given by an impulse, whose lost energy is booked, or is in F dt
-    where the scheme's percussion holds it.
+    On touch the faces take this velocity, and the pressure of the waves that leave them. The force of the first step is
+    (approach speed)/(1/Z + 1/Z') (1/Z = 0 for mass and wall); from then on it is the multiplier of the constraint. The
+    common velocity is given by an impulse, whose lost energy is booked, or is in F dt where the scheme's percussion
+    holds it.
 
     References
     ----------

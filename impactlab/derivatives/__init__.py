@@ -1,4 +1,7 @@
-"""Derivatives of results of a run by numbers of its case: tangents of exact runs, differences of stepped ones."""
+"""Derivatives of results by numbers of a case: tangents or differences.
+
+Tangents are those of exact runs, differences those of stepped ones.
+"""
 
 from impactlab.derivatives.run import DEFAULT, jacobian, sensitivities
 from impactlab.derivatives.table import Sensitivities, Sensitivity

@@ -1,4 +1,6 @@
-"""Derivatives of stepped runs: a cubic fitted to whole runs over a width in which every event moves by several steps.
+"""Derivatives of stepped runs by a cubic fit over a wide range.
+
+The fit is to whole runs; over its width every event moves by several steps.
 
 The events of a stepped run are found on a grid of steps, so its quantities are a smooth curve of the parameter plus a
 ripple that repeats as an event passes from one step into the next. A difference over less than a step measures the
@@ -71,7 +73,10 @@ class _Fit(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class _Frozen:
-    """Runs of a case at values of one parameter, with as many steps in a second as at its own value."""
+    """Runs of a case at values of one parameter, with steps kept.
+
+    They have as many steps in a second as at its own value.
+    """
 
     case: Case
     path: str
@@ -80,7 +85,10 @@ class _Frozen:
     dt: float | None  # s; None of a run without steps
 
     def run(self, value: float, coarser: float = 1.0) -> _Run:
-        """Return a run with a value of the parameter, elements and steps being so many times longer."""
+        """Return a run at a value of the parameter.
+
+        Elements and steps are ``coarser`` times longer.
+        """
         scene, method = at_point(self.case, {self.path: value}).simulation()
         history = api.solve(scene, self._solved(method, coarser))
         periods, events = [], []
@@ -109,7 +117,10 @@ class _Frozen:
         return dataclasses.replace(method, models=models)
 
     def fit(self, at: float, width: float, periods: object, coarser: float = 1.0) -> _Fit | None:
-        """Return fits over the places about a value; None where the sequence of contacts differs at one of them."""
+        """Return fits over the places about a value, or None.
+
+        It is None where the sequence of contacts differs at one of them.
+        """
         rows = []
         for place in PLACES:
             run = self.run(at + place * width, coarser)
@@ -126,10 +137,11 @@ class _Frozen:
 
 
 def differences(case: Case, path: str, wanted: Sequence[WantedQuantity]) -> list[list[Difference]]:
-    """Return derivatives of quantities by the number at a path, a list for each quantity, an entry for each label.
+    """Return derivatives of quantities by a number, one list for each quantity.
 
-    A run that lasts a number of round trips ends with the round trip of each shifted case, as in a sweep: a quantity
-    at its end is differentiated at the moving end. A channel at a given time is differentiated at that time.
+    A list has an entry for each label; the number is that at ``path``. A run that lasts a number of round trips ends
+    with the round trip of each shifted case, as in a sweep: a quantity at its end is differentiated at the moving end.
+    A channel at a given time is differentiated at that time.
 
     Parameters
     ----------
@@ -137,8 +149,8 @@ def differences(case: Case, path: str, wanted: Sequence[WantedQuantity]) -> list
         The case, with the method whose runs are differentiated.
     path : str
         Dotted path of a number of the case.
-    wanted : sequence of Asked
-        Quantities, from `impactlab.sweeps.quantities.asked`.
+    wanted : sequence of WantedQuantity
+        Quantities, from `impactlab.sweeps.quantities.quantities_of`.
 
     Raises
     ------
@@ -186,9 +198,9 @@ def differences(case: Case, path: str, wanted: Sequence[WantedQuantity]) -> list
 def _difference(
     value: float, place: int, scale: float, largest: float, width: float, fits: Sequence[_Fit]
 ) -> Difference:
-    """Return the derivative of one value from the fits of several meshes, the case's own first.
+    """Return the derivative of one value from the fits of several meshes.
 
-    ``scale`` is the size of the parameter, ``largest`` that or its size in the scene.
+    The mesh of the case comes first. ``scale`` is the size of the parameter, ``largest`` that or its size in the scene.
     """
     fine = fits[0]
     slope = float(fine.slopes[place]) / width
@@ -213,7 +225,10 @@ def _difference(
 
 
 def _fits(frozen: _Frozen, at: float, scale: float, widest: float, middle: _Run) -> tuple[float, list[_Fit]] | str:
-    """Return half of the width and the fits of the mesh and of two others, or the reason why there are none."""
+    """Return half of the width and the fits of three meshes, or the reason.
+
+    The first mesh is that of the case. The reason is given where fits are impossible.
+    """
     finer = "" if frozen.dt is None else ", which a smaller step would resolve better"
     widest, least = _width(frozen, at, scale, widest, middle)
     for width in (max(widest / 2.0**number, least) for number in range(HALVINGS)):
@@ -238,7 +253,10 @@ def _fits(frozen: _Frozen, at: float, scale: float, widest: float, middle: _Run)
 
 
 def _width(frozen: _Frozen, at: float, scale: float, widest: float, middle: _Run) -> tuple[float, float]:
-    """Return half of the width in which each event moves by several steps, and the least one in which any does."""
+    """Return half of the width in which each event moves by several steps.
+
+    With it comes the least one in which any does.
+    """
     step = MIN_WIDTH * scale
     for _ in range(HALVINGS):
         low, high = (frozen.run(at + side * step) for side in (-1, 1))

@@ -49,7 +49,10 @@ class Direct:
         return made[quantity]() if quantity in made else {}
 
     def moved(self, contact: str, time: float | None) -> float:
-        """Return the derivative of the time of an event of a contact; None is the end of the run."""
+        """Return the derivative of the time of an event of a contact.
+
+        ``time`` None is the end of the run.
+        """
         return self.of_end if time is None else self._dated[self.number[contact], time]
 
     def _summed(self, value: Callable[[ContactSpan], float]) -> Labelled:
@@ -121,7 +124,10 @@ class Direct:
         return [(node, float(masses[node]), self._numbers(of_nodes, node, MASS)) for node in nodes]
 
     def momentum(self, name: str, time: float, later: float) -> float:
-        """Return the derivative of the momentum of a body at a time that itself has a derivative."""
+        """Return the derivative of the momentum of a body at a time.
+
+        ``later`` is the derivative of that time.
+        """
         at, of_at = np.array([time]), np.array([later])
         gravity, of_gravity = (
             float(self.solved.log.state["gravity"]),
@@ -145,11 +151,17 @@ class Direct:
         return total
 
     def speed(self, name: str, time: float, later: float) -> float:
-        """Return the derivative of the speed of a body in a collision, which of a held one is 0."""
+        """Return the derivative of the speed of a body in a collision.
+
+        It is 0 for a held body.
+        """
         return 0.0 if self.scene.bodies[name].is_held else self.velocity(name, time, later)
 
     def velocity(self, name: str, time: float, later: float) -> float:
-        """Return the derivative of the mean velocity of a body, its momentum over its mass; 0 of a wall."""
+        """Return the derivative of the mean velocity of a body; 0 for a wall.
+
+        It is momentum over mass.
+        """
         if not self.scene.bodies[name].moves:
             return 0.0
         mass = of_mass = 0.0
@@ -188,7 +200,10 @@ class Direct:
         return total
 
     def sampled(self, channel: str, times: Array) -> Array:
-        """Return the derivatives of a channel at fixed times, (n,); NaN where there is no formula or a front passes."""
+        """Return the derivatives of a channel at fixed times, (n,).
+
+        They are NaN where there is no formula or a front passes.
+        """
         quantity, _, rest = channel.partition(":")
         still = np.zeros(len(times))
         if quantity == "force" and rest in self.number:

@@ -1,4 +1,7 @@
-"""Derivatives of exact runs: by tangents, and by differences of runs where tangents do not hold."""
+"""Derivatives of exact runs by tangents, or by differences of runs.
+
+Differences are used where tangents do not hold.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +62,7 @@ class Derivatives(NamedTuple):
     doubtful: NDArray[np.bool_] | None = None  # (values,), of which they are taken
 
     def at(self, number: int) -> tuple[tuple[float, float, float, float], bool, str]:
-        """Return derivative, error and both sides of a value, whether it has a kink, and how it was found."""
+        """Return derivative, error and sides of a value, kink, and the method used."""
         slopes, by = self.slopes, self.by
         if self.of_runs is not None and self.doubtful is not None and self.doubtful[number]:
             slopes, by = self.of_runs, DIFFERENCES
@@ -126,10 +129,11 @@ def derivatives(
 def _of_tangents(
     case: Case, parameter: Parameter, number: int, values: Quantities, solved: Solved
 ) -> tuple[Slopes, NDArray[np.bool_]]:
-    """Return derivatives by formulas, from histories moved along tangents where there is none, and which are doubtful.
+    """Return derivatives by formulas or moved histories, and which are doubtful.
 
-    Where fronts meet, one of which moves, a history that is moved may jump between them: a peak there has two
-    derivatives, and only both of its sides show it. A front may pass the end of the run, too.
+    Histories are moved along tangents where there is no formula. Where fronts meet, one of which moves, a history that
+    is moved may jump between them: a peak there has two derivatives, and only both of its sides show it. A front may
+    pass the end of the run, too.
     """
 
     def beside(step: float) -> Array | None:

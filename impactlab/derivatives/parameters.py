@@ -14,7 +14,7 @@ from impactlab.sweeps.axes import takes_whole
 
 HELD = {
     "solve.step": (
-        "the step is held while a derivative is taken: by this number there is none",
+        "the step is constant while a derivative is taken, so there is no derivative by it",
         "Compare runs of two steps, as in: impactlab sweep CASE --over {path}=A,B.",
     ),
     "solve.tolerance": (
@@ -70,7 +70,10 @@ def refuse_held(paths: str | Sequence[str]) -> None:
 
 
 def refuse_twice(case: Case, paths: Sequence[str]) -> None:
-    """Raise `CaseError` where two paths lead to one number: alike, or a contact by its number and by its name."""
+    """Raise `CaseError` where two paths lead to one number.
+
+    They may be alike, or name a contact by number and by name.
+    """
     before: dict[str, str] = {}
     for path in paths:
         number = numbered(case.document.data, path)

@@ -1,4 +1,4 @@
-"""Sensitivities of a case: the effect of each parameter, how it was found and where it ends."""
+"""Sensitivities of a case: effects of parameters, their methods and ranges."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from impactlab.exact.results.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
 from impactlab.plugins import Registry
 from impactlab.scene.problem import Scene
-from impactlab.sweeps.quantities import WantedQuantity, asked, values
+from impactlab.sweeps.quantities import WantedQuantity, quantities_of, values
 from impactlab.sweeps.sampled import Sampled, extreme_in
 from impactlab.types import Array
 
@@ -68,7 +68,7 @@ def sensitivities(
     expect_case(case, "sensitivities")
     refuse_held(parameters)
     read = read_parameters(case, parameters)
-    wanted = asked(case.scene(), quantities, case.registry)
+    wanted = quantities_of(case.scene(), quantities, case.registry)
     with api.warnings_kept():
         history = api.run(case)
     flat = FlatValues(wanted, case.registry)
@@ -91,10 +91,10 @@ def sensitivities(
 
 
 def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[str]) -> Array:
-    """Return the derivatives of a channel at times [s] by parameters in SI, shape (times, parameters).
+    """Return the derivatives of a channel by parameters in SI units, (times, parameters).
 
-    NaN where a wave front passes: a signal that jumps there has no derivative. NaN by a parameter at whose value the
-    sequence of contacts changes.
+    ``times`` are in s. NaN where a wave front passes: a signal that jumps there has no derivative. NaN by a parameter
+    at whose value the sequence of contacts changes.
 
     Raises
     ------
@@ -124,7 +124,10 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
 
 
 def _smooth(slopes: tuple[float, float, float, float], kinked: bool, size: float) -> float:
-    """Return a derivative; NaN where the signal has a kink, or a front passes so close that no difference is sure."""
+    """Return a derivative, or NaN near a kink or a front.
+
+    A front may pass so close that no difference is sure.
+    """
     middle, error = slopes[:2]
     return math.nan if kinked or _is_vague(middle, error, size) else middle
 
@@ -135,7 +138,10 @@ def _is_at_edge(found: Derivatives, parameter: Parameter) -> bool:
 
 
 def _is_vague(middle: float, error: float, size: float) -> bool:
-    """Return whether a derivative is not known; ``size`` is that of the value over the parameter."""
+    """Return whether a derivative is not known.
+
+    ``size`` is that of the value over the parameter.
+    """
     return error > MAX_ERROR * max(abs(middle), size)
 
 
@@ -222,7 +228,7 @@ def _exact(
 
 
 def _no_slope(name: str) -> str:
-    """Return why a quantity has no derivative in any run; empty where it may have one."""
+    """Return the reason why a quantity has no derivative, or an empty text."""
     if name in COUNTED:
         return "it changes in steps, or is rounding"
     extreme = extreme_in(name)
@@ -232,7 +238,10 @@ def _no_slope(name: str) -> str:
 
 
 def _lacking(parameter: Parameter, each: WantedQuantity) -> Sensitivity:
-    """Return the row of a quantity without a place for a value, as of contacts in a case that has none."""
+    """Return the row of a quantity without a place for a value.
+
+    An example is one of contacts in a case that has none.
+    """
     return Sensitivity(
         each.name, "", each.unit, parameter.path, parameter.value, parameter.unit,
         math.nan, math.nan, math.nan, WITHHELD, math.nan, math.nan, math.nan, math.nan, each.lacking,
@@ -245,7 +254,10 @@ def _absent(each: WantedQuantity, value: float) -> str:
 
 
 def _stepped(parameter: Parameter, flat: FlatValues, found: list[list[Difference]]) -> Iterator[Sensitivity]:
-    """Yield the derivatives of a stepped run; its sequence of contacts is known as far as the differences reach."""
+    """Yield the derivatives of a stepped run.
+
+    Its sequence of contacts is known as far as the differences reach.
+    """
     flattened = [each for row in found for each in row]
     for (asked_for, label), each in zip(flat.names, flattened, strict=True):
         lower, upper = (parameter.value + side * (each.reach or math.nan) for side in (-1, 1))

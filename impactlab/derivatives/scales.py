@@ -10,9 +10,9 @@ from impactlab.scene.problem import Scene
 
 
 def scale_of(scene: Scene, parameter: Parameter) -> float:
-    """Return the size that a parameter may have in its scene, in SI; NaN where its unit has none.
+    """Return the size of a parameter in its scene, in SI units.
 
-    It is made of the lightest mass, the fastest velocity and the round trip.
+    It is NaN where its unit has none. It is made of the lightest mass, the fastest velocity and the round trip.
     """
     mass, velocity, time = _scales(scene)
     scales = {
@@ -24,7 +24,7 @@ def scale_of(scene: Scene, parameter: Parameter) -> float:
 
 
 def _scales(scene: Scene) -> tuple[float, float, float]:
-    """Return the lightest mass [kg], the fastest velocity [m/s] and the round trip [s] of a scene."""
+    """Return lightest mass [kg], fastest velocity [m/s] and round trip [s] of a scene."""
     bodies = scene.bodies.values()
     mass = min((body.moving_mass for body in bodies), default=math.nan)
     time = scene.round_trip if scene.round_trip > 0.0 else scene.duration

@@ -1,4 +1,7 @@
-"""Derivatives of several values by one number: central differences of sixth order, and both sides beside them."""
+"""Central differences of sixth order, and one-sided differences beside them.
+
+They give derivatives of several values by one number.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ ROUNDING = 1.0e-14  # of a value of a run with tangents
 
 
 class Slopes(NamedTuple):
-    """Derivatives of several values, their errors, and those from either side; NaN where one is not known."""
+    """Derivatives of several values, their errors, and those from either side.
+
+    They are NaN where they are not known.
+    """
 
     middle: Array
     error: Array

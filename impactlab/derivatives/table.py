@@ -64,12 +64,14 @@ class Sensitivities:
         return len(self.rows)
 
     def find(self, quantity: str, parameter: str, label: str = "") -> Sensitivity:
-        """Return the one of a quantity by a parameter; ``label`` where the quantity has several values.
+        """Return the sensitivity of a quantity to a parameter.
+
+        ``label`` is needed where the quantity has several values.
 
         Raises
         ------
         KeyError
-            If there is none.
+            If there is no such row.
         """
         for row in self.rows:
             if row.quantity == quantity and row.parameter == parameter and label in ("", row.label):
@@ -113,7 +115,10 @@ def _number(value: float, digits: int = 6) -> str:
 
 
 def _is_unknown(row: Sensitivity) -> bool:
-    """Return whether the error of a derivative is larger than the derivative, so that no digit of it is known."""
+    """Return whether the error of a derivative exceeds the derivative.
+
+    Then no digit of it is known.
+    """
     return 0.0 < abs(row.derivative) < row.error < math.inf
 
 

@@ -1,4 +1,7 @@
-"""One blow of a percussive drill: work on the rock, efficiency, penetration, and the energy that is left."""
+"""One blow of a percussive drill: work, efficiency, penetration and remaining energy.
+
+The work is that on the rock.
+"""
 
 from __future__ import annotations
 
@@ -89,7 +92,10 @@ def blow(case: Case | Simulation) -> Blow:
 
 
 def blow_of(history: AbstractHistory) -> Blow:
-    """Return the effect of the blow of a run on the rock; raise and warn as `blow`."""
+    """Return the effect of the blow of a run on the rock.
+
+    Raise and warn as `blow` does.
+    """
     drill = drill_of(history.scene)
     law = history.method.laws[drill.rock.name]
     loop = loop_of(history, drill.rock, law)
@@ -138,9 +144,10 @@ def loop_of(history: AbstractHistory, rock: Contact, law: AbstractContactLaw) ->
 
 
 def _work(history: AbstractHistory, rock: Contact, time: Array) -> Array:
-    """Return the work [J] of the force on the rock up to some times, also of one that jumps.
+    """Return the work of the force on the rock up to times [J].
 
-    The force of a step acts over an interval that a run records; the mean over any other is that in its middle.
+    The force may jump. The force of a step acts over an interval that a run records; the mean over any other is that in
+    its middle.
     """
     force, gap = f"force:{rock.name}", f"gap:{rock.name}"
     kept = history.recorded[force] if isinstance(history, AbstractRecordedHistory) else None
@@ -153,10 +160,10 @@ def _work(history: AbstractHistory, rock: Contact, time: Array) -> Array:
 
 
 def _warn_if_too_short(loop: Loop, first: float | None, drill: Drill, left: float) -> None:
-    """Issue a `DoubtfulResult` if a run ends before the first pass does, or while the bit goes deeper.
+    """Issue a `DoubtfulResult` if a run ends before its first pass does.
 
-    ``first`` is the instant of the first force [s]. A pass is over early where the bit no longer presses and the hammer
-    has no energy ``left`` [J].
+    It is issued as well while the bit goes deeper. ``first`` is the instant of the first force [s]. A pass is over
+    early where the bit no longer presses and the hammer has no energy ``left`` [J].
     """
     ends = float(loop.time[-1])
     acts = (
@@ -182,16 +189,20 @@ def _warn_if_too_short(loop: Loop, first: float | None, drill: Drill, left: floa
 
 
 def _first_force(loop: Loop, share: float) -> float | None:
-    """Return the instant before the first force on the rock [s], above a share of the largest; None without a force.
+    """Return the instant before the first force on the rock [s], or None.
 
-    In an explicit scheme each step carries a trace of a wave into the next element, faster than the wave itself.
+    The force is above ``share`` of the largest. In an explicit scheme each step carries a trace of a wave into the next
+    element, faster than the wave itself.
     """
     pressed = np.flatnonzero(loop.force > share * max(0.0, float(loop.force.max())))
     return float(loop.time[max(0, pressed[0] - 1)]) if pressed.size else None
 
 
 def _first_pass(loop: Loop, first: float | None, drill: Drill) -> float:
-    """Return the work [J] until the wave of the first force on the rock has gone through the rods and back."""
+    """Return the work on the rock in the first pass [J].
+
+    It lasts until the wave of the first force has gone through the rods and back.
+    """
     return 0.0 if first is None else float(np.interp(first + drill.round_trip, loop.time, loop.work))
 
 

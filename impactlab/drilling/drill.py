@@ -1,4 +1,4 @@
-"""The drill of a scene: hammer, rods, and the contact of the bit with the rock."""
+"""The drill of a scene: hammer, rods, and the contact of bit and rock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Bootstrap of a fit: residuals are drawn again in blocks, and each set of them is fitted from the solution."""
+"""Bootstrap of a fit by blocks of residuals.
+
+Blocks are drawn again, and each set of residuals is fitted from the solution.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ class Bootstrap(NamedTuple):
     seed: int
 
     def interval(self, number: int, loss: Loss) -> tuple[float, float]:
-        """Return the 2.5 % and the 97.5 % percentile of an unknown, infinite where resamples end at its bound."""
+        """Return the 2.5 % and the 97.5 % percentile of an unknown.
+
+        An end is infinite where resamples end at the bound there.
+        """
         low, high = np.percentile(self.solutions[:, number], PERCENT).tolist()
         near = AT_BOUND * float(loss.widths[number])
         return (
@@ -70,7 +76,9 @@ def block_length(values: Array) -> int:
 
 
 def bootstrap(loss: Loss, solution: Array, lengths: Sequence[int], count: int, seed: int) -> Bootstrap:
-    """Return fits of signals whose residuals are drawn again, in blocks, from those at a solution.
+    """Return fits of signals with resampled residuals.
+
+    Residuals are drawn again, in blocks, from those at a solution.
 
     Parameters
     ----------
@@ -106,6 +114,9 @@ def bootstrap(loss: Loss, solution: Array, lengths: Sequence[int], count: int, s
 
 
 def _drawn(values: Array, block: int, generator: np.random.Generator) -> Array:
-    """Return as many values in blocks that start anywhere; the end is followed by the beginning."""
+    """Return as many values, drawn in blocks that start anywhere.
+
+    The end is followed by the beginning.
+    """
     starts = generator.integers(0, len(values), -(-len(values) // block))
     return np.asarray(values[(starts[:, None] + np.arange(block)).ravel()[: len(values)] % len(values)])

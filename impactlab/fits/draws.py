@@ -1,4 +1,7 @@
-"""Draws numbers of a fit from the normal distribution of their covariance, for predictions by a sweep."""
+"""Draws of fitted numbers from the normal distribution of their covariance.
+
+A sweep predicts with them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Changes of the sequence of contacts inside the intervals of a fit: the loss may have a kink there."""
+"""Changes of the sequence of contacts inside the intervals of a fit.
+
+The loss may have a kink there.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +20,19 @@ Closings = Sequence[tuple[str, ...]]
 
 
 class Change(NamedTuple):
-    """A place between the solution and the end of an interval where the sequence of contacts changes."""
+    """A place where the sequence of contacts changes.
+
+    It lies between the solution and the end of an interval.
+    """
 
     x: Array  # (n,), scaled
     share: float  # of the way to the end
 
 
 def change(closings: Callable[[Array], Closings | None], here: Closings, solution: Array, end: Array) -> Change | None:
-    """Return where the sequence of contacts changes on the way from a solution to an end, None if it is the same.
+    """Return the change of contacts between a solution and an end, or None.
+
+    It is None if the sequence of contacts is the same.
 
     Parameters
     ----------

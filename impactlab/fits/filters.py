@@ -1,4 +1,7 @@
-"""Low-pass filters of residuals: of the search for a start, and of an instrument of limited bandwidth."""
+"""Low-pass filters of residuals, for the search and for limited bandwidth.
+
+The bandwidth is that of an instrument.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ MAX_UNEVEN = 0.01  # of a sampling interval, by which times may be off an equal 
 
 
 def smooth(values: Array, width: float) -> Array:
-    """Return values after a Gaussian filter, so many samples wide; 0 leaves them as they are."""
+    """Return values after a Gaussian filter of a width in samples.
+
+    A width of 0 changes nothing.
+    """
     if width <= 0.0:
         return values
     reach = int(REACH * width) + 1
@@ -25,11 +31,12 @@ def smooth(values: Array, width: float) -> Array:
 
 
 class LowPass:
-    """A Gaussian low-pass without delay, 3 dB down at a frequency, of samples at equal intervals.
+    """A Gaussian low-pass without delay, of samples at equal intervals.
 
-    Near the ends of the record the weights that lie inside are scaled to a sum of 1: nothing is assumed of what was not
-    measured, and model and data are weighted alike. Of the filtered samples only those half a period of the frequency
-    apart are kept: the others hold nothing more, and the noise of these is nearly independent.
+    It is 3 dB down at a given frequency. Near the ends of the record the weights that lie inside are scaled to a sum of
+    1: nothing is assumed of what was not measured, and model and data are weighted alike. Of the filtered samples only
+    those half a period of the frequency apart are kept: the others add no information, and the noise of these is nearly
+    independent.
     """
 
     def __init__(self, signal: Signal, frequency: float) -> None:

@@ -1,4 +1,7 @@
-"""Directions of the unknowns that signals determine or not, from singular values, and products that they determine."""
+"""Directions of the unknowns that signals determine, by singular values.
+
+Products of unknowns may be determined where these are not.
+"""
 
 from __future__ import annotations
 
@@ -53,8 +56,8 @@ def seen(jacobian: Array, spread: float, weights: Array) -> Identifiability:
     spread : float
         Standard deviation of the residuals.
     weights : array
-        Change of the logarithm of each number over that of its unknown, (n,); 0 of offsets and shifts, which may be not
-        determined without a word.
+        Change of the logarithm of each number over that of its unknown, (n,); 0 of offsets and shifts, for which no
+        warning is given.
     """
     norms = lengths(jacobian)
     _, sizes, ways = np.linalg.svd(jacobian / norms, full_matrices=False)
@@ -81,13 +84,19 @@ def with_effects(jacobian: Array, spread: float) -> Array:
 
 
 def lengths(jacobian: Array) -> Array:
-    """Return the lengths of the columns of derivatives, (n,); 1 of an unknown without an effect, whose column is 0."""
+    """Return the lengths of the columns of derivatives, (n,).
+
+    The length is 1 of an unknown without an effect, whose column is 0.
+    """
     found = np.linalg.norm(jacobian, axis=0)
     return np.where(found > 0.0, found, 1.0)
 
 
 def short_names(paths: Sequence[str]) -> list[str]:
-    """Return the last words of dotted paths, as many as distinguish them; of ``gain of CHANNEL`` the first word."""
+    """Return as many last words of dotted paths as distinguish them.
+
+    Of ``gain of CHANNEL`` it is the first word.
+    """
     ends = [_ends(path) for path in paths]
     return [next((end for end in own if sum(end in other for other in ends) == 1), own[-1]) for own in ends]
 
@@ -144,7 +153,9 @@ def named(row: Sequence[int], names: Sequence[str]) -> str:
 
 
 def products(found: Identifiability, paths: Sequence[str], values: Sequence[float], reach: float) -> list[Product]:
-    """Return the products of positive numbers that signals determine although they do not determine each of them.
+    """Return the products of positive numbers that signals determine.
+
+    They do not determine each of these numbers.
 
     Parameters
     ----------
@@ -170,7 +181,10 @@ def products(found: Identifiability, paths: Sequence[str], values: Sequence[floa
 
 
 def exponential(x: float) -> float:
-    """Return exp(x), infinite where it is beyond any float: the end of an interval of a hardly known number."""
+    """Return exp(x), infinite where it is beyond any float.
+
+    The end of an interval of a hardly known number is.
+    """
     return math.exp(x) if x < MAX_LOGARITHM else math.inf
 
 

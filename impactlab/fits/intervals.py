@@ -1,4 +1,4 @@
-"""How sure a fit is: its parameters with 95 % intervals of each kind, and the warnings that belong to them."""
+"""Parameters of a fit with 95 % intervals of each kind, and warnings."""
 
 from __future__ import annotations
 
@@ -65,7 +65,10 @@ def _neighbours(parts: Sequence[Array]) -> float:
 
 
 def _natural(each: Unknown, scaled: float) -> float:
-    """Return the value in SI of a scaled unknown, which may lie outside its bounds or be infinite."""
+    """Return the value in SI units of a scaled unknown.
+
+    It may lie outside the bounds or be infinite.
+    """
     if each.is_positive:
         return each.start * exponential(scaled)
     return scaled * each.scale
@@ -133,9 +136,10 @@ def _after_the_run(problem: Problem, x: Array) -> list[str]:
 
 
 def _loose_fronts(problem: Problem, x: Array, halves: Array) -> list[str]:
-    """Return warnings about signals with a free offset whose shift may differ by a share of the rise of their front.
+    """Return warnings about signals whose shift is uncertain beside a free offset.
 
-    ``halves`` (n,) are half the intervals of the scaled unknowns, of shifts in samples.
+    It may differ by a share of the rise time of their front. ``halves`` (n,) are half the intervals of the scaled
+    unknowns, of shifts in samples.
     """
     warnings = []
     for number, (of, shown) in enumerate(zip(problem.measured, problem.fitted(x), strict=True)):
@@ -197,7 +201,7 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
 
 
 def _weight(each: Unknown, scaled: float) -> float:
-    """Return the change of the logarithm of a number over that of its unknown; 0 of offsets and shifts."""
+    """Return d(ln number)/d(unknown); 0 of offsets and shifts."""
     if each.path.startswith("gain of"):
         return 1.0 / max(abs(scaled), 1e-9)
     return 0.0 if " of " in each.path else 1.0
@@ -265,7 +269,10 @@ def _is_at_bound(each: Unknown, value: float) -> bool:
 
 
 def _edge(problem: Problem, solution: Solution, here: Closings, number: int) -> float | None:
-    """Return the value of a scaled unknown nearest to the solution at which the sequence of contacts changes."""
+    """Return the nearest value at which the sequence of contacts changes, or None.
+
+    It is the value of a scaled unknown.
+    """
     low, high = problem.bounds()
     column = solution.seen.known[:, number]
     way = column / math.sqrt(float(column[number])) * solution.reach * solution.widened  # the others follow

@@ -1,4 +1,4 @@
-"""The loss of a fit around its solution, and its least value with one unknown held."""
+"""Loss of a fit around its solution, and its minimum with one unknown held."""
 
 from __future__ import annotations
 
@@ -68,7 +68,10 @@ class Loss:
         return Point(x, float(np.sum(near**2 + linear)))
 
     def least(self, start: Array, held: int | None = None) -> Point:
-        """Return the least loss near a start, over all unknowns, or with one of them held."""
+        """Return the least loss near a start.
+
+        It is taken over all unknowns, or with one of them held.
+        """
         free = np.array([number for number in range(len(start)) if number != held], dtype=int)
         if not len(free):
             return self.at(start)

@@ -1,4 +1,7 @@
-"""Signal of a run as an instrument measures it: means over sampling intervals of a channel, which may be shifted."""
+"""Model of a measured signal: means of a channel over sampling intervals.
+
+The channel may be shifted in time.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ ENDING = ("force", "stress", "strain")  # quantities that are zero before the ru
 
 
 class AbstractMeans(ABC):
-    """Means of a channel over intervals; before and after the run it keeps its first and last value."""
+    """Means of a channel over intervals.
+
+    Before and after the run it keeps its first and last value.
+    """
 
     duration: float  # s
     rest: float
@@ -23,10 +29,16 @@ class AbstractMeans(ABC):
 
     @abstractmethod
     def sums(self, edges: Array) -> Array:
-        """Return the integral of the channel from a fixed time to increasing times in the run, (n,)."""
+        """Return the integral of the channel up to increasing times, (n,).
+
+        It begins at a fixed time.
+        """
 
     def over(self, edges: Array, shift: float) -> Array:
-        """Return the means between neighbouring edges, (n - 1,), of the channel that starts at ``shift`` [s]."""
+        """Return the means between neighbouring edges of the shifted channel, (n - 1,).
+
+        The channel starts at ``shift`` [s].
+        """
         moved = edges - shift
         total = self.sums(np.clip(moved, 0.0, self.duration)) + self.rest * np.minimum(moved, 0.0)
         total += self.last * np.maximum(moved - self.duration, 0.0)

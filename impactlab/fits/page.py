@@ -101,7 +101,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
 
 
 def _row(each: Fitted, name: str, kinds: list[str]) -> dict[str, Any]:
-    """Return a number as a row of the table, in the unit that suits its value."""
+    """Return a number as a row of the table, in a suitable unit."""
     known = [abs(end) for end in each.intervals[JACOBIAN] if math.isfinite(end)]
     unit = unit_of(each.unit, max([abs(each.value), *known]))
     ends = [each.intervals.get(kind) for kind in kinds]
@@ -118,7 +118,10 @@ def _row(each: Fitted, name: str, kinds: list[str]) -> dict[str, Any]:
 
 
 def _product(each: Product, kinds: list[str]) -> dict[str, Any]:
-    """Return a product as a row of the table: its interval is widened where those of the numbers are."""
+    """Return a product as a row of the table.
+
+    Its interval is widened where those of the numbers are.
+    """
     value, between = in_words(each.value, each.lower, each.upper)
     own = WIDENED if WIDENED in kinds else JACOBIAN
     cells = [_raised(between) if kind == own else "" for kind in kinds]
@@ -147,7 +150,10 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
 
 
 def _signal(shown: Shown) -> str:
-    """Return a signal in words, with the size of its residuals (half of them are smaller than 0.67 of it)."""
+    """Return a signal in words, with the size of its residuals.
+
+    Half of the residuals are smaller than 0.67 of it.
+    """
     off = shown.fitted - shown.measured
     differing = off[off != 0.0]  # without samples before a touch, where model and signal are both 0
     size = from_median(differing - np.median(differing)) if differing.size else 0.0

@@ -72,7 +72,7 @@ def determined(fit: Fit) -> list[int]:
 
 
 def name_of(fit: Fit, path: str) -> str:
-    """Return the last words of a path that distinguish it from those of the other parameters."""
+    """Return the last words of a path that distinguish it from other parameters."""
     paths = [each.path for each in fit.parameters]
     return short_names(paths)[paths.index(path)]
 
@@ -84,7 +84,10 @@ def unit_of(unit: str, value: float) -> Unit:
 
 @drawn
 def plot_signals(fit: Fit) -> Figure:
-    """Return a figure of each signal, measured and fitted, above its residuals over their standard deviation."""
+    """Return a figure of measured and fitted signals, each above its scaled residuals.
+
+    Residuals are over their standard deviation.
+    """
     count = len(fit.signals)
     figure, panels = grid(2 * count, 1, 1.6, Margins(top=0.45))
     for number, (shown, residuals) in enumerate(zip(fit.signals, fit.residuals, strict=True)):
@@ -105,7 +108,10 @@ def plot_signals(fit: Fit) -> Figure:
 
 
 def _taller(upper: Axes, lower: Axes) -> None:
-    """Give the signal two thirds of the height of both panels, close to the residuals below."""
+    """Give the signal two thirds of the height of both panels.
+
+    The residuals are close below it.
+    """
     top, bottom = upper.get_position(), lower.get_position()
     both, apart = top.y1 - bottom.y0, BETWEEN / cast("Figure", upper.get_figure()).get_figheight()
     small = 0.34 * (both - apart)
@@ -136,7 +142,10 @@ def _panels(count: int, height: float, margins: Margins) -> tuple[Figure, list[A
 
 @drawn
 def plot_autocorrelations(fit: Fit) -> Figure:
-    """Return a figure of the autocorrelation of the residuals of each signal, with the 95 % band of white noise."""
+    """Return a figure of the autocorrelation of each signal's residuals.
+
+    It has the 95 % band of white noise.
+    """
     figure, panels = _panels(len(fit.residuals), 1.7, Margins())
     for axes, shown, residuals in zip(panels, fit.signals, fit.residuals, strict=True):
         lags = min(MAX_LAGS, len(residuals) // 3)
@@ -153,7 +162,10 @@ def plot_autocorrelations(fit: Fit) -> Figure:
 
 @drawn
 def plot_profiles(fit: Fit) -> Figure:
-    """Return a figure of the profile of each parameter, with the parabola of the derivatives and the 95 % interval."""
+    """Return a figure of the profile of each parameter.
+
+    It has the parabola of the derivatives and the 95 % interval.
+    """
     figure, panels = _panels(len(fit.profiles), 1.9, Margins(top=0.55, down=1.0))
     for number, (axes, curve) in enumerate(zip(panels, fit.profiles, strict=True)):
         _profile(axes, curve, fit)
@@ -206,7 +218,7 @@ def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
 
 @drawn
 def plot_correlations(fit: Fit) -> Figure:
-    """Return a figure of the correlations of the parameters that the signals determine, a matrix with numbers."""
+    """Return a figure of the correlation matrix of the determined parameters."""
     names = [name_of(fit, each.path).replace("|", " | ") for each in fit.parameters]
     rows = determined(fit)
     values: Array = fit.correlations[np.ix_(rows, rows)]

@@ -39,7 +39,7 @@ class Experiment(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """A signal in a problem: its filter, the scale of its residuals, and gain, offset and shift."""
+    """A signal in a problem: filter, scale of its residuals, gain, offset and shift."""
 
     signal: Signal
     label: str
@@ -62,7 +62,9 @@ def whitened(errors: Array, correlated: float) -> Array:
 
 
 class Problem:
-    """Residuals of signals, over their noise: first the unknowns of the case, then those of the instruments.
+    """Residuals of signals over their noise, as a function of the unknowns.
+
+    Unknowns of the case come first, then those of the instruments.
 
     Parameters
     ----------
@@ -210,13 +212,19 @@ class Problem:
         return tuple(each.at(values) for each in self.trials)
 
     def means(self, scaled: Array) -> list[AbstractMeans] | None:
-        """Return the signal of each channel from the runs; None where there is no such run."""
+        """Return the signal of each channel from the runs.
+
+        It is None where there is no such run.
+        """
         values = tuple(self.values(scaled)[: len(self.parameters)])
         found = [each.means(values) for each in self.trials]
         return None if any(each is None for each in found) else [mean for each in found for mean in each or ()]
 
     def closings(self, scaled: Array) -> list[tuple[str, ...]] | None:
-        """Return the contacts that close in each experiment, in order; None where there is no such run."""
+        """Return the contacts that close in each experiment, in order.
+
+        It is None where there is no such run.
+        """
         values = tuple(self.values(scaled)[: len(self.parameters)])
         found = [each.closings(values) for each in self.trials]
         whole = [each for each in found if each is not None]
@@ -231,7 +239,10 @@ class Problem:
         return gain, offset, shift
 
     def place(self, number: int, name: str) -> int | None:
-        """Return which unknown the gain, offset or shift of a signal is; None where it is known."""
+        """Return the number of the unknown of a signal's gain, offset or shift.
+
+        It is None where that is known.
+        """
         found = self.measured[number].settings[SETTINGS.index(name)]
         return found if isinstance(found, int) else None
 
@@ -248,7 +259,10 @@ class Problem:
         return [self.part(number, mean, self.setting(scaled, number)) for number, mean in enumerate(means)]
 
     def fitted(self, scaled: Array) -> list[Array]:
-        """Return each signal of the cases, (samples,) in SI, without a filter; NaN where there is no run."""
+        """Return each signal of the cases, (samples,) in SI units, without a filter.
+
+        It is NaN where there is no run.
+        """
         means = self.means(scaled)
         if means is None:
             return [np.full(len(signal.times), math.nan) for signal in self.signals]
@@ -259,7 +273,10 @@ class Problem:
         return found
 
     def weigh(self, scaled: Array) -> None:
-        """Scale the residuals of each signal by its own noise, so that a noisy signal does not hide a clean one."""
+        """Scale the residuals of each signal by its own noise.
+
+        A noisy signal then does not hide a clean one.
+        """
         sizes = np.array([from_median(part) for part in self.parts(scaled) or []])
         sizes = np.maximum(sizes, MIN_NOISE * np.max(sizes, initial=1e-300))
         whole = math.sqrt(float(np.mean(sizes**2)))

@@ -1,4 +1,4 @@
-"""Profile likelihood: the least loss over all other unknowns while one of them is moved outward.
+"""Profile likelihood: least loss over other unknowns while one is moved outward.
 
 Source: Bates and Watts, Nonlinear Regression Analysis and Its Applications (1988), section 6.1: the signed root of the
 rise of the loss over the variance is Student's t where a model is linear.
@@ -98,7 +98,10 @@ def profile(
 
 
 def _slope(jacobian: Array, number: int) -> Array:
-    """Return the changes of all unknowns, over that of one, with the least change of the residuals, (n,)."""
+    """Return the changes of all unknowns per change of one, (n,).
+
+    They change the residuals least.
+    """
     norms = lengths(jacobian)
     others = np.delete(jacobian / norms, number, axis=1)
     found = np.linalg.lstsq(others, -jacobian[:, number], rcond=MIN_SINGULAR)[0] / np.delete(norms, number)
@@ -106,7 +109,10 @@ def _slope(jacobian: Array, number: int) -> Array:
 
 
 def _side(walk: ProfileSteps, sign: float, deviation: float) -> tuple[list[Point], float]:
-    """Return the points outward on one side and the place where the limit is passed, infinite if it is not."""
+    """Return the points outward on one side, and the place of the limit.
+
+    The place is infinite if the limit is not passed.
+    """
     number, loss = walk.number, walk.loss
     bound = float((loss.high if sign > 0.0 else loss.low)[number])
     largest = MAX_SHARE * float(loss.widths[number])
@@ -131,7 +137,10 @@ def _side(walk: ProfileSteps, sign: float, deviation: float) -> tuple[list[Point
 
 
 def _passed(walk: ProfileSteps, points: list[Point], outside: Point) -> list[Point]:
-    """Return points around the place where the limit is passed, the closest one last: by secants inside a bracket."""
+    """Return points around the place where the limit is passed, closest last.
+
+    They are found by secants inside a bracket.
+    """
     inside, found = points[-1], [outside]
     for _ in range(MAX_ROUNDS):
         low, high = walk.root(inside), walk.root(outside)
@@ -146,7 +155,10 @@ def _passed(walk: ProfileSteps, points: list[Point], outside: Point) -> list[Poi
 
 
 def _meets_a_bound(walk: ProfileSteps, point: Point) -> bool:
-    """Return whether another unknown is at a bound, or would be beyond it on the line of the derivatives."""
+    """Return whether another unknown is at a bound, or will be.
+
+    It will be if it is beyond on the line of the derivatives.
+    """
     line = walk.base.x + walk.slope * (point.x[walk.number] - walk.base.x[walk.number])
     x = np.stack([point.x, line])
     near = np.min(np.minimum(x - walk.loss.low, walk.loss.high - x), axis=0) < AT_BOUND * walk.loss.widths

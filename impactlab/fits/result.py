@@ -53,7 +53,10 @@ class Fitted(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """The profile of a parameter: how far the loss rises where it is held and all others are fitted again."""
+    """The profile of a parameter: rise of the loss where it is held.
+
+    All others are fitted again.
+    """
 
     path: str
     unit: str
@@ -114,10 +117,11 @@ class Fit:
         return np.asarray(self.covariance / np.outer(size, size))
 
     def draws(self, count: int = draws.WRITTEN, seed: int = 0) -> dict[str, Array]:
-        """Return values of the numbers of the case that the signals allow, by path: points for `impactlab.sweep`.
+        """Return draws of the case's numbers that the signals allow, by path.
 
-        They are drawn from the normal distribution of the covariance, as wide as the intervals from the derivatives,
-        and cut at the bounds. Numbers of instruments (gain, offset, shift) are left out.
+        They are points for `impactlab.sweep`. They are drawn from the normal distribution of the covariance, as wide as
+        the intervals from the derivatives, and cut at the bounds. Numbers of instruments (gain, offset, shift) are left
+        out.
 
         Parameters
         ----------
@@ -168,7 +172,10 @@ class Fit:
         return {key: plain(value) for key, value in made.items()}
 
     def to_csv(self) -> str:
-        """Return a table of parameters, a row for each interval, and of products that are determined, in SI."""
+        """Return a table of parameters and determined products, in SI units.
+
+        It has a row for each interval.
+        """
         text = io.StringIO()
         rows = csv.writer(text, lineterminator="\n")
         rows.writerow(("parameter", "unit", "value", "interval", "lower", "upper", "note"))
@@ -223,7 +230,10 @@ def case_files(fit: Fit) -> list[str]:
 
 
 def in_words(value: float, lower: float, upper: float, size: float = 1.0) -> tuple[str, str]:
-    """Return a value and its interval in words, divided by a size, to a hundredth of half the interval or better."""
+    """Return a value and its interval in words, divided by a size.
+
+    Digits resolve a hundredth of half the interval, or better.
+    """
     is_open = lower == 0.0 or math.isinf(lower), math.isinf(upper)  # 0 is the exponential of minus infinity
     half = min(
         (abs(end - value) for end, without in zip((lower, upper), is_open, strict=True) if not without), default=0.0

@@ -93,12 +93,13 @@ def fit_problem(
     noise: str = "white",
     bandwidth: float | str = 0.0,
 ) -> Problem:
-    """Return the residuals of a fit, for another program to minimise or sample; parameters as of `fit`.
+    """Return the residuals of a fit, for another program to minimise or sample.
 
-    ``problem.start()`` are its unknowns (logarithms of positive parameters), ``problem.bounds()`` their bounds,
-    ``problem.residuals(x)`` the residuals (samples,) in standard deviations of the signal, or of the samples under
-    ``noise="std"``, ``problem.jacobian(x)`` their derivatives, ``problem.values(x)`` the numbers in SI and
-    ``problem.cases(x)`` the cases with them. The names of the unknowns are ``each.path for each in problem.unknowns``.
+    Parameters are those of `fit`. ``problem.start()`` are its unknowns (logarithms of positive parameters),
+    ``problem.bounds()`` their bounds, ``problem.residuals(x)`` the residuals (samples,) in standard deviations of the
+    signal, or of the samples under ``noise="std"``, ``problem.jacobian(x)`` their derivatives, ``problem.values(x)``
+    the numbers in SI and ``problem.cases(x)`` the cases with them. The names of the unknowns are ``each.path for each
+    in problem.unknowns``.
     """
     _allowed("noise", noise, ("white", "ar1", "std"))
     given = {"gain": gain, "offset": offset, "shift": shift}

@@ -1,4 +1,7 @@
-"""Solution of a fit: trigger times by a scan, then least squares from a strong low-pass to none."""
+"""Solution of a fit: scan of trigger times, then least squares.
+
+Least squares go from a strong low-pass filter to none.
+"""
 
 from __future__ import annotations
 
@@ -88,7 +91,10 @@ def _size(problem: Problem, x: Array) -> float:
 
 
 def biweight(squares: Array) -> Array:
-    """Return Tukey's loss of squares over that of the limit, and its two derivatives, (3, n); constant from 1 on."""
+    """Return Tukey's loss of relative squares and its two derivatives, (3, n).
+
+    Squares are over that of the limit; the loss is constant from 1 on.
+    """
     left = np.maximum(0.0, 1.0 - squares)
     return np.stack([(1.0 - left**3) / 3.0, left**2, -2.0 * left])
 
@@ -130,9 +136,10 @@ def polished(problem: Problem, start: Array, loss: Any = "linear", scale: float 
 
 
 def moved_to_effect(problem: Problem, found: Any) -> Any:
-    """Return the best of a solution and those from places at which a parameter without effect there has one.
+    """Return the best solution, also from places where parameters have an effect.
 
-    A yield force above the largest force, or a play that is never used up, has no derivative that leads away.
+    Parameters without an effect at the solution are moved there. A yield force above the largest force, or a play that
+    is never used up, has no derivative that leads away.
     """
     low, high = problem.bounds()
     best = found
@@ -150,9 +157,9 @@ def moved_to_effect(problem: Problem, found: Any) -> Any:
 
 
 def on_both_sides(problem: Problem) -> list[Array]:
-    """Return the best starts among those with parameters to both sides of the given ones, with their trigger times.
+    """Return the best starts on both sides of the given parameters.
 
-    Where a trial takes a run of its own, the given start alone.
+    Each has its trigger times. Where a trial takes a run of its own, the given start alone.
     """
     start, (low, high) = problem.start(), problem.bounds()
     if not problem.is_quick:
@@ -173,12 +180,18 @@ def on_both_sides(problem: Problem) -> list[Array]:
 
 
 def triggers(problem: Problem, start: Array, count: int) -> list[Array]:
-    """Return starts with the trigger times at which the signals fit best, the best first; the start if none is free."""
+    """Return starts with the best trigger times, the best first.
+
+    It is the start itself if no shift is free.
+    """
     return [place for _, place in scanned(problem, start, count)]
 
 
 def scanned(problem: Problem, start: Array, count: int) -> list[tuple[float, Array]]:
-    """Return the squares that are left with the best trigger times, and the starts that have these; the best first."""
+    """Return the remaining squares and the starts of the best trigger times.
+
+    The best comes first.
+    """
     means = problem.means(start)
     free = [number for number in range(len(problem.signals)) if problem.place(number, "shift") is not None]
     if means is None or not free:
@@ -214,7 +227,10 @@ def scanned(problem: Problem, start: Array, count: int) -> list[tuple[float, Arr
 
 
 def _stride(problem: Problem, number: int) -> int:
-    """Return how many samples of a signal a scan passes over, of which the low-pass keeps one."""
+    """Return the number of samples that a scan passes over at once.
+
+    The low-pass filter keeps one of them.
+    """
     return max(1, int(problem.smoothed * len(problem.signals[number].times) / STRIDE))
 
 
@@ -229,7 +245,10 @@ def _scan(problem: Problem, number: int, start: Array, mean: AbstractMeans, shif
 
 
 def _costs(problem: Problem, number: int, start: Array, model: Array, data: Array) -> Array:
-    """Return the squares that are left for each row of a model, with the best gain and offset where they are free."""
+    """Return the remaining squares for each row of a model.
+
+    Gain and offset are the best ones where they are free.
+    """
     gain, offset, _ = problem.setting(start, number)
     if problem.place(number, "offset") is not None:
         model, data, offset = model - np.mean(model, axis=1, keepdims=True), data - np.mean(data), 0.0

@@ -20,7 +20,9 @@ MAX_STEEPER = 2.0  # times a derivative: a secant beyond comes from another solu
 def secants(
     residuals: Callable[[Array], Array], x: Array, bounds: tuple[Array, Array], jacobian: Array, spread: float
 ) -> Array:
-    """Return derivatives as differences over a standard deviation to both sides, along the directions of the ellipsoid.
+    """Return derivatives as central differences over a standard deviation.
+
+    They are taken along the axes of the ellipsoid.
 
     Parameters
     ----------

@@ -23,7 +23,10 @@ Setting = Any
 
 
 def factor_of(unit: str, wanted: str) -> float:
-    """Return the factor from a unit to an SI unit; raises `CaseError` with the units that would do."""
+    """Return the factor from a unit to an SI unit.
+
+    Raise `CaseError` with units that are allowed.
+    """
     if wanted == "1":
         if unit in STRAINS:
             return STRAINS[unit]

@@ -130,7 +130,7 @@ def _unknown(heading: str, headings: Sequence[str]) -> CaseError:
 
 
 class _Csv:
-    """Columns of a CSV file, headed by name and unit; the first one is the time."""
+    """Columns of a CSV file with names and units; the first is time."""
 
     def __init__(self, path: Path) -> None:
         try:

@@ -50,7 +50,10 @@ class Trials:
         return self.case.with_settings(list(zip(self.paths, values, strict=True)), by="the fit")
 
     def means(self, values: Values) -> list[AbstractMeans] | None:
-        """Return the signal of each channel from a run; None where there is no such run."""
+        """Return the signal of each channel from a run.
+
+        It is None where there is no such run.
+        """
         if values not in self._kept:
             while len(self._kept) >= MAX_KEPT:
                 self._kept.pop(next(iter(self._kept)))
@@ -76,7 +79,10 @@ class Trials:
 
 
 class MarchedMeans(AbstractMeans):
-    """Means of a channel of an exact scene; it is marched again where the memory holds another."""
+    """Means of a channel of an exact scene.
+
+    The scene is marched again where the memory holds another one.
+    """
 
     def __init__(self, memory: single.Single, vector: Array, integral: single.Integral, ends: bool) -> None:
         self.memory, self.vector, self.integral = memory, vector, integral
@@ -121,9 +127,10 @@ class MarchedTrials(Trials):
             self.readers.append((reader, channel.partition(":")[0] in ENDING))
 
     def _direct(self, unknowns: Sequence[Unknown]) -> list[list[int]] | None:
-        """Return the entries of the vector that are the unknowns themselves; None where the case makes others.
+        """Return the entries of the vector that are the unknowns themselves.
 
-        The case is built at corners of the bounds: where it refuses one, it is built at each trial.
+        It is None where the case computes others from them. The case is built at corners of the bounds: where it
+        refuses one, it is built at each trial.
         """
         corners = corners_of(unknowns)
         try:
@@ -171,7 +178,10 @@ class MarchedTrials(Trials):
 
 
 def trials_of(case: Case, unknowns: Sequence[Unknown], channels: Sequence[str], history: AbstractHistory) -> Trials:
-    """Return the quickest way to run a case at trial values; ``history`` is the run of the case itself."""
+    """Return the quickest way to run a case at trial values.
+
+    ``history`` is the run of the case itself.
+    """
     try:
         return MarchedTrials(case, unknowns, channels, history)
     except NotServed:

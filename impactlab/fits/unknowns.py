@@ -1,4 +1,4 @@
-"""Unknowns of a fit: numbers of the case within bounds, and settings of instruments that are not known."""
+"""Unknowns of a fit: bounded numbers of the case, and settings of instruments."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ PLAIN = {"gain": 1.0, "offset": 0.0, "shift": 0.0}
 
 
 class Unknown(NamedTuple):
-    """A number that is fitted, by the logarithm of its ratio to the start where it is positive and of the case."""
+    """A number that is fitted, possibly by a logarithm.
+
+    It is the logarithm of the ratio to the start for a positive number of the case.
+    """
 
     path: str  # of the case; or ``gain of CHANNEL``
     start: float  # in SI
@@ -64,7 +67,10 @@ def read_setting(text: str) -> Any:
 
 
 def unknown(case: Case, path: str, bounds: Any) -> Unknown:
-    """Return a number of the case that is fitted; raises `CaseError` where its bounds are wrong."""
+    """Return a fitted number of the case.
+
+    Raise `CaseError` where its bounds are wrong.
+    """
     (parameter,) = read_parameters(case, [path])
     try:
         low, high = bounds
@@ -83,7 +89,10 @@ def unknown(case: Case, path: str, bounds: Any) -> Unknown:
 
 
 def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknown:
-    """Return gain, offset or shift of a signal: the number where it is known, else the fitted value."""
+    """Return gain, offset or shift of a signal, as a number or an unknown.
+
+    It is a number where it is known.
+    """
     own = getattr(signal, name)
     chosen = given if own is None else own
     unit = {"gain": "1", "offset": unit_of(signal.channel), "shift": "s"}[name]
@@ -124,7 +133,10 @@ def _number(given: Any, unit: str, path: str) -> float:
 
 
 def settings(signal: Signal, given: dict[str, Any], label: str) -> dict[str, float | Unknown]:
-    """Return gain, offset and shift of a signal; ``given`` are those of the fit for signals without their own."""
+    """Return gain, offset and shift of a signal.
+
+    ``given`` are those of the fit for signals without their own.
+    """
     return {name: setting(signal, name, given.get(name), label) for name in SETTINGS}
 
 

@@ -1,4 +1,6 @@
-"""Granular chains: contact stiffness of spheres, the solitary wave of a chain without precompression, waves of a run.
+"""Granular chains: contact stiffness, the solitary wave, waves of a run.
+
+Beads are spheres; the solitary wave is that of a chain without precompression.
 
     from impactlab import granular
 

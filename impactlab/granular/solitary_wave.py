@@ -1,4 +1,6 @@
-"""The solitary wave of a chain of equal beads without precompression: a fixed point of a convolution, by Petviashvili.
+"""Petviashvili's iteration for the solitary wave of equal beads without precompression.
+
+The wave is the fixed point of a convolution.
 
 Beads of mass m with F = k d^n between neighbours: d_j'' = k/m (d_(j-1)^n - 2 d_j^n + d_(j+1)^n), d_j the overlap of a
 contact. A wave d_j(t) = A r(s), s = t/T - j, that passes one bead in the time T obeys r''(s) = r(s+1)^n - 2 r(s)^n +
@@ -17,11 +19,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from impactlab.errors import ImpactlabError
+from impactlab.errors import ImpactlabError, expect_whole
+from impactlab.measurement.inputs import above_zero, finite
 from impactlab.types import Array
 
 LONG_WAVE_FACTOR = math.sqrt(0.8)  # C of Nesterenko's long-wave equation: r(0) = (5/4)^2
 HALF_WIDTH = 8.0  # beads: the wave falls doubly exponentially, below 1e-100 there
+MAX_POINTS = 2**20  # of the wave: 8 MB
 MAX_TURNS = 500
 TOLERANCE = 1e-15  # of the largest value, between two turns
 
@@ -60,7 +64,6 @@ class SolitaryWave:
         return np.asarray((np.maximum(self.overlap, 0.0) / self.largest) ** self.exponent)
 
 
-@lru_cache(maxsize=16)
 def solitary_wave(exponent: float = 1.5, points: int = 4096) -> SolitaryWave:
     """Return the solitary wave of a discrete chain with F = k d^n.
 
@@ -69,19 +72,29 @@ def solitary_wave(exponent: float = 1.5, points: int = 4096) -> SolitaryWave:
     exponent : float
         n, from 1.1 to 5.
     points : int
-        Even number of places in -8 <= s < 8 beads.
+        Even number of places in -8 <= s < 8 beads, from 64.
 
     Raises
     ------
     ImpactlabError
-        If n is out of range, or the iteration does not settle.
+        If n or the number of places is out of range, or the iteration does not settle.
 
     References
     ----------
     EnglishPego2005 (the convolution, and its tail); Petviashvili1976 (the iteration).
     """
+    exponent = finite("exponent", exponent, "1")
     if not 1.1 <= exponent <= 5.0:
         raise ImpactlabError(f"exponent {exponent:g} is out of range. Allowed: 1.1 to 5", remedy="Give another one.")
+    expect_whole(points, "points", 64, MAX_POINTS)
+    if points % 2:
+        raise ImpactlabError(f"{points} points are an odd number", remedy="Give an even one.")
+    return _settled(exponent, int(points))
+
+
+@lru_cache(maxsize=16)
+def _settled(exponent: float, points: int) -> SolitaryWave:
+    """Return the solitary wave to which the iteration converges."""
     s = np.linspace(-HALF_WIDTH, HALF_WIDTH, points, endpoint=False)
     frequencies = 2.0 * math.pi * np.fft.rfftfreq(points, s[1] - s[0])
     tent = np.sinc(frequencies / (2.0 * math.pi)) ** 2  # (2 sin(w/2)/w)^2
@@ -106,21 +119,29 @@ def solitary_wave(exponent: float = 1.5, points: int = 4096) -> SolitaryWave:
     return SolitaryWave(exponent, s, r, float(np.max(np.abs(again - r))))
 
 
-def wave_speed(stiffness: float, mass: float, force: float, exponent: float = 1.5) -> float:
-    """Return the speed [beads/s] of the solitary wave with a largest force [N] in a chain of F = k d^n.
+def wave_speed(stiffness: float | str, mass: float | str, force: float | str, exponent: float = 1.5) -> float:
+    """Return the speed [beads/s] of a solitary wave with a largest force [N].
 
-    1/T = C sqrt(k^(1/n) F^(1-1/n)/m); for Hertz's n = 3/2 C sqrt(k^(2/3) F^(1/3)/m).
+    The chain has F = k d^n. 1/T = C sqrt(k^(1/n) F^(1-1/n)/m); for Hertz's n = 3/2 C sqrt(k^(2/3) F^(1/3)/m).
 
     Parameters
     ----------
-    stiffness : float
-        k [N/m^n].
-    mass : float
-        Of a bead [kg].
-    force : float
-        Largest force of a contact [N].
+    stiffness : float or str
+        k [N/m^n], or a string with its unit.
+    mass : float or str
+        Of a bead [kg], likewise.
+    force : float or str
+        Largest force of a contact [N], likewise.
     exponent : float
-        n.
+        n, from 1.1 to 5.
+
+    Raises
+    ------
+    ImpactlabError
+        If a value is not a number above 0, or n out of range.
     """
+    wave = solitary_wave(exponent)
+    stiffness = above_zero("stiffness", stiffness, f"N/m^{exponent:g}")
+    mass, force = above_zero("mass", mass, "kg"), above_zero("force", force, "N")
     scale = stiffness ** (1.0 / exponent) * force ** (1.0 - 1.0 / exponent) / mass
-    return solitary_wave(exponent).factor * math.sqrt(scale)
+    return wave.factor * math.sqrt(scale)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.units import to_si
 from impactlab.errors import ImpactlabError
+from impactlab.measurement.inputs import finite, pair
 from impactlab.types import Array
 
 Size: TypeAlias = float | str
@@ -22,7 +23,7 @@ def sphere_mass(radius: Size, density: Size) -> float: ...  # type: ignore[overl
 @overload
 def sphere_mass(radius: ArrayLike, density: ArrayLike) -> Array: ...
 def sphere_mass(radius: ArrayLike, density: ArrayLike) -> float | Array:
-    """Return the mass [kg] of a sphere: 4/3 pi R^3 rho; of arrays of spheres an array.
+    """Return the mass [kg] of a sphere, 4/3 pi R^3 rho, or of several.
 
     Parameters
     ----------
@@ -61,10 +62,11 @@ def sphere_stiffness(
     *,
     others: tuple[ArrayLike, float] | None = None,
 ) -> float | Array:
-    """Return k [N/m^1.5] of F = k d^1.5 between a sphere and another one, or a plane.
+    """Return k [N/m^1.5] of F = k d^1.5 between two spheres.
 
-    k = 4/3 E* sqrt(R*), 1/R* = 1/R1 + 1/R2, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two equal spheres have
-    k = E sqrt(2 R)/(3 (1 - nu^2)). Of a row of spheres of radii R, ``radius=R[:-1], other=R[1:]`` gives all contacts.
+    The other body may be a plane. k = 4/3 E* sqrt(R*), 1/R* = 1/R1 + 1/R2, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two
+    equal spheres have k = E sqrt(2 R)/(3 (1 - nu^2)). Of a row of spheres of radii R, ``radius=R[:-1], other=R[1:]``
+    gives all contacts.
 
     Parameters
     ----------
@@ -80,19 +82,24 @@ def sphere_stiffness(
     Raises
     ------
     ImpactlabError
-        If a size is not a number, or out of range.
+        If a size is not a number, or out of range, or arrays of sizes differ in shape.
 
     References
     ----------
     Hertz1882.
     """
-    second = (young, poisson) if others is None else others
+    second = (young, poisson) if others is None else pair("others", others)
     modulus, modulus_other = _positive("young", young, "Pa"), _positive("others", second[0], "Pa")
     r, r_other = _positive("radius", radius, "m"), _positive("other", other, "m")
-    for ratio in (poisson, second[1]):
+    ratios = [finite("poisson", ratio, "1") for ratio in (poisson, second[1])]
+    for ratio in ratios:
         if not 0.0 <= ratio <= 0.5:
             raise ImpactlabError(f"poisson {ratio:g} is out of range. Allowed: 0 to 0.5", remedy="Give another ratio.")
-    compliance = (1.0 - poisson**2) / modulus + (1.0 - second[1] ** 2) / modulus_other
+    shapes = [each.shape for each in (modulus, modulus_other, r, r_other) if each.shape]
+    if len({*shapes}) > 1:
+        text = f"sizes of shapes {', '.join(map(str, dict.fromkeys(shapes)))} are given"
+        raise ImpactlabError(text, remedy="Give arrays of one shape, as in radius=R[:-1], other=R[1:].")
+    compliance = (1.0 - ratios[0] ** 2) / modulus + (1.0 - ratios[1] ** 2) / modulus_other
     return _plain(4.0 / 3.0 / compliance * np.sqrt(1.0 / (1.0 / r + 1.0 / r_other)))
 
 

@@ -1,4 +1,6 @@
-"""The leading wave of a run along its contacts: the first peak of each force and its instant, between the records.
+"""The leading wave of a run: first peak of each contact force.
+
+Its instant is found between the records.
 
 A wave that comes back from the end of a row may be larger than the one before: the largest force of a run says nothing
 about the leading wave. The force of each contact is followed from the first time it has risen to a third of the peak
@@ -26,7 +28,10 @@ RIPPLE = 0.05  # of the largest force so far: a fall by less does not end a puls
 
 @dataclass(frozen=True, repr=False)
 class LeadingWave:
-    """Largest force of each contact in a row as the leading wave passes, and when it acted."""
+    """Largest force of each contact in a row, with its time.
+
+    It is that of the leading wave.
+    """
 
     contacts: tuple[str, ...]
     times: Array  # (contacts,) s
@@ -71,7 +76,9 @@ class LeadingWave:
         return passed / float(self.times[last] - self.times[first])
 
     def factors(self, stiffness: float, mass: float, over: int = 10) -> Array:
-        """Return C = speed sqrt(m)/(k^(1/3) F^(1/6)) over stretches of contacts in a row, (contacts - over,).
+        """Return C = speed sqrt(m)/(k^(1/3) F^(1/6)) over stretches of contacts in a row.
+
+        Shape (contacts - over,).
 
         Parameters
         ----------
@@ -91,7 +98,7 @@ class LeadingWave:
 def leading_wave(
     history: AbstractHistory, contacts: Sequence[str] | None = None, until: float = math.inf
 ) -> LeadingWave:
-    """Return the largest force of each contact as the leading wave passes, and when it acted.
+    """Return the largest force of each contact in the leading wave, and its time.
 
     Both come from the parabola through three records. Waves that follow, such as one that comes back from a wall, do
     not count, even if they are larger.
@@ -131,9 +138,10 @@ def leading_wave(
 
 
 def _peak(history: AbstractRecordedHistory, contact: str, until: float, before: float) -> tuple[float, float, float]:
-    """Return when the first pulse of a contact is largest [s], its force and its rise above the first record [N].
+    """Return instant [s] and force [N] of the first pulse, and its rise [N].
 
-    ``before`` is the rise at the contact before it, infinite if there is none.
+    The rise is that above the first record of the contact. ``before`` is the rise at the contact before it, infinite if
+    there is none.
     """
     channel = history.recorded.get(f"force:{contact}")
     if channel is None:
@@ -158,7 +166,10 @@ def _peak(history: AbstractRecordedHistory, contact: str, until: float, before: 
 
 
 def _first_peak(rise: Array, before: float) -> int:
-    """Return the number of the record at which the first pulse is largest; 0 if there is none."""
+    """Return the index of the record at which the first pulse is largest.
+
+    It is 0 if there is no pulse.
+    """
     largest = float(rise.max())
     if not largest > 0.0:
         return 0
@@ -169,7 +180,10 @@ def _first_peak(rise: Array, before: float) -> int:
 
 
 def _kept(history: AbstractRecordedHistory, contact: str, channel: Channel, time: float) -> float:
-    """Return the largest force [N] of the period of contact around a peak; 0 where that has another, larger one."""
+    """Return the largest force [N] of the period of contact around a peak.
+
+    It is 0 where that period has another, larger one.
+    """
     for span in history.spans(contact):
         end = span.until(history.duration)
         if span.start <= time <= end:

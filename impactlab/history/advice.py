@@ -15,7 +15,7 @@ ADVICE: Mapping[str, str] = {
     "overlap": "Take a law that holds positions, such as addition_deletion, or a smaller step.",
     "slow_touch": "Give a larger slowest_approach, or a law whose damping is constant.",
     "stated_error": "Trust the measured error, and set a smaller tolerance.",
-    "tolerance_not_met": "Do not use the answer at this tolerance: raise it, or state a method.",
+    "tolerance_not_met": "Do not use the result at this tolerance: raise it, or state a method.",
 }
 """Code of a warning whose text names no remedy, to the remedy."""
 

@@ -1,4 +1,7 @@
-"""Times before which no contact of a scene can close: its faces in free flight, and the first wave."""
+"""First arrivals: times before which no contact of a scene can close.
+
+They follow from faces in free flight and from the first wave.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,7 @@ def has_links(method: Method) -> bool:
 
 
 def _ways(scene: Scene, models: Models, points: Sequence[tuple[str, Point]]) -> Iterator[tuple[str, str, float]]:
-    """Yield each pair of neighbouring contacts on a body that moves, with the time of a wave between them [s].
+    """Yield each pair of neighbouring contacts on a moving body, with wave times [s].
 
     Times add up along a body, so that neighbours are enough.
     """
@@ -61,7 +64,10 @@ def _ways(scene: Scene, models: Models, points: Sequence[tuple[str, Point]]) -> 
 
 
 def _flight_time(scene: Scene, contact: Contact, linked: bool) -> float:
-    """Return when two faces meet if no wave comes [s]; inf where they rest or separate, 0 where this is not known."""
+    """Return the time at which two faces meet without waves [s].
+
+    It is inf where they rest or separate, 0 where it is not known.
+    """
     left, right = (scene.bodies[point.body] for point in contact.faces)
     for body in (left, right):
         # A body that moves at the start and is held, as at a clamp, or damped as a whole does not fly on.
@@ -76,7 +82,10 @@ def _flight_time(scene: Scene, contact: Contact, linked: bool) -> float:
 
 
 def _from_sources(scene: Scene, models: Models, point: Point) -> float:
-    """Return when forces on the ends of a body, or its initial displacement, reach a point [s]; inf without any."""
+    """Return the arrival time of end forces or an initial displacement [s].
+
+    It is that of their waves at ``point``, inf without any.
+    """
     body = scene.bodies[point.body]
     if body.elastic is not None and body.elastic.displacement is not None:
         return 0.0
@@ -85,9 +94,10 @@ def _from_sources(scene: Scene, models: Models, point: Point) -> float:
 
 
 def _travel_time(body: Body, model: AbstractRodModel | None, x: float, other: float) -> float:
-    """Return the least time [s] that a wave takes between two places of a body; 0 where its waves have no front.
+    """Return the least time of a wave between two places of a body [s].
 
-    A model with a theory of its own, as Love's, has waves that begin everywhere at once.
+    It is 0 where its waves have no front. A model with a theory of its own, as Love's, has waves that begin everywhere
+    at once.
     """
     own = model is not None and model.theory != ""
     return 0.0 if own else body.travel_time(x, other)

@@ -99,9 +99,9 @@ class Cost:
 
 
 def instants_around(times: Array, start: float, end: float) -> tuple[float, float]:
-    """Return the last of rising times (n,) up to a start and the first from an end on, the first or last of all else.
+    """Return the last time up to a start and the first from an end.
 
-    Times and both ends are in s.
+    They are of rising times (n,) [s]; the first or the last of all where none lies there. Times and both ends are in s.
     """
     first = max(0, int(np.searchsorted(times, start, side="right")) - 1)
     last = min(len(times) - 1, int(np.searchsorted(times, end)))
@@ -238,7 +238,7 @@ class AbstractHistory(Views, ABC):
         Raises
         ------
         ImpactlabError
-            If t lies outside [0, duration] by more than rounding or is none of `field_times`; if x lies outside the
+            If t lies outside [0, duration] by more than rounding or is not one of `field_times`; if x lies outside the
             body.
         """
 
@@ -251,7 +251,7 @@ class AbstractHistory(Views, ABC):
         """Return the instants (n,) [s] at which a channel jumps; empty where it is continuous."""
 
     def turning_times(self, channel: str) -> Array:
-        """Return instants (n,) [s] at which a channel may be largest or least, besides equal ones.
+        """Return instants of possible extremes of a channel, besides equal ones, (n,) [s].
 
         As a rule they are both sides of its jumps. The last step may reach beyond the end of the run.
         """
@@ -280,9 +280,9 @@ class AbstractHistory(Views, ABC):
         return extremes(self, channel)[1]
 
     def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
-        """Return the last instant up to a start and the first from an end on at which a channel is known [s].
+        """Return the recorded instants around an interval of a channel [s].
 
-        As a rule it is known at any time.
+        They are the last up to its start and the first from its end on. As a rule it is known at any time.
         """
         return start, end
 
@@ -370,7 +370,10 @@ class AbstractHistory(Views, ABC):
         return [span for _, span in sorted(found, key=lambda numbered: numbered[0])]
 
     def _by_contact(self) -> dict[str, list[tuple[int, ContactSpan]]]:
-        """Return the numbered periods of each contact; found once, as runs may have thousands of contacts."""
+        """Return the numbered periods of each contact.
+
+        They are found once, as runs may have thousands of contacts.
+        """
         if self._spans is None or self._spans[0] is not self.contacts:
             found: dict[str, list[tuple[int, ContactSpan]]] = {}
             for number, span in enumerate(self.contacts):
@@ -383,7 +386,7 @@ class AbstractHistory(Views, ABC):
         return sum(span.impulse for span in self.spans(contact))
 
     def impulse_until(self, contact: str, time: float) -> float:
-        """Return the impulse of the force of a contact or of a link up to a time of the run [N s].
+        """Return the impulse of a contact or link up to a time [N s].
 
         As a rule it is the sum of the force at equal instants.
         """

@@ -29,7 +29,10 @@ class Candidate(NamedTuple):
 
 @final
 class Ladder(Sequence[Candidate]):
-    """Candidates of a choice, which are described when they are first read: a run that is exact needs none of them."""
+    """Candidates of a choice, described when they are first read.
+
+    An exact run never needs them.
+    """
 
     def __init__(self, find: Callable[[], Sequence[Candidate]]) -> None:
         self._find = find

@@ -103,7 +103,10 @@ def _add_channels(
 
 
 def _add_fields(fields: Mapping[str, BodyFields], variables: dict[str, Any], coordinates: dict[str, Any]) -> None:
-    """Add fields as (body, place, frame), with NaN where a body has fewer places or was not kept at an instant."""
+    """Add fields as (body, place, frame), with NaN where values are missing.
+
+    A body may have fewer places, or may not be kept at an instant.
+    """
     if not fields:
         return
     names, frames = list(fields), np.unique(np.concatenate([kept.times for kept in fields.values()]))

@@ -66,7 +66,10 @@ class EnergyBook:
 
     @cached_property
     def balance(self) -> Array:
-        """Bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
+        """Return the energy balance, shape (n,) [J]; zero for a perfect run.
+
+        It is bodies + stored + booked - work - initial.
+        """
         total = self.total + sum(self.booked.values(), 0.0) - self.work
         return np.asarray(total - total[0])
 
@@ -99,7 +102,10 @@ class EnergyBook:
 
     @cached_property
     def scale(self) -> float:
-        """`at_stake`; 1 J if a float cannot resolve shares of that [J]: gains and losses are shares of it."""
+        """Return the energy of which gains and losses are shares [J].
+
+        It is `at_stake`, or 1 J if a float cannot resolve shares of that.
+        """
         return self.at_stake if self.at_stake > MIN_ENERGY else 1.0
 
     @cached_property
@@ -125,5 +131,8 @@ class EnergyBook:
 
 
 def _largest(values: Array) -> float:
-    """Return the largest size of some values, 0 of none; `np.max` takes several times as long for a few hundred."""
+    """Return the largest size of some values, 0 without any.
+
+    `np.max` takes several times as long for a few hundred.
+    """
     return float(np.maximum.reduce(np.abs(values), initial=0.0)) if np.count_nonzero(values) else 0.0

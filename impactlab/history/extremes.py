@@ -72,7 +72,7 @@ class Run(Protocol):
 
 
 def extremes(history: Run, channel: str) -> tuple[float, float]:
-    """Return the least and the largest value of a channel over a run, in its SI unit.
+    """Return the least and the largest value of a channel, in SI units.
 
     They are sought at equal instants, at those at which the channel jumps, has a kink, or was recorded, and within the
     periods of contact of its contact or body. The peaks of periods of contact, and of links, count for their forces.
@@ -83,9 +83,9 @@ def extremes(history: Run, channel: str) -> tuple[float, float]:
 
 
 def _in_contact(history: Run, channel: str) -> Array:
-    """Return instants within the periods of contact that move a channel of an exact run, (n,) [s].
+    """Return instants of periods of contact that move a channel, (n,) [s].
 
-    A run by steps is known at its records, which are among its turning times.
+    They are those of an exact run. A run by steps is known at its records, which are among its turning times.
     """
     _, named, rest = channel.partition(":")
     if history.dt is not None or not named:
@@ -102,7 +102,10 @@ def _in_contact(history: Run, channel: str) -> Array:
 
 
 def _peaks(history: Run, channel: str) -> list[float]:
-    """Return the extreme forces of the periods of a contact, or of a link [N], which a run finds as it goes."""
+    """Return the extreme forces of a contact's periods, or of a link [N].
+
+    A run finds them as it goes.
+    """
     quantity, _, name = channel.partition(":")
     if quantity != "force":
         return []

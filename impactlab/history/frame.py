@@ -1,4 +1,6 @@
-"""The frame of the centre of mass of bodies that interact: scales of energy and displacement free of a common drift.
+"""Frames of the centres of mass of bodies that interact.
+
+In them scales of energy and displacement are free of a common drift.
 
 Bodies joined by contacts form a group: by all contacts of a scene, or by those alone that were closed in a run. A wall,
 or anything else that holds one of its bodies, fixes the frame of the whole group at rest. The frame of a free group
@@ -109,7 +111,10 @@ def _group(scene: Scene, names: Sequence[str], held: set[str]) -> Group:
 
 
 def touched_in(history: AbstractHistory) -> frozenset[str]:
-    """Return the names of the contacts that were closed in a run; links are, from the start."""
+    """Return the names of the contacts that were closed in a run.
+
+    Links are closed from the start.
+    """
     links = (name for name, law in history.method.laws.items() if law.two_sided)
     return frozenset(span.contact for span in history.contacts).union(links)
 
@@ -133,10 +138,10 @@ def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = N
 
 
 def common_drift(scene: Scene, name: str, t: Array, touched: Collection[str]) -> Array:
-    """Return the `drift` that is no part of the scale of a displacement [m], shape of t.
+    """Return the `drift` to subtract from the scale of a displacement [m].
 
-    It is 0 for a body that nothing meets, loads or strains: all its motion is drift, and what a run has beside it is
-    rounding and the error of a scheme, which is no scale.
+    It is of the shape of t. It is 0 for a body that nothing meets, loads or strains: all its motion is drift, and what
+    a run has beside it is rounding and the error of a scheme, which is no scale.
     """
     group = frames(scene, touched).get(_body_of(name))
     if group is not None and _only_drifts(scene, group):
@@ -150,7 +155,10 @@ def _body_of(name: str) -> str:
 
 
 def _only_drifts(scene: Scene, group: Group) -> bool:
-    """Return whether a group is one body that moves as its frame does: nothing meets, loads or strains it."""
+    """Return whether a group is one body that moves as its frame does.
+
+    Nothing meets, loads or strains it.
+    """
     if len(group.bodies) > 1 or group.loads or group.force != 0.0:
         return False
     body = scene.bodies[group.bodies[0]]
@@ -158,9 +166,10 @@ def _only_drifts(scene: Scene, group: Group) -> bool:
 
 
 def in_frame(found: Mapping[str, Group], name: str, t: Array, moved: Array | float) -> Array:
-    """Return a displacement [m] less that of the frame of a body's group at times t [s].
+    """Return a displacement relative to the frame of a body's group [m].
 
-    ``found`` are the groups by body, ``name`` is that of the body or of a channel.
+    ``t`` are the times of ``moved`` [s]. ``found`` are the groups by body, ``name`` is that of the body or of a
+    channel.
     """
     group = found.get(_body_of(name))
     if group is None or (group.velocity == 0.0 and group.gravity == 0.0):
@@ -169,20 +178,21 @@ def in_frame(found: Mapping[str, Group], name: str, t: Array, moved: Array | flo
 
 
 def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = None) -> CarriedEnergy | None:
-    """Return the energy (n,) [J] of the frames of free groups at times t [s]; None where all bodies drift alone.
+    """Return the energy (n,) [J] of the frames of free groups at times t.
 
-    In its frame a group begins with its energy less M V^2/2; the work of a load is that on the motion within the frame:
-    gravity does none, a force F on an end F (u - D) with D the way of the frame.
+    It is None where all bodies drift alone. In its frame a group begins with its energy less M V^2/2; the work of a
+    load is that on the motion within the frame: gravity does none, a force F on an end F (u - D) with D the way of the
+    frame.
     """
     found = groups(scene, touched)
     return None if drifts_alone(scene, found) else carried_by(found, t)
 
 
 def drifts_alone(scene: Scene, found: Sequence[Group]) -> bool:
-    """Return whether each body that moves is a group of its own without strain, overlap or forces on its ends.
+    """Return whether each moving body is a group of its own without strain or force.
 
-    Nothing is exchanged then, and a scheme's energy less that of the drift is rounding, or a term of the scheme's own.
-    Faces that overlap at t = 0 may press without a period of contact.
+    No contact overlaps, no end is loaded. Nothing is exchanged then, and a scheme's energy less that of the drift is
+    rounding, or a term of the scheme's own. Faces that overlap at t = 0 may press without a period of contact.
     """
     if any(contact.gap < 0.0 for contact in scene.contacts):
         return False

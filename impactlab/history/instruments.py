@@ -90,7 +90,10 @@ def check_rates(scene: Scene, recorded: float, only: Probe | None = None) -> Non
 
 
 def check_instruments(history: Recorded) -> None:
-    """Raise `CaseError` where an instrument is faster than the records of its run; without any no record is read."""
+    """Raise `CaseError` where an instrument is faster than the records of its run.
+
+    Without an instrument no record is read.
+    """
     if instrumented(history.scene):
         check_rates(history.scene, history.record_rate)
 
@@ -120,10 +123,10 @@ def probe_of(scene: Scene, probe: Probe | str | int) -> Probe:
     )
 
 
-def measure(history: Recorded, asked: Probe | str | int) -> Measured:
+def measure(history: Recorded, wanted: Probe | str | int) -> Measured:
     """Return the signal of a probe as its instrument gives it; see `AbstractHistory.measured`."""
     scene = history.scene
-    probe = probe_of(scene, asked)
+    probe = probe_of(scene, wanted)
     instrument = probe.instrument or Instrument()
     check_rates(scene, history.record_rate, probe)
     rate = instrument.rate or (
@@ -154,7 +157,10 @@ def measured_signals(history: Measuring) -> dict[int, Measured]:
 
 
 def _filtered(history: Recorded, probe: Probe, instrument: Instrument, times: Array) -> Array:
-    """Return the mean over the gauge after the low-pass; before and after the run it counts as its ends."""
+    """Return the mean over the gauge after the low-pass filter, at times [s].
+
+    Before and after the run the signal counts as its ends.
+    """
     signal = _over_gauge(history, probe)
     if instrument.bandwidth is None:
         return signal(times)
@@ -170,9 +176,10 @@ def _filtered(history: Recorded, probe: Probe, instrument: Instrument, times: Ar
 
 
 def _over_gauge(history: Recorded, probe: Probe) -> Callable[[Array], Array]:
-    """Return the channel of a probe as a function of time; of a gauge with a length the mean strain over it.
+    """Return the channel of a probe as a function of time.
 
-    That is the difference of the displacements of its ends over its length, exact in any description of the bar.
+    For a gauge with a length it is the mean strain over it. That is the difference of the displacements of its ends
+    over its length, exact in any description of the bar.
     """
     if not probe.gauge_ends:
         return lambda times: np.asarray(history.evaluate(times, probe.channel), float)

@@ -47,7 +47,7 @@ def no_contact(contact: str, initial_gap: float, gaps: Array, travel: float) -> 
 
 
 def never_closed(history: AbstractHistory, contacts: Iterable[Contact]) -> Iterator[Warned]:
-    """Yield a warning for each of some contacts that was never closed in an exact history."""
+    """Yield a warning for each contact that was never closed in an exact history."""
     touched = touched_in(history)
     for contact in contacts:
         if contact.name not in touched:

@@ -49,7 +49,10 @@ class InteractingGroups(NamedTuple):
 
 
 def reach_of(scene: Scene, method: Method) -> InteractingGroups:
-    """Return groups and first arrivals of contacts; kept with the scene, as runs of one scene share them."""
+    """Return groups and first arrivals of contacts, kept with the scene.
+
+    Runs of one scene share them.
+    """
     # No other fact of a method matters.
     key = "reach", tuple(name for name, model in method.models.items() if model.theory), has_links(method)
     if key not in scene.derived:
@@ -111,7 +114,10 @@ def above_noise(
 def _without_brief_openings(
     events: Sequence[Event], spans: Sequence[ContactSpan]
 ) -> tuple[Sequence[Event], Sequence[ContactSpan]]:
-    """Return events and spans with those spans of a contact joined between which it was open by rounding only."""
+    """Return events and spans without openings by rounding.
+
+    The spans of a contact on both sides of such an opening are joined.
+    """
     whole: list[ContactSpan] = []
     last: dict[str, int] = {}  # place of the last span of each contact in `whole`
     # Openings and closings between joined spans, counted: a touch without length has its last opening there, too.
@@ -142,7 +148,10 @@ def _without_brief_openings(
 
 
 def _of_contacts(found: Iterable[T]) -> dict[str, list[T]]:
-    """Return spans or events by contact, in one pass: a chain has as many contacts as bodies."""
+    """Return spans or events by contact, in one pass.
+
+    A chain has as many contacts as bodies.
+    """
     parts: dict[str, list[T]] = {}
     for each in found:
         parts.setdefault(each.contact, []).append(each)
@@ -166,7 +175,7 @@ def _any_noise(events: Sequence[Event], spans: Sequence[ContactSpan], floors: Ma
 
 
 def _real(found: Sequence[ContactSpan], floor: Floor, duration: float) -> list[ContactSpan]:
-    """Return the spans of a contact that are no noise, and none that ends before a wave arrives."""
+    """Return the spans of a contact above its noise, none before a wave arrives."""
     loud = [span for span in found if not _is_noise(span, floor)]
     late = [span for span in loud if span.until(duration) >= floor.arrival]
     if late:
@@ -178,7 +187,7 @@ def _real(found: Sequence[ContactSpan], floor: Floor, duration: float) -> list[C
 def _with_impulses(
     own: Sequence[ContactSpan], real: Sequence[ContactSpan], begins: Mapping[Key, float | None]
 ) -> list[ContactSpan]:
-    """Return the spans of a contact that are real, with the impulses of those between them that are not."""
+    """Return the real spans of a contact, with the impulses of the others between."""
     impulses = [span.impulse for span in real]
     following = 0
     for span in own:
@@ -193,7 +202,10 @@ def _with_impulses(
 
 
 def _without_small_kicks(span: ContactSpan, impulses: Sequence[Event], floor: Floor) -> ContactSpan:
-    """Return a span of kicks, counted and dated by those of the impulses of its contact that are no noise."""
+    """Return a span of kicks without those below the noise.
+
+    The others count and date it.
+    """
     if span.kicks is None:
         return span
     kicks = [each for each in impulses if _is_kick(each, floor)]
@@ -209,7 +221,10 @@ def _is_kick(event: Event, floor: Floor) -> bool:
 def _events(
     events: Sequence[Event], begins: Mapping[Key, float | None], floors: Mapping[str, Floor]
 ) -> Iterator[tuple[float, int, Event]]:
-    """Yield (time, number, event) of those that are no noise: a closing and the opening after it go with their span."""
+    """Yield (time, number, event) of the events above the noise.
+
+    A closing and the opening after it are kept or dropped with their span.
+    """
     closed: dict[str, tuple[int, Event]] = {}
     late = {name for (name, *_), begin in begins.items() if begin is not None and begin >= floors[name].arrival}
     for number, event in enumerate(events):
@@ -234,7 +249,10 @@ def _events(
 
 
 def _floors(spans: Sequence[ContactSpan], share: float, reach: InteractingGroups) -> dict[str, Floor]:
-    """Return the floor of each contact: shares of the largest force and impulse among the bodies that it joins."""
+    """Return the floor of each contact.
+
+    They are shares of the largest force and impulse among the bodies that it joins.
+    """
     forces, impulses = dict[int, float](), dict[int, float]()
     for span in spans:
         at = reach.groups[span.contact]

@@ -105,9 +105,9 @@ class SampledHistory(AbstractHistory):
         return np.asarray(np.interp(times, self.time, self.values[channel]))
 
     def measured(self, probe: Probe | str | int) -> Measured:
-        asked = probe_of(self.scene, probe)
-        kept = [signal for number, signal in self.signals.items() if self.scene.probes[number] == asked]
-        return kept[0] if kept else measure(self, asked)
+        wanted = probe_of(self.scene, probe)
+        kept = [signal for number, signal in self.signals.items() if self.scene.probes[number] == wanted]
+        return kept[0] if kept else measure(self, wanted)
 
     def field_times(self, body: str) -> Array | None:
         return self.fields[body].times if body in self.fields else np.zeros(0)
@@ -144,9 +144,9 @@ class SampledHistory(AbstractHistory):
         return END_ROUNDING * self.duration
 
     def _read(self, kept: BodyFields, body: str, quantity: str, number: int) -> Array | None:
-        """Return a quantity of the fields kept, or one that follows from them, or None.
+        """Return a quantity of the kept fields, or None.
 
-        Strain and force of rods follow from the stress, stress and strain of beams from the bending moment.
+        Strain and force of rods may follow from the stress, stress and strain of beams from the bending moment.
         """
         if quantity in kept.values:
             return np.asarray(kept.values[quantity][number])
@@ -233,7 +233,10 @@ def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array) -> Bod
 
 
 def kept_quantities(body: ElasticBody) -> list[str]:
-    """Return the quantities of a body that are kept; stress gives force, and strain where nothing is viscous."""
+    """Return the quantities of a body that are kept.
+
+    Stress gives force, and strain in a body that is not viscous.
+    """
     names = {read: name for name, (read, _) in reversed(list(body.quantities.items()))}
     viscous = body.damping.stiffness > 0.0 or any(piece.viscosity for piece in body.segments)
     followed = {"force": "stress" in names, "strain": not viscous}

@@ -1,7 +1,7 @@
 """Views of a history for people, and its files: tables, labelled data, figures, notebook displays.
 
-The code stands in modules above this one, with libraries that most runs never need. They are found by their names when
-they are first asked for, as plotting backends are.
+The code is in modules above this one, with libraries that most runs never need. They are imported by name on first use,
+as plotting backends are.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def wave_body(scene: Scene, name: str, x: float) -> WaveBody:
     Raises
     ------
     ImpactlabError
-        If it is none, or x lies outside it.
+        If the body is neither, or x lies outside it.
     """
     if name not in scene.bodies:
         raise ImpactlabError(f"no body '{name}'; bodies: {', '.join(scene.bodies)}", remedy="Name one of these.")
@@ -105,11 +105,11 @@ def separated(
         known["force"] = np.asarray(sum(evaluate(f"force:{contact}") for contact in touching))
         loads = ["force"]
     if "velocity" not in known or not loads:
-        asked = " and ".join(f"{{body: {name}, at: {x:.6g}, quantity: {each}}}" for each in _wanted(body))
+        probes = " and ".join(f"{{body: {name}, at: {x:.6g}, quantity: {each}}}" for each in _wanted(body))
         raise ImpactlabError(
             f"the waves at {x:.6g} m of '{name}' need its velocity and its strain, stress or force there; recorded: "
             f"{', '.join(known) or 'neither'}",
-            remedy=f"Add the probes {asked}.",
+            remedy=f"Add the probes {probes}.",
             path="probes",
         )
     apart = known[loads[0]] / body.segment_at(x).per_velocity(loads[0])
@@ -117,7 +117,10 @@ def separated(
 
 
 def _contacts_at(scene: Scene, body: WaveBody, x: float) -> list[str]:
-    """Return the contacts on an end without support or load: their forces are the force inside the rod there."""
+    """Return the contacts on an end without support or load.
+
+    Their forces are the force inside the rod there.
+    """
     slack = SAME_PLACE * body.length
     if not any(abs(place - x) <= slack and end.kind == "free" and not end.is_loaded for place, end in body.ends):
         return []

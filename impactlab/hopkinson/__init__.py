@@ -1,4 +1,6 @@
-"""Hopkinson bars: from gauge signals to the stress and strain of the specimen, on arrays and on histories of runs.
+"""Hopkinson bars: stress and strain of the specimen from gauge signals.
+
+Signals are arrays, or come from histories of runs.
 
     from impactlab import hopkinson
 

@@ -1,4 +1,7 @@
-"""Whether the waves at a specimen belong together: its two faces differ by the momentum of the specimen alone."""
+"""Check that the waves at a specimen belong together, by its momentum.
+
+The forces on its two faces may differ by its momentum alone.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +18,12 @@ SHARE = 0.05  # of the force of the incident wave, by which strains of both bars
 
 
 def warn_if_apart(dt: float, bar: Bar, incident: Array, forces: tuple[Array, Array], volume: float) -> None:
-    """Issue an `UnusualValue` where the forces on both faces of a specimen differ by more than it can take up.
+    """Issue an `UnusualValue` where the forces on a specimen differ too much.
 
-    The impulse of their difference is the momentum of the specimen, whose velocity is at most twice that of the
-    incident wave. Records that begin at different instants, or distances of the gauges that are wrong, move one wave
-    against the others: for that time, at the first rise, the impulse is as large as that of the whole wave.
+    They are those on both faces, and differ by more than the specimen can take up. The impulse of their difference is
+    the momentum of the specimen, whose velocity is at most twice that of the incident wave. Records that begin at
+    different instants, or distances of the gauges that are wrong, move one wave against the others: for that time, at
+    the first rise, the impulse is as large as that of the whole wave.
 
     ``incident`` are strains and ``forces`` [N] those on both faces, shape (n,) each, ``dt`` [s] apart; ``volume`` is
     that of the specimen [m3].

@@ -1,4 +1,6 @@
-"""Stress, strain and rate of a specimen from the waves at its faces, by one, two and three waves, nominal and true.
+"""Stress, strain and rate of a specimen by one, two and three waves.
+
+Waves are those at its faces; stress and strain are nominal and true.
 
     force at the front  F1 = E1 A1 (i + r)   velocity  v1 = c1 (i - r)
     force at the back   F2 = E2 A2 t         velocity  v2 = c2 t
@@ -174,7 +176,9 @@ class Curve:
 
     @cached_property
     def true(self) -> Curve:
-        """The true ones of nominal ones e, s: -ln(1 - e) and s (1 - e), at constant volume.
+        """Return true stress and strain from nominal ones, at constant volume.
+
+        They are -ln(1 - e) and s (1 - e) of nominal ones e, s.
 
         Raises
         ------
@@ -201,7 +205,10 @@ class Curve:
         return Curve(self.time, -np.log(left), self.stress * left, self.rate / left)
 
     def stress_at(self, strain: ArrayLike) -> Array:
-        """Return the stress [Pa] at which the loading passes strains first, same shape; NaN where it does not."""
+        """Return the stress [Pa] at which the loading first passes strains.
+
+        It has the shape of ``strain``, and is NaN where the loading does not pass.
+        """
         end = int(np.argmax(self.strain)) + 1 if len(self.strain) else 0
         if end < 2:
             return np.full(np.shape(strain), np.nan)
@@ -254,7 +261,7 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
     Raises
     ------
     ImpactlabError
-        If ``waves`` is none of them.
+        If ``waves`` is not one of them.
 
     Warns
     -----
@@ -298,9 +305,10 @@ def _expect_test(given: object) -> None:
 
 
 def equilibrium(test: Test, floor: float = THRESHOLD) -> Array:
-    """Return the equilibrium ratio 2 (F1 - F2)/(F1 + F2) of the forces on both faces, shape (n,).
+    """Return the equilibrium ratio 2 (F1 - F2)/(F1 + F2), shape (n,).
 
-    0 is equilibrium, 2 a specimen that passes nothing on; NaN where the mean force is below ``floor`` of its largest.
+    F1 and F2 are the forces on both faces. 0 is equilibrium, 2 a specimen that passes nothing on; NaN where the mean
+    force is below ``floor`` of its largest.
     """
     _expect_test(test)
     floor = finite("floor", floor, "1")

@@ -1,4 +1,7 @@
-"""The waves at the faces of a specimen from one gauge on each bar, with warnings of doubtful signals."""
+"""Waves at the faces of a specimen from one gauge on each bar.
+
+Doubtful signals give warnings.
+"""
 
 from __future__ import annotations
 
@@ -124,7 +127,10 @@ def measured(
 
 
 def _warn_if_early(back: Array, dt: float, expected: float, guard: float) -> None:
-    """Issue an `UnusualValue` of a transmission gauge, shape (n,), that moves before a wave can reach it [s]."""
+    """Issue an `UnusualValue` if a transmission gauge moves before a wave arrives.
+
+    ``back`` is its signal, shape (n,), ``expected`` the arrival [s].
+    """
     if not back.any():
         return
     begins = float(above(back, HALF)[0]) * dt
@@ -137,7 +143,10 @@ def _warn_if_early(back: Array, dt: float, expected: float, guard: float) -> Non
 
 
 def _warn_if_opposite(test: Test) -> None:
-    """Issue an `UnusualValue` of a transmitted wave whose sign is not that of the incident one."""
+    """Issue an `UnusualValue` if the transmitted wave has the opposite sign.
+
+    It is compared with the incident wave.
+    """
     incident, transmitted = float(test.incident.sum()), float(test.transmitted.sum())
     if transmitted * incident < 0.0 and abs(transmitted) > MIN_OPPOSITE * abs(incident):
         warn_unusual(
@@ -147,7 +156,10 @@ def _warn_if_opposite(test: Test) -> None:
 
 
 def _loud(test: Test, end: float, before: float, threshold: float) -> list[str]:
-    """Return in words which waves, as the mean of the time just before an end [s], have not ended there."""
+    """Return in words the waves that have not ended at ``end`` [s].
+
+    The mean of each over the time just before it is compared with its largest strain.
+    """
     window = slice(max(0, round((end - before) / test.dt) - 1), round(end / test.dt))
     found = []
     for name, wave in (("reflected", test.reflected), ("transmitted", test.transmitted)):
@@ -158,7 +170,10 @@ def _loud(test: Test, end: float, before: float, threshold: float) -> list[str]:
 
 
 def _warn_if_loud(test: Test, end: float, before: float, threshold: float) -> None:
-    """Issue a `DoubtfulResult` if a wave has not ended where the waves are cut, at ``end`` [s]."""
+    """Issue a `DoubtfulResult` if a wave has not ended at the cut.
+
+    The waves are cut at ``end`` [s].
+    """
     found = _loud(test, end, before, threshold)
     if found:
         warn(
@@ -172,9 +187,10 @@ def _warn_if_loud(test: Test, end: float, before: float, threshold: float) -> No
 def _warn_of_short_record(
     test: Test, reach: float, end: float, before: float, threshold: float, incident: Array
 ) -> None:
-    """Issue a `DoubtfulResult` if a wave has not ended at the specimen at ``reach`` [s], where the record ends.
+    """Issue a `DoubtfulResult` if a wave has not ended with the record.
 
-    The incident wave, shape (n,), is known beyond: the gauge on its bar has seen it before.
+    At the specimen the record ends at ``reach`` [s]. The incident wave, shape (n,), is known beyond: the gauge on its
+    bar has seen it before.
     """
     found = _loud(test, reach, before, threshold)
     to_come = abs(float(incident[len(test.incident) :].sum())) / float(np.abs(incident).sum() or 1.0)

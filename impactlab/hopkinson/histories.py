@@ -1,4 +1,7 @@
-"""The same evaluation on the history of a run: its strain probes are the gauges, its rods the bars."""
+"""Evaluation of Hopkinson bars on the history of a run.
+
+Its strain probes are the gauges, its rods the bars.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ BAR_TOL = 1e-9  # relative, of wave speeds, densities and sections of two bars
 
 
 def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion: Theory = "none") -> Bar:
-    """Return a rod of a history as a bar, with the diameter of a circle of its section.
+    """Return a rod of a history as a bar of circular section.
 
     A run is without dispersion unless a model brings it: ``love`` belongs to the model ``love_rod``.
 
@@ -45,7 +48,10 @@ def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion
 
 
 def sampled(history: AbstractHistory, channel: str, rate: float) -> tuple[float, Array]:
-    """Return the time between samples [s] and a channel sampled at ``rate`` [Hz] from t = 0 on, shape (n,)."""
+    """Return the time between samples [s] and a channel sampled, (n,).
+
+    ``rate`` is in Hz; the first sample is at t = 0.
+    """
     if not (rate > 0.0 and math.isfinite(rate)):
         raise ImpactlabError(f"the rate is {rate:.6g} Hz; it must be positive", remedy="Give it in hertz.")
     dt = 1.0 / rate
@@ -54,7 +60,7 @@ def sampled(history: AbstractHistory, channel: str, rate: float) -> tuple[float,
 
 
 def amplified(history: AbstractHistory, channel: str, rate: float, smooth: float) -> tuple[float, Array]:
-    """Return the time between samples [s] and a channel as an amplifier gives it, shape (n,).
+    """Return the time between samples [s] and a channel after an amplifier, (n,).
 
     A front of a run is a jump. Sampled as it is, it is moved along a bar with an error of up to a sample, and sums of
     two waves have spikes there. Of a Gaussian with a standard deviation of ``smooth`` = 1 sample less than 1 % lies
@@ -64,7 +70,8 @@ def amplified(history: AbstractHistory, channel: str, rate: float, smooth: float
     if smooth == 0.0:
         return dt, raw
     if not 0.0 < smooth <= MAX_SMOOTH:
-        raise ImpactlabError(f"smooth is {smooth:.6g} samples. Allowed: 0 to {MAX_SMOOTH:g}", remedy="1 serves fronts.")
+        text = f"smooth is {smooth:.6g} samples. Allowed: 0 to {MAX_SMOOTH:g}"
+        raise ImpactlabError(text, remedy="Give 1 where the signal has fronts.")
     side = math.ceil(WIDTH * smooth * OVERSAMPLING)
     fine = dt / OVERSAMPLING * np.arange(-side, (len(raw) - 1) * OVERSAMPLING + side + 1)
     values = history.evaluate(np.clip(fine, 0.0, history.duration), channel)
@@ -82,9 +89,10 @@ def of_history(
     threshold: float = THRESHOLD,
     smooth: float = 1.0,
 ) -> Test:
-    """Return the waves at the specimen of a run, from the strain probes of its bars.
+    """Return the waves at the specimen of a run from its strain probes.
 
-    They end before a wave from the far end of a bar is back at its gauge, as those of `measured`.
+    There is one probe on each of the bars. They end before a wave from the far end of a bar is back at its gauge, as
+    those of `measured`.
 
     Parameters
     ----------
@@ -138,7 +146,7 @@ def of_history(
 
 
 def _end_towards(history: AbstractHistory, bar: str, other: str) -> float:
-    """Return the end x [m] of a bar from which contacts lead to the other bar."""
+    """Return the end x [m] of a bar from which contacts lead to another."""
     bodies, contacts = history.scene.bodies, history.scene.contacts
     pairs = [pair for each in contacts for pair in (each.faces, (each.right, each.left))]
     found = []

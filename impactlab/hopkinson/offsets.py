@@ -1,4 +1,7 @@
-"""Offsets of gauges: the mean of each signal at rest before the first pulse, subtracted or named in a warning."""
+"""Offsets of gauges: means at rest, subtracted or named in a warning.
+
+The mean is that of each signal before the first pulse.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,9 @@ MAX_DRIFT = 0.02  # of the largest strain, over a record: by an offset between t
 
 
 def zeroed(dt: float, interval: tuple[float, float], **signals: Array) -> list[Array]:
-    """Return signals (n,) of gauges, by their names, less their means in an interval [s] before the first pulse.
+    """Return gauge signals (n,) less their means in an interval [s].
+
+    ``signals`` are by name, and the interval lies before the first pulse.
 
     Raises
     ------
@@ -44,9 +49,9 @@ def zeroed(dt: float, interval: tuple[float, float], **signals: Array) -> list[A
 
 
 def warn_of_offsets(dt: float, started: int, **signals: Array) -> None:
-    """Issue an `UnusualValue` of a signal whose mean before the first pulse differs from zero by more than noise.
+    """Issue an `UnusualValue` of a signal with an offset before the first pulse.
 
-    ``started`` is the sample at which the first pulse begins.
+    Its mean there differs from zero by more than noise. ``started`` is the sample at which the first pulse begins.
     """
     count = started // 2
     if count < MIN_BEFORE:
@@ -63,10 +68,11 @@ def warn_of_offsets(dt: float, started: int, **signals: Array) -> None:
 
 
 def warn_of_drift(one: Array, two: Array, dt: float, started: int, between: float) -> None:
-    """Issue an `UnusualValue` where an offset between two gauges on one bar grows in the waves that they give.
+    """Issue an `UnusualValue` where an offset between two gauges grows in their waves.
 
-    In every 2 T the wave to the right grows by the difference of the offsets, with T = ``between`` [s] the time of a
-    wave from gauge to gauge. ``started`` is the sample at which the first pulse begins: at 0 the bar is not at rest.
+    Both gauges are on one bar. In every 2 T the wave to the right grows by the difference of the offsets, with T =
+    ``between`` [s] the time of a wave from gauge to gauge. ``started`` is the sample at which the first pulse begins:
+    at 0 the bar is not at rest.
     """
     if started == 0:
         warn_unusual(

@@ -1,4 +1,4 @@
-"""The two waves in a bar taken apart: by one gauge and time, by two gauges, or by force and velocity at one place."""
+"""Wave separation in a bar by one gauge, two gauges, or force and velocity."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ __all__ = ["TwoWaves", "force_and_velocity", "one_gauge", "two_gauges"]
 
 
 class TwoWaves(NamedTuple):
-    """Strains of the two waves at one place, positive in compression; x runs to the right."""
+    """Strains of the two waves at one place, positive in compression.
+
+    x runs to the right.
+    """
 
     to_right: Array  # (n,)
     to_left: Array  # (n,)
@@ -53,11 +56,12 @@ def one_gauge(
     threshold: float = THRESHOLD,
     end: float | None = None,
 ) -> TwoWaves:
-    """Return the waves at the right end of a bar from one gauge that the pulses pass one after the other.
+    """Return the waves at the right end of a bar from one gauge.
 
-    The first pulse is the wave to the right. No reflection from the end reaches the gauge before 2 distance/c0 after
-    its start; the record is divided halfway between the end of the first pulse and that time. The wave to the left is
-    known up to distance/c0 before the end of the record, and zero from there on.
+    The pulses pass the gauge one after the other. The first pulse is the wave to the right. No reflection from the end
+    reaches the gauge before 2 distance/c0 after its start; the record is divided halfway between the end of the first
+    pulse and that time. The wave to the left is known up to distance/c0 before the end of the record, and zero from
+    there on.
 
     Parameters
     ----------
@@ -71,8 +75,8 @@ def one_gauge(
     threshold : float
         Share of the largest value below which the gauge is quiet.
     end : float, optional
-        Time [s] from which on the record is left out; by default a second 2 distance/c0 later, before which a gauge in
-        no reflection of the other end reaches the middle of the bar.
+        Time [s] from which on the record is left out; by default a second 2 distance/c0 later. Until then no reflection
+        of the other end reaches a gauge in the middle of the bar.
 
     Raises
     ------
@@ -98,9 +102,10 @@ def one_gauge(
 
 
 def _warn_of_short_record(values: Array, dt: float, lag: float, threshold: float, end: float | None) -> None:
-    """Issue a `DoubtfulResult` if a signal has not ended where its record does, as the mean of its last samples.
+    """Issue a `DoubtfulResult` if a signal has not ended where its record does.
 
-    ``lag`` is the time from the gauge to the end of the bar [s].
+    The mean of its last samples is compared with its largest value. ``lag`` is the time from the gauge to the end of
+    the bar [s].
     """
     ends = (len(values) - 1) * dt
     wanted = float(above(values, threshold)[0]) * dt + 4.0 * lag if end is None else end
@@ -156,7 +161,7 @@ def two_gauges(
 
     The wave R to the right at the first gauge obeys R(t) = e1(t) - e2(t - T) + R(t - 2 T) without dispersion, T the
     time between the gauges. With it, the same is divided in the frequency domain, of signals weighted by exp(-s t):
-    there nothing is divided by zero, and the answer stays causal. The bar is at rest at t = 0. Smooth signals come
+    there nothing is divided by zero, and the result stays causal. The bar is at rest at t = 0. Smooth signals come
     back to 1e-6 of their largest value, with dispersion to 1e-4.
 
     Parameters
@@ -226,7 +231,10 @@ def two_gauges(
 
 
 def force_and_velocity(force: ArrayLike, velocity: ArrayLike, bar: Bar) -> TwoWaves:
-    """Return the waves at a place from the force through it [N] and its velocity [m/s], shape (n,) each."""
+    """Return the waves at a place from force [N] and velocity [m/s] there.
+
+    All are of shape (n,).
+    """
     expect_bar(bar)
     forces, velocities = same_length(force=force, velocity=velocity)
     strain, speed = forces / (bar.young * bar.area), velocities / bar.wave_speed
@@ -252,9 +260,10 @@ def same_length(**signals: ArrayLike) -> list[Array]:
 
 
 def _damped_number(bar: Bar, frequency: Array, rate: float) -> NDArray[np.complex128]:
-    """Return the wave number at the complex frequencies w - i rate, to the second order in the rate [rad/m].
+    """Return the wave number at complex frequencies w - i rate [rad/m].
 
-    Above the band it goes on along its tangent: a front there would ring if the spectrum was cut before the division.
+    It is of second order in the rate. Above the band it goes on along its tangent: a front there would ring if the
+    spectrum was cut before the division.
     """
     if bar.dispersion == "none":
         return np.asarray((2.0 * np.pi * frequency - 1j * rate) / bar.wave_speed)

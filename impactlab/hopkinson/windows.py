@@ -1,4 +1,7 @@
-"""Pulses of a signal, found by a threshold: where they begin and end, and the signal of one alone."""
+"""Pulses of a signal, found by a threshold.
+
+They give the beginning and end of each pulse, and its signal alone.
+"""
 
 from __future__ import annotations
 
@@ -92,7 +95,10 @@ def largest(values: Array, threshold: float) -> float:
 
 
 def above(values: Array, threshold: float) -> NDArray[np.intp]:
-    """Return the numbers of the samples whose magnitude is above a share of the largest; raise as `largest`."""
+    """Return the indices of samples above a share of the largest magnitude.
+
+    Raise as `largest` does.
+    """
     peak = largest(values, threshold)
     return np.flatnonzero(np.abs(values) > threshold * peak)
 

@@ -69,13 +69,14 @@ def alpha_step(
 
 
 def newmark_losses(dt: float, newmark: tuple[float, float]) -> Losses | None:
-    """Return the losses of dashpots in Newmark's scheme of weights (beta, gamma), or None for average acceleration.
+    """Return the losses of dashpots in Newmark's scheme, None for average acceleration.
 
-    With kappa = (beta - gamma/2) dt^2 a step moves by [u] = dt (v + v_new)/2 + kappa [a]. Free motion then changes
-    v M v/2 + u K u/2 + kappa a M a/2 by -((1 - gamma) v + gamma v_new) C [u], less (gamma - 1/2) ([u] K [u] +
-    kappa [a] M [a]). For kappa < 0 this sum may fall below zero near the limit. With kappa v C a beside it, it is an
-    energy of a damped body: for gamma = 1/2 it is positive up to the limit, and always falls. Where kappa > 0 the loss
-    of a step may be negative, as strong damping may then feed the energy of the scheme for a while.
+    ``newmark`` are the weights (beta, gamma). With kappa = (beta - gamma/2) dt^2 a step moves by [u] = dt (v + v_new)/2
+    + kappa [a]. Free motion then changes v M v/2 + u K u/2 + kappa a M a/2 by -((1 - gamma) v + gamma v_new) C [u],
+    less (gamma - 1/2) ([u] K [u] + kappa [a] M [a]). For kappa < 0 this sum may fall below zero near the limit. With
+    kappa v C a beside it, it is an energy of a damped body: for gamma = 1/2 it is positive up to the limit, and always
+    falls. Where kappa > 0 the loss of a step may be negative, as strong damping may then feed the energy of the scheme
+    for a while.
     """
     beta, gamma = newmark
     if newmark == (0.25, 0.5):
@@ -84,7 +85,7 @@ def newmark_losses(dt: float, newmark: tuple[float, float]) -> Losses | None:
 
 
 def mid_step(step: Step, dt: float, jump: Array) -> Array:
-    """Return the columns of forces that act beside the accelerations: impulses dt in the middle of the step.
+    """Return the columns of forces beside the accelerations, as impulses at mid-step.
 
     The displacement by such an impulse lies, traced back to the start of the step, half a step behind.
     """

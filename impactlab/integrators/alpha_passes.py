@@ -58,7 +58,10 @@ def predict(k: tuple[float, ...], u: Array, v: Array, a: Array, w: Array, y: Arr
 
 @HELPER
 def correct(k: tuple[float, ...], u: Array, v: Array, a: Array, w: Array, y: Array) -> None:
-    """Rewrite u, v, a and y; the factors are those of w in u, v and a, and that of y."""
+    """Rewrite u, v, a and y.
+
+    The factors are those of w in u, v and a, and that of y.
+    """
     wide = all_lanes(k[0]), all_lanes(k[1]), all_lanes(k[2]), all_lanes(k[3])
     n, i = u.size, 0
     while i + LANES <= n:

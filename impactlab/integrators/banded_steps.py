@@ -74,10 +74,10 @@ def free_forces(parameters: Array, factors: Array, u: Array, v: Array, force: Ar
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write energy [J], work of the load so far, up to a constant [J], and momentum still to come [N s].
+    """Write energy [J], work of the load [J], and momentum still to come [N s].
 
-    The energy is v M v/2 + u K u/2 + weights[0] a M a/2 + min(weights[0], 0) v C a + weights[1] y K y/2; the momentum
-    row (weights[2] a + weights[3] w): see `impactlab.integrators.alpha`.
+    The work is that so far, up to a constant. The energy is v M v/2 + u K u/2 + weights[0] a M a/2 + min(weights[0], 0)
+    v C a + weights[1] y K y/2; the momentum row (weights[2] a + weights[3] w): see `impactlab.integrators.alpha`.
     """
     n, stiff, damped, heavy, _ = sizes(parameters)
     weights = parameters[WEIGHTS:LOADED]
@@ -103,10 +103,11 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
 
 
 def alpha_free(parameters: Array, state: Array) -> None:
-    """Step of the generalised-alpha family in the accelerations w of the equation of motion and a of the scheme.
+    """Step of the generalised-alpha family in two accelerations, w and a.
 
-    (1 - am) a_new + am a = (1 - af) w_new + af w, M w = load - C v - K u at the same instant, and Newmark's formulas
-    with a. The state is u, v, a, and unless am = af = 0 also w and y, where (1 - am) y_new + am y = u_new - u.
+    w is that of the equation of motion, a that of the scheme. (1 - am) a_new + am a = (1 - af) w_new + af w, M w = load
+    - C v - K u at the same instant, and Newmark's formulas with a. The state is u, v, a, and unless am = af = 0 also w
+    and y, where (1 - am) y_new + am y = u_new - u.
     """
     before = flush_subnormals()
     n, _, _, _, wide = sizes(parameters)
@@ -135,9 +136,9 @@ def alpha_free(parameters: Array, state: Array) -> None:
 
 
 def alpha_derive(parameters: Array, state: Array) -> None:
-    """Rewrite the accelerations a and w, M a = load - C v - K u.
+    """Rewrite the accelerations a and w from the equation of motion.
 
-    The factors of M follow those of the step.
+    M a = load - C v - K u. The factors of M follow those of the step.
     """
     n, _, _, heavy, wide = sizes(parameters)
     _, _, _, _, _, factors = split(parameters)
@@ -190,7 +191,7 @@ def theta_retime(parameters: Array, dt: float) -> None:
 
 
 def bathe_free(parameters: Array, state: Array) -> None:
-    """Step of the composite scheme: the trapezoidal rule over a first part, then the three-point backward formula."""
+    """Step of the composite scheme: trapezoidal rule, then three-point backward formula."""
     before = flush_subnormals()
     n, _, _, _, wide = sizes(parameters)
     dt, part = parameters[DT], parameters[PART]

@@ -27,11 +27,12 @@ Kernel = Callable[..., None]
 
 
 class Losses(NamedTuple):
-    """Weights of the loss of a dashpot in a step of a scheme whose state is u, v, a.
+    """Weights of the loss of a dashpot in a step.
 
-    It is c ((1 - gamma) v + gamma v_new + lag [z]) [u] - kappa c [v a], with u, v and a of a dashpot's length, [x] the
-    step's change of x, (1 - am) z_new + am z = [v] and z = 0 at first; v is that after an impulse at the start of the
-    step. kappa v C a is then a part of the energy that the scheme measures (`impactlab.integrators.alpha`).
+    The state of the scheme is u, v, a. The loss is c ((1 - gamma) v + gamma v_new + lag [z]) [u] - kappa c [v a], with
+    u, v and a of a dashpot's length, [x] the step's change of x, (1 - am) z_new + am z = [v] and z = 0 at first; v is
+    that after an impulse at the start of the step. kappa v C a is then a part of the energy that the scheme measures
+    (`impactlab.integrators.alpha`).
     """
 
     gamma: float
@@ -62,7 +63,7 @@ class Step(NamedTuple):
 
 
 def fault_of_step(step: Step, n_dof: int) -> str:
-    """Return what is too short in a step for a body of so many coordinates, or an empty text.
+    """Return a text that names an array too short in a step, or "".
 
     Compiled code reads state and load without looking at their ends.
     """
@@ -76,7 +77,10 @@ def fault_of_step(step: Step, n_dof: int) -> str:
 
 
 def loads_of(load: slice, ports: Array) -> Array:
-    """Return the loads of unit forces on each port, then that without force, flat, as `Step` holds them."""
+    """Return the loads of unit forces on each port, then of none, flat.
+
+    This is the layout of `Step`.
+    """
     count, n_dof = ports.shape
     loads = np.zeros((count + 1, load.stop - load.start))
     marks = loads.shape[1] - n_dof
@@ -94,10 +98,10 @@ def without_load(step: Step, kernel: Kernel, states: Array) -> Array:
 
 
 class Stepper(NamedTuple):
-    """A prepared step with its response columns: those of a linear body are the same in every step.
+    """A prepared step with its response columns.
 
-    A body whose columns change with its state, such as a mechanism, gives ``columns``: the loop calls it after `free`,
-    and `derive` after the correction.
+    The columns of a linear body are the same in every step. A body whose columns change with its state, such as a
+    mechanism, gives ``columns``: the loop calls it after `free`, and `derive` after the correction.
     """
 
     free: Kernel  # these as in `Step`
@@ -125,11 +129,14 @@ class AbstractScheme(ABC):
     @property
     @abstractmethod
     def gains_energy(self) -> float:
-        """Declared bound on the energy that a contact may add under this scheme, over the initial energy."""
+        """Declared bound on the energy from contacts under this scheme, over the initial energy."""
 
 
 class AbstractIntegrator(AbstractScheme):
-    """A scheme with fixed steps. To write one, supply `step`, ``gains_energy`` and the class facts that differ."""
+    """A scheme with fixed steps.
+
+    To write one, supply `step`, ``gains_energy`` and the class facts that differ.
+    """
 
     order: ClassVar[int]  # on a smooth problem
     any_dt: ClassVar[bool] = False  # a step may be cut at an event
@@ -144,7 +151,10 @@ class AbstractIntegrator(AbstractScheme):
 
     @property
     def momentum_early(self) -> float:
-        """By how much of a step the momentum after it, and so the impulses of its forces, belong before its end."""
+        """Return the time from the measured momentum to the step's end, in steps.
+
+        The impulses of the step's forces belong to the same instant.
+        """
         return 1.0 - (self.velocity_point if self.momentum_point is None else self.momentum_point)
 
     def limit(self, system: Operators) -> float:
@@ -159,7 +169,9 @@ class AbstractIntegrator(AbstractScheme):
         """
 
     def prepare(self, system: Operators, ports: Array, dt: float, at_start: Array | None = None) -> Stepper:
-        """Return the stepper of one body; ``ports`` (n_ports, n_dof) are the rows along which contacts push it.
+        """Return the stepper of one body.
+
+        ``ports`` (n_ports, n_dof) are the rows along which contacts push it.
 
         A projection p at a port moves the displacements by M^-1 row p at the end of the step, with all that the scheme
         derives from displacements, and leaves the velocities alone. ``at_start`` (n_dof,) are loads over time at t = 0
@@ -221,7 +233,7 @@ class AbstractIntegrator(AbstractScheme):
 
 
 class Problem(NamedTuple):
-    """A first-order system y' = rates(t, y) from an instant on, as an adaptive scheme gets it."""
+    """A first-order system y' = rates(t, y) from an instant, for adaptive schemes."""
 
     rates: Callable[[float, Array], Array]
     jacobian: Callable[[float, Array], Array]  # (n, n), dense

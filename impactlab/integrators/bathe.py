@@ -18,10 +18,11 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class Bathe(AbstractIntegrator):
-    """Bathe's composite method: the trapezoidal rule over a part of the step, then the three-point backward formula.
+    """Bathe's composite method: trapezoidal rule, then the three-point backward formula.
 
-    It damps motion that the step cannot resolve and hardly any other. For these linear bodies it needs displacements
-    and velocities only. The contact force is a load constant over the step, and gives its exact impulse F dt.
+    The first covers a part of the step. It damps motion that the step cannot resolve and hardly any other. For these
+    linear bodies it needs displacements and velocities only. The contact force is a load constant over the step, and
+    gives its exact impulse F dt.
 
     References
     ----------

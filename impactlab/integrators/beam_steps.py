@@ -23,7 +23,10 @@ SOFT, LOADED, LOAD = 20, 21, 22
 
 @UNPACK
 def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Return load, gain dt/(M + dt C/2), share kept of v, mass, springs at rotations, and runs or elements, flat."""
+    """Return the arrays of the parameters: load, gain, and others.
+
+    They are load, gain dt/(M + dt C/2), share kept of v, mass, springs at rotations, and runs or elements, flat.
+    """
     n, arrays = int(parameters[N]), parameters[LOAD:]
     rest = 4 * n + int(parameters[NODES])
     load, gain, keep, mass = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n]
@@ -32,7 +35,10 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 
 @UNPACK
 def move(n: int, soft: float, damped: bool, dt: float, gain: Array, mass: Array, u: Array, v: Array) -> None:
-    """Add the centrifugal force, softening times mass and displacement, to the velocities; then u += dt v."""
+    """Add the centrifugal force to the velocities; then u += dt v.
+
+    It is softening times mass and displacement.
+    """
     if soft != 0.0 and not damped:  # gain times mass is the step
         for i in range(n):
             v[i] += soft * dt * u[i]
@@ -82,9 +88,9 @@ def along(
 
 @HELPER
 def along_each(count: int, table: Array, rest: Array, x: Array, gain: Array, rate: Array) -> None:
-    """Add the forces of elements that differ, and of springs at rotations (``rest``), to the rates.
+    """Add the forces of elements that differ, and of springs, to the rates.
 
-    ``table`` holds a, l1, 0 and l2, b, each along the row.
+    ``rest`` are the springs at rotations. ``table`` holds a, l1, 0 and l2, b, each along the row.
     """
     before, turn, lever = 0.0, 0.0, 0.0
     stiff, nears = table[:count], table[count : 2 * count]
@@ -102,7 +108,10 @@ def along_each(count: int, table: Array, rest: Array, x: Array, gain: Array, rat
 
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v."""
+    """Step without contact: leapfrog on velocities, then displacements.
+
+    v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v.
+    """
     n, lead, runs = int(parameters[N]), int(parameters[LEAD]), int(parameters[RUNS])
     ends, dt, soft = parameters[ENDS:SOFT], parameters[DT], parameters[SOFT]
     load, gain, keep, mass, rest, table = split(parameters)
@@ -144,7 +153,10 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy that leapfrog conserves, v M v/2 + u_old K u/2 [J], and its work of the load [J]."""
+    """Write the energy that leapfrog conserves and the work of its load [J].
+
+    The energy is v M v/2 + u_old K u/2.
+    """
     n, lead, runs = int(parameters[N]), int(parameters[LEAD]), int(parameters[RUNS])
     ends, dt, soft = parameters[ENDS:SOFT], parameters[DT], parameters[SOFT]
     load, _, _, mass, rest, table = split(parameters)

@@ -59,7 +59,10 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, 
 
 @UNPACK
 def add_rare(parameters: Array, u: Array, v: Array) -> None:
-    """Change the velocities by forces of few bodies: dampers, springs to the ground, loads, centrifugal forces."""
+    """Change the velocities by forces that few bodies have.
+
+    They are dampers, springs to the ground, loads and centrifugal forces.
+    """
     n, soft = int(parameters[N]), parameters[SOFT]
     load, gain, _, keep, ground, mass, _ = split(parameters)
     if parameters[DAMPED] != 0.0:
@@ -88,11 +91,11 @@ def along_bands(n: int, bandwidth: int, bands: Array, gain: Array, u: Array, v: 
 
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v.
+    """Step without contact: leapfrog on velocities, then displacements.
 
-    Of a body that turns the centrifugal force, softening times the mass, is added to the load. A tridiagonal stiffness
-    is walked as a chain of springs, tied to the ground at its ends (and, rarely, inside); a
-    wider one band by band, as springs too.
+    v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v. Of a body that turns the centrifugal force,
+    softening times the mass, is added to the load. A tridiagonal stiffness is walked as a chain of springs, tied to the
+    ground at its ends (and, rarely, inside); a wider one band by band, as springs too.
     """
     n, dt = state.size // 2, parameters[DT]
     u, v = window(state, 0, n), window(state, n, n)
@@ -109,19 +112,28 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def free_rigid(parameters: Array, state: Array) -> None:
-    """Step one coordinate without springs or dampers, as of a rigid body: v += gain times load, then u += dt v."""
+    """Step one coordinate without springs or dampers, as of a rigid body.
+
+    v += gain times load, then u += dt v.
+    """
     state[1] += parameters[LOAD + 1] * parameters[LOAD]
     state[0] += parameters[DT] * state[1]
 
 
 def measure_rigid(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy of such a coordinate, m v^2/2 [J], and the work of its load [J]."""
+    """Write the energy of such a coordinate and the work of its load [J].
+
+    The energy is m v^2/2.
+    """
     out[0] = 0.5 * parameters[MASS_OF_ONE] * state[1] * state[1]
     out[1] = parameters[LOAD] * (state[0] - 0.5 * parameters[DT] * state[1])
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy that leapfrog conserves, v M v/2 + u_old K u/2 [J], and its work of the load [J]."""
+    """Write the energy that leapfrog conserves and the work of its load [J].
+
+    The energy is v M v/2 + u_old K u/2.
+    """
     n, bandwidth, dt = int(parameters[N]), int(parameters[BANDWIDTH]), parameters[DT]
     load, _, chain, _, ground, mass, bands = split(parameters)
     u, v = window(state, 0, n), window(state, n, n)
@@ -152,9 +164,10 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
 @final
 @dataclass(frozen=True)
 class CentralDifference(AbstractIntegrator):
-    """The central difference method: explicit, diagonal mass, stable up to 2/w_max; velocities belong to half steps.
+    """Central differences: explicit, diagonal mass, stable up to dt = 2/w_max.
 
-    The force of a step acts at its start; on a new touch its impulse F dt holds the closing jump.
+    Velocities belong to half steps. The force of a step acts at its start; on a new touch its impulse F dt holds the
+    closing jump.
 
     References
     ----------

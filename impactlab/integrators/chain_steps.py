@@ -1,4 +1,4 @@
-"""The leapfrog step of a chain of springs in one pass over its nodes, and the energy it conserves.
+"""Leapfrog step of a chain of springs in one pass, and its energy.
 
 Each node reads its neighbours before they move, so velocities and displacements are written in the same pass. Nodes of
 a uniform segment share one factor, so that only displacements and velocities are read and written.
@@ -26,11 +26,12 @@ def runs_of(gain: Array, chain: Array, mass: Array) -> Array:
 
 @EXACT_ENTRY
 def write_runs(gain: Array, chain: Array, mass: Array, runs: Array) -> int:
-    """Write the runs of a chain without its outer nodes: number of nodes, factor shared by all, 0 if none.
+    """Write the runs of a chain without its outer nodes.
 
-    ``gain`` (n,) is dt over the masses, ``chain`` (n + 1,) the stiffness of the springs, those to the ground at both
-    ends included. The factor is gain times stiffness, on both sides of a node; the nodes of a run have one ``mass``.
-    Return how many numbers were written into ``runs``, which has room for 2 n.
+    A run is a number of nodes and the factor that they share, 0 if none. ``gain`` (n,) is dt over the masses, ``chain``
+    (n + 1,) the stiffness of the springs, those to the ground at both ends included. The factor is gain times
+    stiffness, on both sides of a node; the nodes of a run have one ``mass``. Return how many numbers were written into
+    ``runs``, which has room for 2 n.
     """
     written, first, last = 0, 1, gain.size - 1
     for node in range(1, last):
@@ -63,7 +64,10 @@ def joins_next(gain: Array, chain: Array, mass: Array, node: int) -> bool:
 
 @UNPACK
 def pass_uniform(count: int, factor: float, dt: float, before: float, u: Array, v: Array) -> float:
-    """Step nodes that share a factor; ``before`` is the old displacement left of them, returned is that of the last."""
+    """Step nodes that share a factor; return the old displacement of the last.
+
+    ``before`` is the old displacement of the node left of them.
+    """
     first, stretch = 0, u[0] - before
     factors, step, stretches = all_lanes(factor), all_lanes(dt), all_lanes(stretch)
     while first + LANES <= count:  # eight nodes at a time, which read their neighbours before these are written
@@ -121,7 +125,7 @@ def step_chain(runs: Array, gain: Array, chain: Array, dt: float, u: Array, v: A
 
 @UNPACK
 def energy_uniform(mass: float, spring: float, dt: float, u: Array, v: Array) -> float:
-    """Return twice the energy of equal nodes, and of the springs to the right of them, [J]."""
+    """Return twice the energy of equal nodes and the springs right of them [J]."""
     count, first = v.size - 1, 0
     speeds, stretches, step = all_lanes(0.0), all_lanes(0.0), all_lanes(dt)
     while first + LANES <= count:  # eight nodes at a time
@@ -149,7 +153,10 @@ def energy_each(mass: Array, springs: Array, dt: float, u: Array, v: Array) -> f
 
 @UNPACK
 def energy_of_chain(runs: Array, mass: Array, chain: Array, dt: float, u: Array, v: Array) -> float:
-    """Return twice the energy that leapfrog conserves in a chain, v M v + u_old K u [J]."""
+    """Return twice the energy that leapfrog conserves in a chain [J].
+
+    It is v M v + u_old K u.
+    """
     last = u.size - 1
     energy = mass[last] * v[last] * v[last]
     energy += chain[0] * (u[0] - dt * v[0]) * u[0] + chain[last + 1] * (u[last] - dt * v[last]) * u[last]

@@ -1,4 +1,6 @@
-"""Response columns of a scheme, derived from its free step: compiled, for set-up and for the loop.
+"""Response columns of a scheme, derived from its free step in compiled code.
+
+They are used in set-up and in the loop.
 
 A scheme is linear in the load, and the load stands in its parameters. So a step from rest under a load is the column
 of that force, and a step that begins with a jump of the velocities is the column of an impulse.
@@ -37,10 +39,10 @@ def write_columns(
     force: Array,
     impulse: Array,
 ) -> None:
-    """Write the columns of unit forces and of unit impulses, flat, port by port; an empty ``force`` is left alone.
+    """Write the columns of unit forces and unit impulses, flat, port by port.
 
-    ``loads`` holds the entries at the load in the parameters: for each port, then for none; ``jump`` the velocities
-    per impulse; ``n`` is the number of displacements.
+    An empty ``force`` is not written. ``loads`` holds the entries at the load in the parameters: for each port, then
+    for none; ``jump`` the velocities per impulse; ``n`` is the number of displacements.
     """
     n_ports = jump.size // n
     size, length = impulse.size // n_ports, loads.size // (n_ports + 1)

@@ -13,12 +13,12 @@ from impactlab.models.base import Operators
 @final
 @dataclass(frozen=True)
 class ContactStabilisedNewmark(AbstractIntegrator):
-    """Newmark's average acceleration whose prediction u + dt v is projected on gaps that the contact admits.
+    """Newmark's average acceleration with a prediction projected on admissible gaps.
 
-    u_new = P(u + dt v) - dt^2/2 M^-1 (K (u + u_new)/2 + C (u_new - u)/dt - load - contact), M (v_new - v) = the same
-    forces times dt. The projection (the law's reply) is orthogonal in the mass and is no velocity; the contact force
-    is implicit, and its F dt holds the closing jump. Dampers act against all that moves, the projection as well, so
-    that they never give energy (derived here; without damping it is the published method).
+    The prediction is u + dt v. u_new = P(u + dt v) - dt^2/2 M^-1 (K (u + u_new)/2 + C (u_new - u)/dt - load - contact),
+    M (v_new - v) = the same forces times dt. The projection (the law's reply) is orthogonal in the mass and is no
+    velocity; the contact force is implicit, and its F dt holds the closing jump. Dampers act against all that moves,
+    the projection as well, so that they never give energy (derived here; without damping it is the published method).
 
     References
     ----------

@@ -21,9 +21,10 @@ N, LOADED, LOAD = range(3)  # places in the parameters, which go on with the arr
 
 @UNPACK
 def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array]:
-    """Return load, mass, frequency, then the step's cosine, sine, turn, and its displacement and velocity per load.
+    """Return the arrays of the parameters: load, mass, frequency, and others.
 
-    A frequency below zero is minus the rate at which an unstable mode grows.
+    The others are cosine, sine and turn of a step, and its displacement and velocity per load. A frequency below zero
+    is minus the rate at which an unstable mode grows.
     """
     n, arrays = int(parameters[N]), window(parameters, LOAD, parameters.size - LOAD)
     return (
@@ -60,7 +61,7 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy v M v/2 + u K u/2 [J] and the work of the load.
+    """Write the energy v M v/2 + u K u/2 and the load's work [J].
 
     The work is that so far, up to a constant [J].
     """
@@ -98,9 +99,10 @@ def retime(parameters: Array, dt: float) -> None:
 @final
 @dataclass(frozen=True)
 class ExactModal(AbstractIntegrator):
-    """Each mode moves by its exact solution, the contact force constant over the step; a step of any length.
+    """Exact motion of each mode under a contact force constant over the step.
 
-    A coordinate of negative stiffness, as that of a mass that turns, moves by hyperbolic functions.
+    A step may have any length. A coordinate of negative stiffness, as that of a mass that turns, moves by hyperbolic
+    functions.
 
     References
     ----------

@@ -25,7 +25,10 @@ def chain_springs(system: Operators) -> Array:
 
 
 def dashpots_of(system: Operators) -> Array:
-    """Return the damping as dashpots: to the ground, then the bands below its diagonal, flat; empty if undamped."""
+    """Return the damping as dashpots, flat; empty if undamped.
+
+    Those to the ground come first, then the bands below the diagonal.
+    """
     if not np.count_nonzero(system.damping):
         return np.zeros(0)
     ground = system.dashpots_inside() + system.dashpots_at_ends()
@@ -51,7 +54,7 @@ def has_coupled_damping(system: Operators) -> bool:
 
 
 def combined(system: Operators, of_damping: float, of_stiffness: float) -> Array:
-    """Return M + a C + b K, lower banded, without bands that are zero in all three."""
+    """Return M + a C + b K, lower banded, without zero bands."""
     matrices = trimmed_of(system)
     width = max(map(len, matrices)) - 1
     mass, damping, stiffness = (widened(matrix, width) for matrix in matrices)

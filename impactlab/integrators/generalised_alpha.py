@@ -15,12 +15,13 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class GeneralisedAlpha(AbstractIntegrator):
-    """The generalised-alpha method of a chosen damping at high frequencies; it filters the contact force too.
+    """Generalised-alpha method with a chosen damping at high frequencies.
 
-    (1 - am) a_new + am a = (1 - af) w_new + af w with M w = load + contact - C v - K u at the same instant. The force
-    of a step acts at its end, as engineers' codes have it: its impulse reaches the velocities over this and later
-    steps, and the part still to come counts to the body's momentum. A contact spring needs a step that resolves it with
-    the lighter face on it; a hard constraint on positions makes the scheme oscillate.
+    It filters the contact force as well. (1 - am) a_new + am a = (1 - af) w_new + af w with M w = load + contact - C v
+    - K u at the same instant. The force of a step acts at its end, as engineers' codes have it: its impulse reaches the
+    velocities over this and later steps, and the part still to come counts to the body's momentum. A contact spring
+    needs a step that resolves it with the lighter face on it; a hard constraint on positions makes the scheme
+    oscillate.
 
     References
     ----------

@@ -14,10 +14,11 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class HhtAlpha(AbstractIntegrator):
-    """The HHT alpha method: Newmark that damps the highest modes, beta = (1 - alpha)^2/4, gamma = 1/2 - alpha.
+    """HHT alpha method: Newmark's scheme with damping of the highest modes.
 
-    M a_new + (1 + alpha) (C v + K u)_new - alpha (C v + K u) = load. The contact force is no part of the accelerations
-    (deviation from the source): constant over its step, it gives its exact impulse F dt and displacement F dt^2/2.
+    beta = (1 - alpha)^2/4, gamma = 1/2 - alpha. M a_new + (1 + alpha) (C v + K u)_new - alpha (C v + K u) = load. The
+    contact force is no part of the accelerations (deviation from the source): constant over its step, it gives its
+    exact impulse F dt and displacement F dt^2/2.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Factors of the leapfrog step of a body, and the state that it starts from: compiled, before the first step."""
+"""Factors of a body's leapfrog step and its first state, in compiled code."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ def write_factors(
     each: Array,
     state: Array,
 ) -> int:
-    """Write load, gain dt/(M + dt C/2), share kept of v and mass (4, n), and the state at t = 0.
+    """Write the factors of a step, and the state at t = 0.
 
-    Velocities start half a step early, so that the first full step is centred at t = 0. ``pulled`` are the forces K u
-    at t = 0, empty where there is no displacement. Return 1 of a body that is damped, 2 of one with a load, 3 of both.
+    The factors (4, n) are load, gain dt/(M + dt C/2), share kept of v, and mass. Velocities start half a step early, so
+    that the first full step is centred at t = 0. ``pulled`` are the forces K u at t = 0, empty where there is no
+    displacement. Return 1 of a body that is damped, 2 of one with a load, 3 of both.
 
     A dashpot brings its coordinate to the velocity at which it holds the other forces. Over half a step the force of
     t = 0 brings it farther than that where x = dt C/(2 M) exceeds 1, as at the end of a mesh under a dashpot stiffer
@@ -59,10 +60,10 @@ def write_factors(
 
 @EXACT_ENTRY
 def write_chain(parameters: Array, each: Array, springs: Array, supports: Array) -> int:
-    """Write the parameters of a body whose stiffness is a chain of springs, or wider; the header has n and DAMPED.
+    """Write the parameters of a body whose stiffness is a chain, or wider.
 
-    ``springs`` are the band below the diagonal, negative; of a wider stiffness it is empty. Return how many numbers
-    were written.
+    The header has n and DAMPED. ``springs`` are the band below the diagonal, negative; of a wider stiffness it is
+    empty. Return how many numbers were written.
     """
     n = int(parameters[N])
     load, gain = window(parameters, LOAD, n), window(parameters, LOAD + n, n)

@@ -13,7 +13,7 @@ from impactlab.models.base import Operators
 @final
 @dataclass(frozen=True)
 class Midpoint(AbstractIntegrator):
-    """The energy-momentum midpoint rule: forces at the middle of the step; conserves energy; a step of any length.
+    """Energy-momentum midpoint rule: forces at mid-step; conserves energy; any step length.
 
     For these linear bodies the scheme of the source is the midpoint rule. It keeps displacements and velocities only:
     the same motion as Newmark's average acceleration, but a step may be cut at an event.

@@ -14,12 +14,12 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class MoreauJean(AbstractIntegrator):
-    """Moreau-Jean time stepping: a theta method in velocities, the impulse of a step holding its closing jumps.
+    """Moreau-Jean time stepping: a theta method whose impulses hold closing jumps.
 
     M (v_new - v) = dt (load - C v_theta - K u_theta) + F dt, u_new = u + dt (theta v_new + (1 - theta) v): an impulse
-    moves its face within the step by theta dt times its velocity jump. Second order with theta = 1/2, else
-    first. Which law of contact gives the impulse, of velocities or positions, is the case's choice. It captures events
-    within its steps and locates none.
+    moves its face within the step by theta dt times its velocity jump. The order is 2 with theta = 1/2, else 1. The
+    impulse is given by the law of the case, of velocities or positions. Events are captured within a step and not
+    located.
 
     References
     ----------

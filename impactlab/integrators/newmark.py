@@ -24,7 +24,10 @@ N, DT, BETA, GAMMA, LOAD = range(5)  # places in the parameters, which go on wit
 
 @UNPACK
 def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Return load, mass, damping, stiffness and 1/(M + gamma dt C + beta dt^2 K), (n_dof,) each."""
+    """Return load, mass, damping, stiffness and the inverse matrix, (n_dof,) each.
+
+    The last is 1/(M + gamma dt C + beta dt^2 K).
+    """
     n, arrays = int(parameters[N]), parameters[LOAD:]
     return arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n], arrays[4 * n : 5 * n]
 

@@ -1,1 +1,4 @@
-"""Many runs side by side: a process pool, hashes of the code that their results depend on, locks of files."""
+"""Many runs side by side: a process pool, hashes of code, file locks.
+
+Results depend on the hashed code.
+"""

@@ -6,7 +6,10 @@ import sys
 
 
 def locked(descriptor: int) -> bool:
-    """Take the lock of a file and return whether it was free; the system frees it when the process ends."""
+    """Take the lock of a file and return whether it was free.
+
+    The system frees it when the process ends.
+    """
     try:
         if sys.platform == "win32":
             import msvcrt

@@ -1,4 +1,7 @@
-"""A process pool (pebble) with a time limit for each job: one that hangs or dies ends its own worker alone."""
+"""A process pool (pebble) with a time limit for each job.
+
+A job that hangs or dies ends its own worker alone.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,9 @@ def outcomes(
     initargs: tuple[Any, ...] = (),
     warm_up: Callable[[], Any] | None = None,
 ) -> Iterator[Outcome[T]]:
-    """Run a function on each job in worker processes, and give the outcomes as they come.
+    """Run a function on each job in worker processes, and yield the outcomes.
+
+    They come in the order in which jobs end.
 
     Parameters
     ----------

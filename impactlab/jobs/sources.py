@@ -1,4 +1,7 @@
-"""Hashes of the code and the environment on which the numbers of a run depend: impactlab's sources and the plugins'."""
+"""Hashes of the code and environment on which the numbers of a run depend.
+
+The code is that of impactlab and of plugins.
+"""
 
 from __future__ import annotations
 
@@ -34,15 +37,18 @@ def numeric_environment() -> dict[str, str]:
 
 
 def plugin_modules(case: Case) -> set[str]:
-    """Return the top modules of the plugins among the parts and metrics of a case and its physics."""
+    """Return the top modules of the plugins that a case uses.
+
+    They are those of parts and metrics of the case and of its physics.
+    """
     parts: list[Any] = []
     for method in (case.simulation().method, api.physics_of(case).method):
         parts += [*method.laws.values(), method.integrator, *method.models.values()]
     parts = [part for part in parts if part is not None]
     parts += [inner for part in parts for inner in plugins.parts_inside(part)]
     modules = {type(part).__module__.partition(".")[0] for part in parts}
-    asked = set(case.scene().metrics)
-    modules |= {top(each) for each in plugins.registry().entries if each.group == METRICS.name and each.name in asked}
+    metrics = set(case.scene().metrics)
+    modules |= {top(each) for each in plugins.registry().entries if each.group == METRICS.name and each.name in metrics}
     return modules - {"impactlab", "builtins"}
 
 
@@ -68,7 +74,7 @@ def tree_hash(module: str) -> str:
 
 @cache
 def code_hash() -> str:
-    """Return the hash of those sources of impactlab that the numbers of a row come from."""
+    """Return the hash of the sources of impactlab that determine a row's numbers."""
     root = Path(impactlab.__file__).parent
     names = ((path, path.relative_to(root).as_posix()) for path in root.rglob("*.py"))
     return sources_hash((path for path, name in names if name == SUMMARY or not name.startswith(APART)), root)

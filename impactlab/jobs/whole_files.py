@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all: written under a temporary name, then renamed."""
+"""Files written whole or not at all, by renaming a temporary file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ DRAFT = ".part"  # ending of a file that is being written
 
 @contextlib.contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Give the temporary path of a file to write, which then takes the place of ``path``."""
+    """Yield the temporary path of a file, which then replaces ``path``."""
     draft = path.with_name(f"{path.name}{DRAFT}")
     yield draft
     draft.replace(path)

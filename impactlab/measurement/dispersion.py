@@ -1,4 +1,6 @@
-"""Phase speed of longitudinal waves in round bars, by Pochhammer and Chree and by Love; signals moved along a bar.
+"""Dispersion of longitudinal waves in round bars, by Pochhammer-Chree and Love theory.
+
+It gives phase speeds, and moves signals along a bar.
 
 The frequency equation of the first branch, with radius a, wave number k, K = k a, s = (c/c0)^2 and c0^2 = E/rho:
 
@@ -146,9 +148,9 @@ def phase_speed(poisson: float, d_over_wavelength: ArrayLike) -> Array:
 
 
 def love_speed(poisson: float, d_over_wavelength: ArrayLike) -> Array:
-    """Return c/c0 = 1/sqrt(1 + nu^2 r^2 k^2) of Love's rod over diameter by wavelength, same shape.
+    """Return c/c0 of Love's rod over diameter by wavelength, same shape.
 
-    r is the polar radius of gyration of a circle, r^2 = d^2/8.
+    It is 1/sqrt(1 + nu^2 r^2 k^2). r is the polar radius of gyration of a circle, r^2 = d^2/8.
 
     References
     ----------
@@ -211,7 +213,7 @@ def band_limit(bar: Bar) -> float:
 def shift(
     signal: ArrayLike, dt: float, distance: float | str, bar: Bar, band: float | None = None, periodic: bool = False
 ) -> Array:
-    """Return the signal of one travelling wave as it passes a place further along its way.
+    """Return the signal of one travelling wave at a place further along its way.
 
     Each frequency f is delayed by k(f) distance/(2 pi f); a negative distance goes back to a place that the wave
     passed before. Frequencies above the band are removed. A signal within the band that is moved there and back is the
@@ -267,7 +269,10 @@ def padded(count: int, dt: float, distance: float, bar: Bar) -> int:
 
 
 def in_band(bar: Bar, count: int, dt: float, band: float | None) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the frequencies [Hz] of a record of ``count`` samples, and which of them are within the band."""
+    """Return the frequencies [Hz] of a record, and which are within the band.
+
+    The record has ``count`` samples.
+    """
     limit = band_limit(bar)
     if band is not None:
         wanted = finite("the band", band, "Hz")

@@ -1,4 +1,4 @@
-"""Values that users give to functions on signals: numbers with units, and warnings of sizes that may be a slip."""
+"""Checks of values for functions on signals: units, and warnings of odd sizes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ MAX_INTERVAL = 10e-6  # s, between samples: a pulse of a striker of 0.25 m lasts
 
 
 def in_si(name: str, value: float | str, unit: str) -> float:
-    """Return a number in an SI unit of a number or of a string with a unit; ``1`` is that of plain numbers.
+    """Return a number in SI units, from a number or a string with a unit.
+
+    Unit ``1`` is that of plain numbers.
 
     Raises
     ------
@@ -49,7 +51,8 @@ def finite(name: str, value: float | str, unit: str) -> float:
     """Return a finite number in an SI unit; raise `ImpactlabError` for any other."""
     found = in_si(name, value, unit)
     if not math.isfinite(found):
-        raise ImpactlabError(f"{name} is {found:.6g}; it must be finite", remedy=f"Give a finite number in {unit}.")
+        remedy = "Give a finite number." if unit == "1" else f"Give a finite number in {unit}."
+        raise ImpactlabError(f"{name} is {found:.6g}; it must be finite", remedy=remedy)
     return found
 
 
@@ -65,7 +68,10 @@ def above_zero(name: str, value: float | str, unit: str) -> float:
 
 
 def pair(name: str, values: Any) -> tuple[Any, Any]:
-    """Return the two values of a pair; raise `ImpactlabError` for one value, a text, or another number of values."""
+    """Return the two values of a pair.
+
+    Raise `ImpactlabError` for one value, a text, or another number of values.
+    """
     several = isinstance(values, Iterable) and not isinstance(values, (str, bytes, Mapping))
     found = [*values] if several else []
     if len(found) != 2:
@@ -85,7 +91,7 @@ def row_of_numbers(name: str, values: ArrayLike) -> Array:
 
 
 def one_of(name: str, value: Any, allowed: Sequence[str]) -> str:
-    """Return a word; raise `ImpactlabError` where it is none of the allowed ones."""
+    """Return a word; raise `ImpactlabError` unless it is one of the allowed ones."""
     if not isinstance(value, str) or value not in allowed:
         words = f"{', '.join(allowed[:-1])} or {allowed[-1]}"
         raise ImpactlabError(f"{name} is {_given(value)}. Allowed: {words}", remedy=f"Give {words}.")
@@ -128,7 +134,10 @@ def warn_outside(name: str, value: float, unit: str, usual: tuple[float, float],
 
 
 def warn_samples(dt: float, *strains: Array) -> None:
-    """Issue an `UnusualValue` of strains beyond those of a bar, and of a long interval between samples [s]."""
+    """Issue an `UnusualValue` of large strains or a long sampling interval.
+
+    Strains are beyond those of a bar; the interval is in s.
+    """
     peak = max((float(np.abs(strain).max()) for strain in strains if strain.size), default=0.0)
     if peak > MAX_STRAIN:
         warn_unusual(

@@ -1,1 +1,4 @@
-"""Mechanisms: planar chains of rigid and flexible links, as bodies with a mass matrix of their own at each state."""
+"""Mechanisms: planar chains of rigid and flexible links.
+
+They are bodies with a mass matrix of their own at each state.
+"""

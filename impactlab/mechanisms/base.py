@@ -10,9 +10,10 @@ from impactlab.types import Array
 
 
 class Reading(NamedTuple):
-    """A number that `terms` gives beside the equations of motion, recorded in every run with its rate.
+    """A number that `terms` gives beside the equations of motion.
 
-    A position [m] is a face that contacts name, ``press.slider``; an angle [rad] is recorded only.
+    It is recorded in every run with its rate. A position [m] is a face that contacts name, ``press.slider``; an angle
+    [rad] is recorded only.
     """
 
     name: str
@@ -64,7 +65,10 @@ class AbstractMechanism(ABC):
 
     @abstractmethod
     def motion(self, gravity: tuple[float, float]) -> Motion:
-        """Return the mechanism in numbers, for gravity (x, y) [m/s2]; raise `CaseError` where it cannot be built."""
+        """Return the mechanism in numbers.
+
+        ``gravity`` is (x, y) [m/s2]. Raise `CaseError` where it cannot be built.
+        """
 
     @staticmethod
     @abstractmethod
@@ -72,9 +76,10 @@ class AbstractMechanism(ABC):
         parameters: Array, t: float, p: Array, v: Array, mass: Array, force: Array, rows: Array, values: Array,
         rates: Array, /,
     ) -> None:  # fmt: skip
-        """Write the equations of motion at one state; compiled by numba, so loops, floats and `math` only.
+        """Write the equations of motion at one state.
 
-        Written are the mass matrix (n n,), the force (n,) and, of r readings, rows (r n,), values (r + 1,) and rates
-        (r,). The last of the values is the work of loads that follow from the position, such as gravity [J]. Where
-        ``mass`` is empty only the readings are needed. Everything is written, nothing added.
+        It is compiled by numba: use loops, floats and `math` only. Written are the mass matrix (n n,), the force (n,)
+        and, of r readings, rows (r n,), values (r + 1,) and rates (r,). The last of the values is the work of loads
+        that follow from the position, such as gravity [J]. Where ``mass`` is empty only the readings are needed.
+        Everything is written, nothing added.
         """

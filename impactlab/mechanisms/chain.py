@@ -1,4 +1,4 @@
-"""A chain of links as a mechanism: its equations of motion, its readings, its numbers at t = 0."""
+"""A chain of links as a mechanism: equations of motion, readings, initial state."""
 
 from __future__ import annotations
 
@@ -70,7 +70,10 @@ class Chain(AbstractMechanism):
 
 
 def shapes_of(link: Link, models: Mapping[str, AbstractRodModel]) -> FlexibleLink | None:
-    """Return a link in shapes, None of a rigid one; raise `CaseError` where its description has no mesh and modes."""
+    """Return a link in shapes, or None for a rigid one.
+
+    Raise `CaseError` where its model has no mesh and modes.
+    """
     if link.beam is None:
         return None
     model = models.get(link.name)

@@ -1,4 +1,7 @@
-"""The equations of motion of a mechanism at one instant: M p'' = force + rows^T F, drives held, solved by Cholesky."""
+"""Accelerations of a mechanism at one instant, by Cholesky factors.
+
+M p'' = force + rows^T F, with drives held.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ STRIDE = 1e-6  # s, of a central difference in time, of rates below 1/s; shorter
 
 @PART
 def accelerate(m: Middle, time: float, forces: Array, moments: Array) -> None:
-    """Write the accelerations into ``m.a`` and the moments of drives, of terms and forces on coordinates, readings."""
+    """Write the accelerations into ``m.a`` and the moments of drives.
+
+    ``forces`` are those on the coordinates, then those on readings.
+    """
     n = m.force.size
     for i in range(n):
         m.y[i] = forces[i]
@@ -158,11 +164,17 @@ class MechanismEquations(AbstractEquations):
         return self.motion(self.position, self.velocity)[0]
 
     def shares(self, masses: Mapping[str, float]) -> Array:
-        """Return the rate at which each coordinate alone has the energy of the whole at a speed."""
+        """Return the rate of each coordinate per speed of the whole.
+
+        At this rate it has the energy of the whole by itself.
+        """
         return np.sqrt(masses[self._name] / np.diag(self._mass_at_start()[0]))
 
     def speed(self, masses: Mapping[str, float], duration: float) -> float:
-        """Return the speed [m/s] that drives and loads give to the mechanism as it stands, its shapes at rest."""
+        """Return the speed that drives and loads give to the mechanism [m/s].
+
+        It stands as it is, its shapes at rest.
+        """
         mass, force = self._mass_at_start()
         held = self._drives[:, 0].astype(int)
         free = np.setdiff1d(np.arange(self._n), held)

@@ -17,7 +17,10 @@ from impactlab.types import Array
 
 
 class PackedChain(NamedTuple):
-    """A chain in numbers. Its coordinates: link by link the angle where it is free or driven, psi's, then phi's."""
+    """A chain in numbers.
+
+    Its coordinates are, link by link, the angle where it is free or driven, psi's, then phi's.
+    """
 
     parameters: Array  # of `terms`
     stiffness: Array  # (n, n) N/m, of the shapes
@@ -35,7 +38,10 @@ def angle_kind(mechanism: Mechanism, number: int) -> int:
 
 
 def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> PackedChain:
-    """Return a chain in numbers; raise `CaseError` where its slide is out of reach at t = 0."""
+    """Return a chain in numbers.
+
+    Raise `CaseError` where its slide is out of reach at t = 0.
+    """
     links = mechanism.links
     kinds = [angle_kind(mechanism, number) for number in range(len(links))]
     each = [integrals_of(link, shapes) for link, shapes in zip(links, flexible, strict=True)]
@@ -94,7 +100,10 @@ def integrals_of(link: Link, shapes: FlexibleLink | None) -> Integrals:
 
 
 def reached(mechanism: Mechanism) -> float:
-    """Return the angle of the last link that leaves its end on the slide, straight: on the side of its own angle."""
+    """Return the angle of the last link that puts its end on the slide.
+
+    The link is straight, and on the side of its own angle.
+    """
     y = sum(link.length * math.sin(link.angle) for link in mechanism.links[:-1])
     last = mechanism.links[-1]
     height = ((mechanism.slide or 0.0) - y) / last.length

@@ -1,4 +1,7 @@
-"""Mass and forces of one link, compiled: in its frame from its integrals, then over the coordinates of the chain."""
+"""Mass and forces of one link, in compiled code.
+
+They are found in its frame from its integrals, then over the coordinates of the chain.
+"""
 
 from __future__ import annotations
 
@@ -42,9 +45,9 @@ from impactlab.types import Array
 
 @MERGED
 def contract(k: Constants, w: Work, p: Array, v: Array, na: int, all_of_it: bool) -> None:
-    """Write the products of the integrals with the shapes' amplitudes p and rates v, psi's before phi's.
+    """Write the products of the integrals with amplitudes p and rates v.
 
-    If not ``all_of_it``, S q at the end only.
+    They are those of the shapes, psi's before phi's. If not ``all_of_it``, S q at the end only.
     """
     a, a1, q, q1 = p[:na], v[:na], p[na:], v[na:]
     if not all_of_it:
@@ -111,7 +114,10 @@ def spun(k: Constants, w: Work, p: Array, v: Array, na: int) -> tuple[float, flo
 def add_own_mass(
     mass: Array, n: int, first: int, k: Constants, w: Work, end: PlaceNumbers, heavy: float, na: int
 ) -> None:
-    """Add the mass of the shapes among themselves, with that of a point of some mass at the end."""
+    """Add the mass of the shapes among themselves.
+
+    It includes that of a point of mass ``heavy`` at the end [kg].
+    """
     m, nb = end.along.size, end.along.size - na
     for i in range(m):
         row = mass[(first + i) * n + first : (first + i) * n + first + m]
@@ -160,7 +166,10 @@ def add_link(
     mass: Array,
     force: Array,
 ) -> float:
-    """Add mass and forces of one link; return the work of its gravity and torque [J]."""
+    """Add mass and forces of one link.
+
+    Return the work of its gravity and torque [J].
+    """
     na, m, first, n = int(P[link + AXIAL]), end.along.size, int(P[link + FIRST]), force.size
     own, own1 = p[first : first + m], v[first : first + m]
     th1, th2, heavy = P[room + TH1], P[room + TH2], P[link + END_MASS]
@@ -226,7 +235,10 @@ def add_link(
 
 @MERGED
 def twist(torque: float, slopes: Array, angle: float, turn: Array, q: Array, at: int, force: Array) -> float:
-    """Add a torque on a section with some slopes; return torque times the angle of the section."""
+    """Add a torque on a section of given slopes.
+
+    Return torque times the angle of the section [J].
+    """
     if torque == 0.0:
         return 0.0
     add(force, torque, turn)

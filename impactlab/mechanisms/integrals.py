@@ -1,4 +1,6 @@
-"""Integrals over a link that are taken once: products of its shapes, and of the shortening that bending gives.
+"""Integrals over a link: products of its shapes and of its shortening.
+
+They are taken once. The shortening is that by bending.
 
 A point at x of a link moves to A + (x + u - s) e + v n, with the angle of e; u = psi.a is the axial displacement,
 v = phi.q the deflection, and s = q.S q/2 with S(x) = integral of phi' phi'^T from 0 to x the shortening: it stands for
@@ -37,7 +39,10 @@ class Shapes(NamedTuple):
 
 
 class Integrals(NamedTuple):
-    """Integrals of rho A times products over a link, in the order in which `terms` reads them."""
+    """Integrals of rho A times products over a link.
+
+    They are in the order in which `terms` reads them.
+    """
 
     moments: Array  # (3,) kg, kg m, kg m2: of 1, x, x^2
     a0: Array  # (na,) psi
@@ -65,7 +70,10 @@ def gauss_points(nodes: Array) -> tuple[Array, Array]:
 
 
 def shortening(nodes: Array, slopes: Array) -> tuple[Array, Array]:
-    """Return S at the Gauss points (points, nb, nb) and at the nodes (elements + 1, nb, nb) [1/m]."""
+    """Return S at the Gauss points and at the nodes [1/m].
+
+    Shapes are (points, nb, nb) and (elements + 1, nb, nb).
+    """
     places, weights = np.polynomial.legendre.leggauss(GAUSS)
     powers = np.arange(GAUSS)
     to_powers = np.linalg.inv(places[:, None] ** powers)  # coefficients of the polynomial through the points
@@ -99,7 +107,10 @@ def integrals(shapes: Shapes) -> Integrals:
 
 
 def rigid_link(mass: float, length: float, inertia: float) -> Integrals:
-    """Return the integrals of a rigid link: mass [kg] with its centre in the middle, inertia [kg m2] about it."""
+    """Return the integrals of a rigid link with its centre in the middle.
+
+    ``mass`` is in kg, ``inertia`` in kg m2 about the middle.
+    """
     none, square, cube = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 3, 0))
     moments = np.array([mass, 0.5 * mass * length, inertia + 0.25 * mass * length**2])
     return Integrals(

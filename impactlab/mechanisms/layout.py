@@ -1,4 +1,7 @@
-"""Where the numbers of a chain stand, compiled: constants of a link, and the work of one link at a time, as views."""
+"""Layout of the numbers of a chain, as compiled views.
+
+They are constants of a link, and the work of one link at a time.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,10 @@ class Constants(NamedTuple):
 
 
 class PlaceNumbers(NamedTuple):
-    """A place of a link: six numbers in its frame, and rows along e and across it over the shapes."""
+    """A place of a link: numbers in its frame, and rows over the shapes.
+
+    The rows are along e and across it.
+    """
 
     at: Array  # (6,) xi, deflection, their rates, and their accelerations at constant rates
     along: Array  # (m,)
@@ -110,12 +116,18 @@ def work_of(P: Array, at: int, na: int, nb: int, n: int) -> Work:
 
 @UNPACK
 def size_of(n: int) -> int:
-    """Return how many numbers of the room belong to a link: its origin, its angle, its rows, its end."""
+    """Return the size of a link's part of the room.
+
+    It holds its origin, its angle, its rows and its end.
+    """
     return ROWS + SPOT + 5 * n
 
 
 def room_of(na: int, nb: int, n: int) -> int:
-    """Return how many numbers of the room the links share: the work of one, or a place."""
+    """Return the size of the part of the room that links share.
+
+    It holds the work of one link, or a place.
+    """
     m = na + nb
     return max(2 * (3 + na) * nb + 3 * nb + 4 * na + 4 * m + 5 * n, SPOT + 2 * m)
 
@@ -150,9 +162,10 @@ def add(out: Array, factor: float, a: Array) -> None:
 
 @PART
 def contracted(tensor: Array, stride: int, x: Array, out: Array) -> None:
-    """Write the sum of the slices of a tensor, ``stride`` numbers apart, times amplitudes; each slice is read once.
+    """Write the sum of the slices of a tensor times amplitudes.
 
-    Two slices at a time: sums over long rows fill the vector registers, products of short rows do not.
+    Slices are ``stride`` numbers apart, and each is read once. Two slices at a time: sums over long rows fill the
+    vector registers, products of short rows do not.
     """
     n, pairs = out.size, x.size // 2
     for i in range(n):

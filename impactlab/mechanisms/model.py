@@ -1,4 +1,7 @@
-"""A mechanism in coordinates: readings are entries of its state, so that rows of contacts and probes are constant."""
+"""A mechanism in coordinates, with its readings as entries of its state.
+
+Rows of contacts and probes are then constant.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +58,10 @@ AT_REST = LargestTurn(0.0, 0.0)
 def prepare_columns(
     derive: int, free: int, columns: int, parameters: Array, state: Array, after: Array, jump: Array, responses: Array
 ) -> None:
-    """Write the readings at t = 0 into the state, and the columns of a step from there to ``after``."""
+    """Write the readings at t = 0, and the columns of the first step.
+
+    The step goes from ``state`` to ``after``.
+    """
     call(derive, parameters, state)
     for i in range(state.size):
         after[i] = state[i]
@@ -95,7 +101,10 @@ class MechanismModel(AbstractDiscreteModel):
         )
 
     def row(self, x: float, quantity: Quantity) -> Array:
-        """Return the row of a reading; of the moment of a drive, x its number, over the whole state."""
+        """Return the row of a reading, or of the moment of a drive.
+
+        For a moment x is the number of the drive, and the row is over the whole state.
+        """
         if quantity not in OWN_READINGS:
             raise CaseError(f"a mechanism has no {quantity}", remedy="Name displacement or velocity.", path="probes")
         n_dof = self.count + self.readings
@@ -120,9 +129,10 @@ class MechanismModel(AbstractDiscreteModel):
             )
 
     def gains_energy(self, dt: float, impulses: bool, turned: LargestTurn = AT_REST) -> float:
-        """Return the bound on the energy that its steps may add in a motion, over the reference energy.
+        """Return the bound on the relative energy gain of its steps.
 
-        It is of second order in dt; where a law gives impulses, terms are taken with the rates before them: of first.
+        It is over the reference energy of a motion. It is of second order in dt; where a law gives impulses, terms are
+        taken with the rates before them: of first.
         """
         return midpoint_gain(self.packed, dt, impulses, turned)
 
@@ -160,16 +170,17 @@ def numbers_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float)
 
 
 def kernels_of(part: AbstractMechanism) -> Iterator[Kernel]:
-    """Yield the kernels of the steps of a mechanism, the one that takes longest to compile first."""
+    """Yield the kernels of the steps of a mechanism, slowest to compile first."""
     yield Kernel(type(part).terms, TERMS)
     yield from (Kernel(*each) for each in KERNELS)
     yield Kernel(steps.measure, MEASURE)
 
 
 def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float, impulses: bool = True) -> Stepper:
-    """Return the step of the midpoint rule for a mechanism; ``ports`` (n_ports, n + r) are rows of readings.
+    """Return the step of the midpoint rule for a mechanism.
 
-    Where no law gives ``impulses`` their columns stay as they are at t = 0, which saves a factorisation in each step.
+    ``ports`` (n_ports, n + r) are rows of readings. Where no law gives ``impulses`` their columns stay as they are at t
+    = 0, which saves a factorisation in each step.
     """
     n, r, d = motion.position.size, len(part.readings), len(motion.drives)
     log_compiling(prepare_columns)
@@ -204,7 +215,7 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
 
 
 def midpoint_gain(motion: Motion, dt: float, impulses: bool, turned: LargestTurn = AT_REST) -> float:
-    """Return the energy that a step of the midpoint rule may add, over the reference energy: see `gains_energy`."""
+    """Return the relative energy gain of the midpoint rule: see `gains_energy`."""
     highest, rate = motion.frequency, max(motion.rate, turned.rate)
     bound = GAIN * min(highest * dt, MAX_TURNED) ** 2 + TURN_GAIN * (rate * dt) ** 2
     bound += STRIKE_GAIN * turned.acceleration * dt**2

@@ -1,4 +1,7 @@
-"""Places of a link, compiled: in the frame of the link, over the coordinates of the chain, and on a slide."""
+"""Places of a link, in compiled code.
+
+They are found in the frame of the link, over the coordinates of the chain, and on a slide.
+"""
 
 from __future__ import annotations
 
@@ -38,9 +41,9 @@ from impactlab.types import Array
 def write_place(
     P: Array, link: int, shapes: Array, sq: Array, sd: Array, x: float, p: Array, v: Array, room: int, to: PlaceNumbers
 ) -> None:
-    """Write a place of a link, at x [m] along it, where psi and phi are ``shapes`` and S q is ``sq``.
+    """Write a place at x [m] along a link.
 
-    S q' is ``sd``; where it is empty, accelerations are not needed.
+    psi and phi there are ``shapes``, S q is ``sq``. S q' is ``sd``; where it is empty, accelerations are not needed.
     """
     na, nb, first = int(P[link + AXIAL]), int(P[link + BENDING]), int(P[link + FIRST])
     a, a1, q, q1 = p[first : first + na], v[first : first + na], p[first + na :][:nb], v[first + na :][:nb]
@@ -77,9 +80,10 @@ def write_row(P: Array, link: int, room: int, place: PlaceNumbers, to_x: float, 
 
 @MERGED
 def slide(P: Array, link: int, room: int, n: int, end: PlaceNumbers, v: Array) -> None:
-    """Give the last link the angle that leaves its end on the slide, with its row and its acceleration.
+    """Write the angle of the last link that leaves its end on the slide.
 
-    The end is that with no rate and no acceleration of the link; it is written again after this.
+    Its row and its acceleration are written as well. The end is that with no rate and no acceleration of the link; it
+    is written again after this.
     """
     m, first = end.along.size, int(P[link + FIRST])
     xi, d, xi1, d1 = end.at[XI], end.at[ACROSS], end.at[XI1], end.at[ACROSS1]

@@ -1,4 +1,7 @@
-"""Shapes of a flexible link: those of its meshes, bent between its hinges or from its root, stretched from its root."""
+"""Shapes of a flexible link, from its meshes.
+
+They bend between its hinges or from its root, and stretch from its root.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,10 @@ class FlexibleLink(NamedTuple):
     shortening: Array  # (elements + 1, nb, nb) at the nodes
 
     def place(self, x: float) -> Array:
-        """Return psi, phi and S at x [m], flat; S between nodes is that of the element's own slopes."""
+        """Return psi, phi and S at x [m], flat.
+
+        S between nodes is that of the element's own slopes.
+        """
         bent, stretched = self.meshes
         node = int(np.searchsorted(bent.nodes, x + SAME_NODE * bent.lengths[0], side="right")) - 1
         upto = self.shortening[node]
@@ -46,7 +52,10 @@ class FlexibleLink(NamedTuple):
 
 
 def read(mesh: AbstractMesh, places: Array, quantity: Quantity, shapes: Array) -> Array:
-    """Return a quantity of shapes at places, (n_places, n_shapes); all rows at once would fill the memory."""
+    """Return a quantity of shapes at places, (n_places, n_shapes).
+
+    All rows at once would fill the memory.
+    """
     return np.array([mesh.row(place, quantity) @ shapes for place in places]).reshape(len(places), shapes.shape[1])
 
 

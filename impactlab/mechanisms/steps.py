@@ -122,7 +122,10 @@ def factorise(m: Middle, factor: Array, weight: float) -> None:
 
 @PART
 def scale(row: Array) -> None:
-    """Divide a row by the root of its first number, and write the inverse of the root there."""
+    """Divide a row by the root of its first number.
+
+    The inverse of the root is written there.
+    """
     inverse = 1.0 / math.sqrt(row[0])
     for j in range(row.size):
         row[j] *= inverse
@@ -208,7 +211,7 @@ def moment_of(m: Middle, d: int, weight: float, a: Array) -> float:
 
 @PART
 def write_response(m: Middle, moved: Array, displacement: float, velocity: float, a: Array, keep: float) -> None:
-    """Add the state that an acceleration, or a jump of the velocities, leaves at the end of the step."""
+    """Add the state at the step's end by an acceleration or a velocity jump."""
     n, r = a.size, m.rates.size
     add(moved[:n], displacement, a)
     add(moved[n + r : 2 * n + r], velocity, a)
@@ -239,9 +242,10 @@ def write_force(P: Array, m: Middle, state: Array, row: Array, force: Array) -> 
 
 @PART
 def write_columns(P: Array, state: Array, jump: Array, responses: Array) -> None:
-    """Write velocities per impulse, and the state per unit force, impulse and projection at each port of the body.
+    """Write velocities per impulse, and the response columns at each port.
 
-    Called after `free`, whose middle they belong to; ``state`` is that at the end of the free step.
+    The columns are the state per unit force, impulse and projection. Called after `free`, whose middle they belong to;
+    ``state`` is that at the end of the free step.
     """
     m = middle_of(P)
     n, r, dt, n_drives = m.force.size, m.rates.size, P[STEP], m.drives.size // DRIVE
@@ -297,7 +301,7 @@ def take_readings(P: Array, state: Array) -> None:
 
 @PART
 def take_energy(P: Array, state: Array, out: Array) -> None:
-    """Write the energy of a mechanism [J], and the work of its loads and drives [J]."""
+    """Write the energy and the work of loads and drives [J]."""
     m = middle_of(P)
     n, r = m.force.size, m.rates.size
     p, v = state[:n], state[n + r : 2 * n + r]
@@ -320,7 +324,7 @@ def free(P: Array, state: Array) -> None:
 
 
 def columns(P: Array, state: Array, jump: Array, responses: Array) -> None:
-    """Write velocities per impulse, and the state per unit force, impulse and projection at each port of the body."""
+    """Write velocities per impulse, and the response columns: see `write_columns`."""
     write_columns(P, state, jump, responses)
 
 
@@ -330,5 +334,5 @@ def derive(P: Array, state: Array) -> None:
 
 
 def measure(P: Array, state: Array, out: Array) -> None:
-    """Write the energy of a mechanism [J], and the work of its loads and drives [J]."""
+    """Write the energy and the work of loads and drives [J]."""
     take_energy(P, state, out)

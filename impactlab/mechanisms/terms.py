@@ -1,4 +1,6 @@
-"""Equations of motion of a planar chain of links at one state, compiled: mass matrix, forces, readings.
+"""Equations of motion of a planar chain of links at one state.
+
+Compiled code gives mass matrix, forces and readings.
 
 M(p) p'' = force + rows^T F. Link by link: the integrals of a link give mass and inertia forces in its frame; the rows
 of its origin and of its angle carry them to the coordinates of the chain. Its end is the origin of the next link.
@@ -132,10 +134,11 @@ def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates
 def chain_terms(
     P: Array, _t: float, p: Array, v: Array, mass: Array, force: Array, rows: Array, values: Array, rates: Array
 ) -> None:  # fmt: skip
-    """Write mass matrix (n n,), force (n,), and rows (n_readings n,), values and rates of the readings at a state.
+    """Write mass matrix, force and readings of a chain at a state.
 
-    After the values stands the work of loads that follow from the position [J]. With an empty mass matrix only the
-    readings are written. The time ``_t`` [s] is for mechanisms whose loads change with it; here none does.
+    They are the mass matrix (n n,), the force (n,), and rows (n_readings n,), values and rates of the readings. After
+    the values stands the work of loads that follow from the position [J]. With an empty mass matrix only the readings
+    are written. The time ``_t`` [s] is for mechanisms whose loads change with it; here none does.
     """
     n, links = int(P[COORDINATES]), int(P[LINKS])
     size, first_room = size_of(n), int(P[ROOM_AT])
@@ -182,5 +185,8 @@ def chain_terms(
 def terms(
     P: Array, t: float, p: Array, v: Array, mass: Array, force: Array, rows: Array, values: Array, rates: Array
 ) -> None:  # fmt: skip
-    """Write the terms of a chain: see `chain_terms`, which is compiled without the runtime that counts references."""
+    """Write the terms of a chain: see `chain_terms`.
+
+    That is compiled without the runtime that counts references.
+    """
     chain_terms(P, t, p, v, mass, force, rows, values, rates)

@@ -62,7 +62,10 @@ class Collision:
 
 
 def collisions(scene: Scene, history: AbstractHistory, *, whole: bool = True) -> tuple[Collision, ...]:
-    """Return the collisions of a run, in order of their starts; those not ``whole`` have no energies and no gaps."""
+    """Return the collisions of a run, in order of their starts.
+
+    Those not ``whole`` have no energies and no gaps.
+    """
     found = []
     channels = frozenset(history.channels())  # once: a chain has thousands
     given = {name: _given(scene, history, name, channels) for name in scene.bodies}
@@ -102,7 +105,7 @@ class OtherImpulses(NamedTuple):
 
 
 def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> OtherImpulses:
-    """Return the impulses that a body was given by its contacts; ``channels`` are those of the history."""
+    """Return the impulses that a body was given by its contacts."""
     own = [each for _, each in scene.met_by(name)]
     signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in own}
     links = tuple((link, sign) for link, sign in signs.items() if sign and history.method.laws[link].two_sided)
@@ -178,7 +181,7 @@ def _collision(
 
 
 def _no_approach(scene: Scene, approach: float, leaves: float) -> str | None:
-    """Return why the speeds of approach and exit [m/s] make no restitution; None where they do."""
+    """Return the reason for no restitution at these speeds [m/s], else None."""
     rounding = MIN_APPROACH * max(scene.fastest, abs(leaves))
     if approach <= rounding:
         return "their mean speeds do not approach each other"
@@ -192,7 +195,10 @@ def _difference(values: Sequence[float | None], factor: float) -> float | None:
 
 
 def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
-    """Return which of two bodies strikes, and the other: a mass, else an elastic body that moved or that is free."""
+    """Return the striker of two bodies, and the other.
+
+    The striker is a mass, else an elastic body that moved or is free.
+    """
 
     def rank(name: str) -> tuple[bool, bool, bool]:
         body = scene.bodies[name]
@@ -234,14 +240,15 @@ def mean_velocity(
 
 
 def _changes(scene: Scene, before: float, after: float) -> bool:
-    """Return whether a velocity [m/s] differs between two records by so much that it is not known between them."""
+    """Return whether a velocity [m/s] changes too much between records to be known."""
     return abs(after - before) > MAX_CHANGE * max(scene.fastest, abs(before), abs(after))
 
 
 def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses) -> float | None:
-    """Return the speed of a body in a collision [m/s]: 0 of a held one, which rests except for its vibration.
+    """Return the speed of a body in a collision [m/s].
 
-    None of a mechanism, whose links move in different directions.
+    It is 0 for a held body, which rests except for its vibration. It is None for a mechanism, whose links move in
+    different directions.
     """
     if scene.bodies[name].changes:
         return None
@@ -249,7 +256,10 @@ def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given
 
 
 def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) -> float | None:
-    """Return a velocity of the record [m/s]; None where it changes much between the instants around a time."""
+    """Return a velocity of the record [m/s], or None where it changes much.
+
+    The change is that between the instants around the time.
+    """
     apart = 1.0 / history.record_rate if history.record_rate > 0.0 else 0.0
     around = np.clip([time - apart, time, time + apart], 0.0, history.duration)
     before, now, after = history.evaluate(around, channel)
@@ -318,7 +328,7 @@ def in_si(value: float, unit: str) -> str:
 
 
 def sentence(each: Mapping[str, Any], number: Callable[[float, str], str] = in_si) -> str:
-    """Return a collision of a summary in one line; ``number`` writes a value with its unit."""
+    """Return a collision of a summary in one line; ``number`` writes values with units."""
     ended = each["end"] is not None
     until = f"to {number(each['end'], 's')}" if ended else "on, still in contact at the end of the run"
     parts = [
@@ -357,7 +367,10 @@ def agreements(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[dict[str, 
 
 
 def agreement_texts(entries: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return the texts of `agreements`, at most `MAX_PAIRS` of pairs of bodies that agree and of pairs that do not."""
+    """Return the texts of `agreements`, at most `MAX_PAIRS` of each kind.
+
+    One kind is of pairs of bodies that agree, the other of pairs that do not.
+    """
     texts: list[str] = []
     for resolved, verdict in ((True, "methods agree"), (False, "methods disagree")):
         pairs = [each for each in entries if each["resolved"] is resolved]

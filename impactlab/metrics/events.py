@@ -1,4 +1,4 @@
-"""Matching of the events of two histories, and the metrics of event times, missed and extra events."""
+"""Matching of the events of two histories; metrics of their times and number."""
 
 from __future__ import annotations
 
@@ -65,7 +65,10 @@ def _matches(history: AbstractHistory, reference: AbstractHistory, scene: Scene)
 
 
 def event_times(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the largest error in time of the matched closings and openings, in T; None without a match."""
+    """Return the largest error of matched event times, in T; None without a match.
+
+    Events are closings and openings.
+    """
     matches = _matches(history, reference, scene)
     if matches is None or not matches.pairs:
         return None

@@ -1,4 +1,7 @@
-"""Fronts in the contact force of a stepped run: whether the force jumps where a front is supposed to arrive."""
+"""Fronts in the contact force of a stepped run.
+
+At the supposed arrival of a front, straight lines on both sides show whether the force jumps.
+"""
 
 from __future__ import annotations
 
@@ -28,12 +31,13 @@ class Samples(NamedTuple):
 
 
 def jumps_at(samples: Samples, at: Array, reach: float, least: float) -> tuple[Flags, Flags]:
-    """Return whether a sampled force jumps at instants, and whether that can be seen at all, each of shape (k,).
+    """Return whether a sampled force jumps at instants, and whether jumps are visible.
 
-    A straight line is fitted to the force on each side of an instant, over a window that ends a little before it. The
-    lines differ at the instant by the height of a jump; by nothing at a kink; and where the force is only curved, by
-    an amount that falls with the square of the window. So two windows are compared, ``reach`` and half of it. Ringing
-    and chatter scatter about the lines: a difference within what such scatter gives by chance is no jump.
+    Both are of shape (k,). A straight line is fitted to the force on each side of an instant, over a window that ends a
+    little before it. The lines differ at the instant by the height of a jump; by nothing at a kink; and where the force
+    is only curved, by an amount that falls with the square of the window. So two windows are compared, ``reach`` and
+    half of it. Ringing and chatter scatter about the lines: a difference within what such scatter gives by chance is no
+    jump.
 
     Parameters
     ----------
@@ -97,7 +101,9 @@ def _lines(samples: Samples, windows: Array, at: Array) -> tuple[Array, Array, A
 
 
 def returns(near: Sequence[float], horizon: float, through: bool = False) -> list[float]:
-    """Return the times after which echoes from the joints and the end of a body arrive at one of its ends [s].
+    """Return the arrival times of echoes at one end of a body [s].
+
+    They come from its joints and its other end.
 
     Parameters
     ----------

@@ -98,7 +98,10 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
 def _missed_contact(
     history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float
 ) -> str | None:
-    """Return the text for the first flight after a period of contact in which the faces nearly meet, or None."""
+    """Return the text for the first flight whose faces nearly meet, or None.
+
+    It follows a period of contact.
+    """
     most = _most_samples(periods)
     for number, (_, end) in enumerate(periods):
         until = periods[number + 1][0] if number + 1 < len(periods) else history.duration
@@ -143,7 +146,10 @@ def grazing_impulse(history: AbstractHistory, contact_name: str, round_trip: flo
 def _slow_meeting(
     history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float, dt: float
 ) -> str | None:
-    """Return the text for the first period of contact whose faces come to rest against each other, or None."""
+    """Return the text for the first contact whose faces meet slowly, or None.
+
+    They come to rest against each other.
+    """
     before, scene = 0.0, history.scene
     least = MIN_GAP * history.duration * (scene.fastest + field_acceleration(scene) * history.duration)
     most = _most_samples(periods)

@@ -1,4 +1,4 @@
-"""Metrics of an impact: exit velocities, the lasting opening, the oscillation of the force, the momentum balance."""
+"""Metrics of an impact: exit velocities, lasting opening, force oscillation, momentum balance."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def free_bodies(scene: Scene, *histories: AbstractHistory) -> dict[str, float]:
 
 
 def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the error of the velocity with which a body leaves, over the largest speed of all; the largest.
+    """Return the largest error of an exit velocity, over the largest speed.
 
     A body's velocity is its momentum at the end of the run over its mass; bodies that something holds are left out.
     The largest speed is that of the reference, over those bodies and the run, in the frame of the bodies that interact
@@ -57,7 +57,7 @@ def _velocity(history: AbstractHistory, body: str, mass: float, t: Array) -> Arr
 
 
 def opening_time(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return how far the first lasting opening of a contact is from that of the reference, in T; the largest.
+    """Return the largest error of a contact's first lasting opening, in T.
 
     An opening lasts if the contact then stays open for 0.1 T, or to the end of the run: a force that chatters has not
     parted yet. None where no contact parts in both, or where there is no T. A law of impulses does not open.
@@ -73,7 +73,7 @@ def opening_time(history: AbstractHistory, reference: AbstractHistory, scene: Sc
 
 
 def _parted(history: AbstractHistory, contact: str, lasting: float) -> float | None:
-    """Return the first time [s] at which a contact opens and stays open for ``lasting`` [s]."""
+    """Return the first time [s] at which a contact opens for ``lasting`` [s]."""
     events = [event for event in history.events if event.contact == contact and event.kind in ("close", "open")]
     for event, following in itertools.zip_longest(events, events[1:]):
         if event.kind == "open" and (following is None or following.time - event.time >= lasting):
@@ -82,12 +82,13 @@ def _parted(history: AbstractHistory, contact: str, lasting: float) -> float | N
 
 
 def force_oscillation(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return how much more the force goes up and down than that of the reference, in peaks; the largest over contacts.
+    """Return the excess variation of a force over the reference, in peaks.
 
-    It is the total variation of the force on the 6000 cells, sum |F_i+1 - F_i| from F = 0 before the run, less that of
-    the reference, over the peak of the reference; 0 where the force varies less. A force that drops to zero and comes
-    back once too often counts 2; ripples of 1 % up and down over a hundred steps count 2, too. Where steps are shorter
-    than cells, changes within a cell are not seen. None where the reference has no force.
+    It is the largest over contacts of the total variation of the force on the 6000 cells, sum |F_i+1 - F_i| from F
+    = 0 before the run, less that of the reference, over the peak of the reference; 0 where the force varies less. A
+    force that drops to zero and comes back once too often counts 2; ripples of 1 % up and down over a hundred steps
+    count 2, too. Where steps are shorter than cells, changes within a cell are not seen. None where the reference has
+    no force.
     """
     t = midpoints(scene.duration)
     errors: list[float | None] = []

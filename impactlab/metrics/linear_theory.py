@@ -1,39 +1,40 @@
-"""The warning ``large_strain``: a rod or beam of a run leaves the linear theory that it is computed by."""
+"""The warnings ``large_strain`` and ``large_bending``: a rod or beam leaves linear theory."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Warned
+from impactlab.metrics.static_shapes import bow, sides_of, stretch
 from impactlab.scene.bodies import Beam, ElasticBody, End, SampledLoad, WaveBody
+from impactlab.scene.bodies.pieces import Segment
 from impactlab.scene.facts import beams_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import is_solid
 
 LINEAR = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
 MAX_STRAIN = 2.0 * LINEAR  # of an estimate within a factor of two: strains above it give a warning
+# Of the length of a beam, by which bending shortens it: a deflection of 6 % between ends, 13 % of a tip.
+BENT_WARN = 0.01
 SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy of a run
 INSTANTS = 2000  # of a run, and of each of its strongest contacts, between which speeds of a place are means
 PLACES = 200  # along a body, at which its displacement at t = 0 is read
 STRONGEST = 4  # contacts of a place that are read so closely
 HALVINGS = 24  # of the longest time over which a force on an end is summed
-STEP_LOAD = {
-    True: 2.4,
-    False: 0.4,
-}  # moment by a force from t = 0 on at the tip, over F L: of a clamped beam or another
+# Moment by a force from t = 0 on at the tip, over F L: of a clamped beam or another.
+STEP_LOAD = {True: 2.4, False: 0.4}
 PULSE = 1.2  # moment by a short force of impulse J, over J sqrt(c r/t) after a time t
 
 
 def overstrained(history: AbstractHistory) -> Iterator[Warned]:
-    """Yield a warning for each rod or beam whose largest strain in a run is beyond linear theory, about a hundredth.
+    """Yield a warning for each rod or beam strained, or beam bent, beyond linear theory.
 
-    The strain is estimated, within a factor of about two, without reading fields: of a rod from the contact forces over
-    E A, of a beam from the speed and the way of its struck places. Bodies of a material that no solid is, as those of
-    unit constants, have no such limit; `impactlab.scene.ranges` has more on them.
+    The limit is a strain of about a hundredth. The strain is estimated, within a factor of about two, without reading
+    fields: of a rod from the contact forces over E A, of a beam from the speed and displacement of its struck places.
+    Bodies whose wave speed is that of no solid, as those of unit constants, have no such limit (`is_solid`).
     """
     scene = history.scene
     limits = _limits(scene)
@@ -53,10 +54,14 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
         yield from _warned(rod.name, strain_of_rod(history, rod, met[rod.name], links))
     for beam in beams:
         yield from _warned(beam.name, strain_of_beam(history, beam, met[beam.name], links))
+        yield from _bent(beam.name, shortening_of_beam(history, beam, met[beam.name]))
 
 
 def _limits(scene: Scene) -> dict[str, float] | None:
-    """Return the forces of contacts [N] that strain no rod beyond linear theory; None where forces are not enough."""
+    """Return the forces of contacts [N] that strain no rod beyond linear theory.
+
+    It is None where forces do not determine the strain.
+    """
     if "limits" not in scene.derived:
         scene.derived["limits"] = _found_limits(scene)
     found: dict[str, float] | None = scene.derived["limits"]
@@ -79,7 +84,7 @@ def _found_limits(scene: Scene) -> dict[str, float] | None:
             return None
         for _, contact in scene.met_by(rod.name):
             for x in contact.places_on(rod.name):
-                limit = MAX_STRAIN / _strain_at(rod, x)
+                limit = MAX_STRAIN / _strain_at(rod, x, scene.duration)
                 limits[contact.name] = min(limits[contact.name], limit)
     return limits
 
@@ -98,26 +103,48 @@ def _warned(name: str, strain: float) -> Iterator[Warned]:
         )
 
 
+def _bent(name: str, shortening: float) -> Iterator[Warned]:
+    if shortening > BENT_WARN:
+        yield Warned(
+            "large_bending",
+            f"'{name}' bends so far that its length between its ends changes by about {100.0 * shortening:.2g} %: the "
+            f"linear theory of beams holds up to about {100.0 * BENT_WARN:g} %; check speeds, masses and sizes with "
+            "their units, or give a stiffer or shorter beam",
+        )
+
+
 def strain_of_rod(
     history: AbstractHistory, rod: WaveBody, met: list[tuple[Contact, float]], links: dict[str, float]
 ) -> float:
-    """Return about the largest strain of a rod, from its contacts with their places x [m] and the forces of links [N].
+    """Return an estimate of the largest strain of a rod.
 
-    A contact force strains the sections beside it. Into further segments its wave goes with the share that their
-    impedances let through. Fronts that add up at a far end, by two at most, are left out. Peaks of single elements,
-    whose energy would be more than that of the run, are none of the rod.
+    ``met`` are its contacts with their places x [m], ``links`` the forces of links [N]. A contact force strains the
+    sections beside it. Into further segments its wave goes with the share that their impedances transmit. A place that
+    is moved by u strains a held rod by that of statics. Fronts that add up at a far end, by two at most, are left out,
+    and so are peaks of single elements whose energy would be more than that of the run.
     """
     strains = [_at_start(rod)]
     if rod.is_held:
         strains.append(abs(rod.velocity) / min(segment.wave_speed for segment in rod.segments))
+    channels = frozenset(history.channels()) if rod.is_held and history.duration > rod.round_trip else ()
     for contact, x in met:
         force = _force_of(history, contact, links)
         if force is None:  # of an impulse law: that of the speed at which the faces meet at first
-            force = _speed(history, contact) * rod.impedance_at(x)
-        strains.append(force * _strain_at(rod, x))
+            strains.append(_speed(history, contact) * rod.impedance_at(x) * _strain_at(rod, x, 0.0))
+        elif contact.name in links:
+            strains.append(force * _strain_at(rod, x, history.duration))
+        else:
+            lasting = [
+                (span.peak_force or 0.0, span.until(history.duration) - span.start)
+                for span in history.spans(contact.name)
+            ]
+            two = (max(lasting, default=(0.0, 0.0)), max(lasting, key=lambda each: each[1], default=(0.0, 0.0)))
+            strains += [peak * _strain_at(rod, x, time) for peak, time in two]
+        if (name := rod.face_channel(x)) in channels:
+            strains.append(_way(history, name) * stretch(rod, x))
     for x, end in rod.ends:
         if end.is_loaded:
-            strains.append(end.largest_force(history.duration) * _strain_per_force(rod, x))
+            strains.append(end.largest_force(history.duration) * _strain_at(rod, x, history.duration))
     strain = max(strains)
     if strain > MAX_STRAIN:  # only here, as the energies of an exact run are computed on first use
         energy = max(history.energy.at_stake, float(np.max(history.energy.total - history.energy.total[0])))
@@ -126,52 +153,65 @@ def strain_of_rod(
     return max(strain, _of_rotation(rod))
 
 
-def _strain_at(rod: WaveBody, x: float) -> float:
-    """Return the largest strain per force [1/N] of the waves that a contact at x [m] sends out."""
-    if not rod.is_inner(x):
-        return _strain_per_force(rod, x)
-    before, after = rod.segment_before(x), rod.segment_at(x)
-    return 1.0 / (before.young * before.area + after.young * after.area)
+def _strain_at(rod: WaveBody, x: float, lasting: float) -> float:
+    """Return the largest strain per force [1/N] at x [m] that lasts a time [s]."""
+    left, right = sides_of(rod, x)
+    impedances = [pieces[0].impedance if pieces else 0.0 for pieces in (left, right)]
+    held = [end.kind in ("clamped", "spring") for end in (rod.left, rod.right)]
+    return max(
+        _strain_along(pieces, own / sum(impedances), lasting, is_held)
+        for pieces, own, is_held in zip((left, right), impedances, held, strict=True)
+    )
 
 
-def _strain_per_force(rod: WaveBody, x: float) -> float:
-    """Return the largest strain over segments per force [1/N] of a wave that starts at an end x [m]."""
-    segments = rod.segments if x == 0.0 else rod.segments[::-1]
-    share, found = 1.0, 1.0 / (segments[0].young * segments[0].area)
-    for one, other in itertools.pairwise(segments):
-        share *= 2.0 * other.impedance / (one.impedance + other.impedance)
-        found = max(found, share / (other.young * other.area))
+def _strain_along(pieces: list[Segment], share: float, lasting: float, is_held: bool) -> float:
+    """Return the largest strain in pieces per force [1/N].
+
+    The first piece has ``share`` of the force. A wave goes on into a piece of less impedance with the share 1 - r, r =
+    (Z1 - Z2)/(Z1 + Z2), and with 1 - r^m after m passes through the piece before: its reflections add up to the whole
+    force, until the end of a piece that is not held is felt.
+    """
+    found, beyond = 0.0, sum(2.0 * piece.length / piece.wave_speed for piece in pieces)
+    for before, piece in zip([None, *pieces], pieces, strict=False):
+        if before is not None:
+            trip = 2.0 * before.length / before.wave_speed
+            beyond -= trip
+            r = (before.impedance - piece.impedance) / (before.impedance + piece.impedance)
+            passes = 1.0 + math.floor((lasting if is_held else min(lasting, beyond)) / trip)
+            share *= 1.0 - r**passes if r > 0.0 else 1.0 - r
+        found = max(found, share / (piece.young * piece.area))
     return found
 
 
 def strain_of_beam(
     history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]], links: dict[str, float]
 ) -> float:
-    """Return about the largest strain of a beam, from its contacts with their places x [m] and the forces of links [N].
+    """Return an estimate of the largest strain of a beam.
 
-    A place that moves at v across the beam strains waves and modes of any length by v e/(c r), with the outer fibre e
-    and the radius of gyration r; a place that is moved by w strains a held beam by that of its static bow. Of a beam
-    that is not held, which may move as a whole, the strain is at most that of the forces in a lever of its length.
+    ``met`` are its contacts with their places x [m], ``links`` the forces of links [N]. A place that moves at v across
+    the beam strains waves and modes of any length by v e/(c r), with the outer fibre e and the radius of gyration r; a
+    place that is moved by w strains a held beam by that of its static bow. Of a beam that is not held, which may move
+    as a whole, the strain is at most that of the forces in a lever of its length.
     """
     fibre = max(_fibre(segment.gyration, segment.height) for segment in beam.segments)
     slowest = min(segment.wave_speed * segment.gyration for segment in beam.segments)
     softest = min(segment.bending_stiffness for segment in beam.segments)
     fastest = abs(beam.velocity) if beam.is_held else 0.0
     channels = frozenset(history.channels()) if met else ()
-    bow, forces = 0.0, [_force_of(history, contact, links) for contact, _ in met]
+    bent, forces = 0.0, [_force_of(history, contact, links) for contact, _ in met]
     for contact, x in met:
         name = beam.face_channel(x)
         if name not in channels:
             continue
         speed, way = _motion(history, name, beam.velocity, contact, 4.0 * fibre**2 / slowest)
         fastest = max(fastest, min(speed, 2.0 * _speed(history, contact) or speed))
-        bow = max(bow, way * _bow(beam, x))
+        bent = max(bent, way * bow(beam, x).curvature)
     waves = fastest / slowest
     if not beam.is_held and all(force is not None for force in forces) and not any(e.is_loaded for _, e in beam.ends):
         waves = min(waves, sum(force or 0.0 for force in forces) * beam.length / softest)
     longest = (STEP_LOAD[any(end.kind == "clamped" for _, end in beam.ends)] / PULSE * beam.length) ** 2 / slowest
     loads = sum(_moment_by(end, history.duration, slowest, longest) for _, end in beam.ends if end.is_loaded)
-    return max(fibre * max(waves, bow, loads / softest, _at_start(beam)), _of_rotation(beam))
+    return max(fibre * max(waves, bent, loads / softest, _at_start(beam)), _of_rotation(beam))
 
 
 def _at_start(body: ElasticBody) -> float:
@@ -209,14 +249,17 @@ def _of_rotation(body: ElasticBody) -> float:
 
 
 def _fibre(gyration: float, height: float) -> float:
-    """Return the distance of the outer fibre from the neutral axis [m], of a rectangle where no height is known."""
+    """Return the distance of the outer fibre from the neutral axis [m].
+
+    It is that of a rectangle where no height is known.
+    """
     return 0.5 * height if height > 0.0 else math.sqrt(3.0) * gyration
 
 
 def _motion(
     history: AbstractHistory, channel: str, at_start: float, contact: Contact, short: float
 ) -> tuple[float, float]:
-    """Return by how much the velocity of a place changes [m/s], and how far it is moved [m].
+    """Return the largest change of a place's velocity [m/s] and its displacement [m].
 
     Velocities are means over ``short`` [s] in the strongest contacts, over more in the rest of a long run.
     """
@@ -238,16 +281,21 @@ def _motion(
     return speed, way
 
 
-def _bow(beam: Beam, x: float) -> float:
-    """Return the curvature per deflection [1/m2] of a static force at x on a uniform beam; 0 of one that is not held.
+def _way(history: AbstractHistory, channel: str) -> float:
+    """Return the largest displacement of a place in a run [m]."""
+    moved = history.evaluate(np.linspace(0.0, history.duration, INSTANTS + 1), channel)
+    return float(np.abs(moved - moved[0]).max())
 
-    Of a cantilever it is 3/a2, with the distance a of the force from the clamped end; between two supports 3/(a b).
+
+def shortening_of_beam(history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]]) -> float:
+    """Return an estimate of the relative shortening of a held beam by bending.
+
+    It is the largest in the run. It is that of the static bow by the displacement of each place of a contact: half the
+    integral of the slope squared.
     """
-    held = [abs(x - at) for at, end in beam.ends if end.kind in ("clamped", "pinned")]
-    if len(held) == 2:
-        return 3.0 / (held[0] * held[1]) if min(held) > 0.0 else 0.0
-    clamped = [abs(x - at) for at, end in beam.ends if end.kind == "clamped"]
-    return 3.0 / clamped[0] ** 2 if clamped and clamped[0] > 0.0 else 0.0
+    channels = frozenset(history.channels()) if met else ()
+    ways = {x: _way(history, beam.face_channel(x)) for _, x in met if beam.face_channel(x) in channels}
+    return max((way**2 * bow(beam, x).shortening / beam.length for x, way in ways.items()), default=0.0)
 
 
 def _force_of(history: AbstractHistory, contact: Contact, links: dict[str, float]) -> float | None:

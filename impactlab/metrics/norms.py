@@ -130,7 +130,7 @@ def displaced(moved: Mapping[str, float]) -> list[str]:
 
 
 def face_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the relative L2 error of the displacement of the faces in contacts and of loaded ends, the largest.
+    """Return the largest relative L2 error of displacements of faces and loaded ends.
 
     Of free bodies the scale is that in their frame; see `displacement_error`.
     """
@@ -145,7 +145,10 @@ def _largest_displacement_error(
 
 
 def force(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the relative L2 error of the contact forces, the largest; jumps keep it above about N^-1/2."""
+    """Return the largest relative L2 error of the contact forces.
+
+    Jumps keep it above about N^-1/2.
+    """
     t = midpoints(scene.duration)
     return largest(_force_error(history, reference, name, t, scene.duration) for name in force_channels(scene))
 
@@ -153,9 +156,10 @@ def force(history: AbstractHistory, reference: AbstractHistory, scene: Scene) ->
 def _force_error(
     history: AbstractHistory, reference: AbstractHistory, name: str, t: Array, duration: float
 ) -> float | None:
-    """Return the relative L2 error of a force over cells t (cells,) [s]; of a jump on t, half of each side counts.
+    """Return the relative L2 error of a force over cells t (cells,) [s].
 
-    Steps are often such a share of the duration that jumps of the force fall on middles of cells.
+    Where a jump lies on t, half of each side counts. Steps are often such a share of the duration that jumps of the
+    force fall on middles of cells.
     """
     jumps = np.concatenate((history.jumps(name), reference.jumps(name)))
     near = ON_JUMP * duration / CELLS
@@ -195,11 +199,11 @@ def distances(t: Array, instants: Array) -> Array:
 
 
 def force_graph(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the Hausdorff distance between the graphs of the forces in the plane (t/T, F/peak of the exact force).
+    """Return the Hausdorff distance between the force graphs in (t/T, F/peak).
 
-    A jump belongs to its graph as a vertical line, so a small shift of a jump costs its shift and not its height.
-    Before t = 0 there is no force: a contact that starts closed begins with a jump like any other.
-    See `graph` for the accuracy. None in a scene without a rod, which has no T.
+    The peak is that of the exact force. A jump belongs to its graph as a vertical line, so a small shift of a jump
+    costs its shift and not its height. Before t = 0 there is no force: a contact that starts closed begins with a jump
+    like any other. See `graph` for the accuracy. None in a scene without a rod, which has no T.
     """
     if not np.isfinite(scene.round_trip):
         return None
@@ -222,7 +226,7 @@ STRIDE = 16  # points of a graph between two of the first search
 
 
 def _farthest(points: Array, others: Array) -> float:
-    """Return the largest distance of a point, of shape (n, 2), from the nearest of others.
+    """Return the largest distance of points (n, 2) from the nearest of others.
 
     The distances of two points differ by no more than the points are apart: the search begins with every sixteenth, and
     of the rest takes only those that may be farther than the farthest of these. The result is that of all points.
@@ -280,7 +284,7 @@ def graph(
 
 
 def impulse(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the relative error of the total impulse of a contact or a link, the largest over them.
+    """Return the largest relative error of the total impulse of contacts and links.
 
     That of a link is taken over the integral of |F|: pushes and pulls may leave a sum near zero.
     """
@@ -314,7 +318,7 @@ ORDER = (
 """The order in which a summary names the metrics; those of plugins follow by name."""
 
 
-def installed(asked: Iterable[str] = ()) -> dict[str, Metric]:
+def installed(requested: Iterable[str] = ()) -> dict[str, Metric]:
     """Return impactlab's metrics and the requested ones of plugins, by name.
 
     A plugin's metric that is not requested is not imported.
@@ -331,7 +335,7 @@ def installed(asked: Iterable[str] = ()) -> dict[str, Metric]:
             "no metric is registered, not even those of impactlab: its installation is older than they are",
             remedy="Install impactlab again (pip install .).",
         )
-    names = {entry.name for entry in own.entries} | set(asked)
+    names = {entry.name for entry in own.entries} | set(requested)
     ordered = (*(name for name in ORDER if name in names), *sorted(names.difference(ORDER)))
     # Of a name that a plugin registered, too, impactlab's own is meant.
     return {name: cast(Metric, (own if name in own.names(METRICS) else known).load(METRICS, name)) for name in ordered}

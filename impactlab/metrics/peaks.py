@@ -83,7 +83,7 @@ def find_peak(
 
 
 def _refined(history: AbstractHistory, name: str, t: Array, values: Array, left_out: Array, peak: Peak) -> Peak:
-    """Return the largest force between the samples of a force that is known at any time.
+    """Return the largest force between samples, for a force known at any time.
 
     The largest local maxima of the samples are sought again in ever finer grids between their neighbours: a kink, where
     a wave arrives, lies up to half a cell from the nearest sample, and the force there differs by its slope times that.
@@ -109,7 +109,10 @@ def _refined(history: AbstractHistory, name: str, t: Array, values: Array, left_
 
 
 def _instants(history: AbstractHistory, name: str) -> Array:
-    """Return the middles of the steps of a stepped force, the jumps of any other, shape (n,) [s]."""
+    """Return the middles of steps or the jumps of a force, (n,) [s].
+
+    A stepped force has steps; any other has jumps.
+    """
     ends = history.jumps(name)
     return ends if history.dt is None else np.minimum(0.5 * (ends[1:] + ends[:-1]), history.duration)
 
@@ -131,15 +134,16 @@ def near_jumps(
     least: float = MIN_JUMP,
     samples: Samples | None = None,
 ) -> Array:
-    """Return the intervals around jumps of a contact's force, shape (k, 2) [s], joined where they overlap.
+    """Return the intervals around jumps of a contact's force, shape (k, 2) [s].
 
-    The jumps of an exact history are known. Those of a stepped force are smeared over steps: they are supposed to be
-    where faces touch whose law makes the force jump, and after each round trip of the bodies behind the faces; where an
-    end force or a held end starts a front at t = 0, where that arrives. Of these instants those count at which the
-    force is seen to jump (`impactlab.metrics.fronts.jumps_at`): a front may be spent, or have met another one, and an
-    end force may begin softly. A touch within 0.05 T of the opening before it does not count: faces that chatter touch
-    so often that no force would be left to compare. The intervals of a stepped force are shorter at either end by a
-    step, to which its touches are known: what rings just outside the intervals of the exact force is compared, too.
+    They are joined where they overlap. The jumps of an exact history are known. Those of a stepped force are smeared
+    over steps: they are supposed to be where faces touch whose law makes the force jump, and after each round trip of
+    the bodies behind the faces; where an end force or a held end starts a front at t = 0, where that arrives. Of these
+    instants those count at which the force is seen to jump (`impactlab.metrics.fronts.jumps_at`): a front may be spent,
+    or have met another one, and an end force may begin softly. A touch within 0.05 T of the opening before it does not
+    count: faces that chatter touch so often that no force would be left to compare. The intervals of a stepped force
+    are shorter at either end by a step, to which its touches are known: what rings just outside the intervals of the
+    exact force is compared, too.
 
     Parameters
     ----------
@@ -173,12 +177,18 @@ def _samples(history: AbstractHistory, name: str) -> Samples:
 
 
 def _around(at: Array, reach: float) -> Array:
-    """Return the intervals of a length [s] on either side of some instants, shape (k, 2) [s]."""
+    """Return the intervals of a length [s] around instants, shape (k, 2) [s].
+
+    The length lies on either side.
+    """
     return _joined(np.column_stack((at - reach, at + reach)))
 
 
 def _lasting(history: AbstractHistory, laws: Laws, least: float) -> list[Event]:
-    """Return the touches that make a force jump, except within a time [s] of the opening of the contact before them."""
+    """Return the touches that make a force jump, without those of chatter.
+
+    A touch within ``least`` [s] after the contact's opening is left out.
+    """
     found, opened = [], dict[str, float]()
     for event in history.events:
         if event.kind == "open":
@@ -190,9 +200,9 @@ def _lasting(history: AbstractHistory, laws: Laws, least: float) -> list[Event]:
 
 
 def _fronts(history: AbstractHistory, scene: Scene, touches: Sequence[Event], contact: Contact) -> Array:
-    """Return the instants of touches of a contact and of their echoes after round trips, shape (k,), rising [s].
+    """Return the instants of touches of a contact and of echoes, (k,), rising [s].
 
-    With them those of fronts that come from the other ends of the two bodies.
+    Echoes come after round trips. With them those of fronts that come from the other ends of the two bodies.
     """
     here, away = _starts(scene, touches, contact)
     found = set(here)
@@ -204,9 +214,9 @@ def _fronts(history: AbstractHistory, scene: Scene, touches: Sequence[Event], co
 
 
 def _echoes(history: AbstractHistory, scene: Scene, touches: Sequence[Event], contact: Contact) -> Array:
-    """Return the instants at which further echoes may arrive, from joints or out of one body into the other, (k,) [s].
+    """Return the instants at which further echoes may arrive, (k,) [s].
 
-    None where they are too many to tell one from another.
+    They come from joints or out of one body into the other. It is empty where they are too many to be distinguished.
     """
     here, away = _starts(scene, touches, contact)
     trips = _trips(scene, contact)
@@ -229,14 +239,20 @@ def _echoes(history: AbstractHistory, scene: Scene, touches: Sequence[Event], co
 
 
 def _starts(scene: Scene, touches: Sequence[Event], contact: Contact) -> tuple[set[float], set[float]]:
-    """Return the instants at which fronts start at a contact, and at the other ends of its bodies [s]."""
+    """Return the instants of fronts at a contact and at other ends [s].
+
+    The other ends are those of its two bodies.
+    """
     here = {event.time for event in touches if event.contact == contact.name}
     away = {event.time for event in touches} - here
     return here, away | {0.0} if scene.fronts_at_start else away
 
 
 def _trips(scene: Scene, contact: Contact) -> list[list[float]]:
-    """Return the time to and fro in each segment of the two bodies that have waves [s], the nearest first."""
+    """Return the round-trip time in each segment of both bodies [s], nearest first.
+
+    Bodies without waves are left out.
+    """
     found = []
     for point in contact.faces:
         body = scene.bodies[point.body].waves

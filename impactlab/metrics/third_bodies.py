@@ -1,4 +1,4 @@
-"""Parts that other bodies, links and end forces have in the motion of two bodies while these collide."""
+"""Influence of other bodies, links and end forces on a collision of two bodies."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Periods(NamedTuple):
     given: Array  # (n + 1,) N s, sums of the sizes of the impulses before each
 
     def given_in(self, start: float, end: float) -> float:
-        """Return the sum of the sizes of the impulses of the periods that reach into a time [N s]."""
+        """Return the sum of impulse sizes of periods that reach into a time [N s]."""
         first, last = np.searchsorted(self.ends, start, "right"), np.searchsorted(self.starts, end)
         return float(self.given[last] - self.given[first]) if last > first else 0.0
 
@@ -38,7 +38,7 @@ class Others:
         self._known: dict[str, Periods] = {}  # by contact
 
     def part_in(self, pair: tuple[str, str], times: tuple[float, float], impulse: float) -> str | None:
-        """Return in words which other body or force changes the speeds of two bodies in a time; None for none.
+        """Return in words the other body or force that disturbs a collision, or None.
 
         Parts of less than `MAX_SHARE` of the impulse of their collision [N s] do not count.
         """
@@ -57,9 +57,10 @@ class Others:
         return None
 
     def touched(self, name: str, pair: Sequence[str], start: float, end: float, least: float = 0.0) -> str | None:
-        """Return the third body that gives a body most of what others do in a time; None if all is at most the least.
+        """Return the third body of largest impulse on a body, or None.
 
-        Impulses are sums of sizes [N s]. Of contacts that reach beyond the time, their whole impulse counts.
+        It is None if all others give at most ``least``. Impulses are sums of sizes [N s]. Of contacts that reach beyond
+        the time, their whole impulse counts.
         """
         given: dict[str, float] = {}
         for _, contact in self._scene.met_by(name):

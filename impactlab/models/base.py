@@ -1,4 +1,7 @@
-"""Base classes of models (bodies in space, without time and contact), and the operators of a body."""
+"""Base classes of models, and the operators of a body in coordinates.
+
+A model describes a body in space, without time and contact.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ class Face(NamedTuple):
 
 
 class Phases(NamedTuple):
-    """A body that takes other coordinates while one of its contacts is closed: the same number of them."""
+    """Coordinates of a body that change while one of its contacts is closed.
+
+    Both sets have the same number of coordinates.
+    """
 
     contact: int  # number of the contact in the scene
     closed: AbstractDiscreteModel  # the body while it is closed
@@ -70,7 +76,7 @@ class Operators(NamedTuple):
         return self.supports() - self.softening * multiply(self.mass, np.ones(self.load.size))
 
     def supports(self) -> Array:
-        """Return the springs to the ground without the centrifugal part of a body that turns, shape (n_dof,) [N/m]."""
+        """Return the springs to the ground, shape (n_dof,) [N/m], without centrifugal softening."""
         return grounded(self.stiffness) if self.ground_springs is None else self.ground_springs
 
     def dashpots_at_ends(self) -> Array:
@@ -87,7 +93,10 @@ class AbstractDiscreteModel(ABC):
     """A body in a finite number of coordinates, built for one scene."""
 
     def for_run(self, duration: float) -> AbstractDiscreteModel:
-        """Return the body for a run of a duration [s]; itself, as here, where its coordinates do not depend on it."""
+        """Return the body for a run of a duration [s].
+
+        It is the body itself where, as here, its coordinates do not depend on the duration.
+        """
         return self
 
     @abstractmethod
@@ -103,25 +112,28 @@ class AbstractDiscreteModel(ABC):
         """
 
     def own_equations(self) -> AbstractEquations | None:
-        """Return the equations of motion of a body whose matrices change; None, as here, of constant ones."""
+        """Return the equations of motion of a body whose matrices change, else None."""
         return None
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the static compliance at x of the modes left out, per unit force to the right at ``face`` [m]: 0."""
+        """Return the static compliance at x of the modes left out: 0, as here.
+
+        It is per unit force to the right at ``face`` [m].
+        """
         return 0.0
 
     @abstractmethod
     def momentum_row(self) -> Array:
-        """Return the momentum [N s] of the body as a row over the velocities, shape (n_dof,)."""
+        """Return the momentum [N s] as a row over the velocities, shape (n_dof,)."""
 
     @abstractmethod
     def grid(self) -> Array:
         """Return the places [m] at which fields are given, shape (n,)."""
 
     def arriving(self, face: float, delay: float, speed: Literal["phase", "group"]) -> Array:
-        """Return the velocity of the face by the waves that reach it after ``delay`` [s], each read by itself.
+        """Return the face velocity by waves that arrive after ``delay`` [s], mode by mode.
 
-        A row over displacements and velocities, shape (2 n_dof,); see `impactlab.models.messengers`. A body whose
+        It is a row over displacements and velocities, shape (2 n_dof,); see `impactlab.models.messengers`. A body whose
         modes are not known, as here, raises `PairingError`.
         """
         raise PairingError(
@@ -131,7 +143,10 @@ class AbstractDiscreteModel(ABC):
 
 
 class AbstractRodModel(ABC):
-    """A description of a rod or a beam, as a case file chooses it: a frozen dataclass of options."""
+    """A model of a rod or beam as a case file chooses it.
+
+    It is a frozen dataclass of options.
+    """
 
     exact: ClassVar[bool] = False  # True: its rods are solved from event to event where contacts are hard or springs;
     # not inherited by a model that builds its bodies itself or has another theory, unless it states it
@@ -158,17 +173,17 @@ class AbstractRodModel(ABC):
 
     @abstractmethod
     def element_length(self, body: ElasticBody) -> float:
-        """Return h [m], the shortest element, or the length per mode where there is no mesh."""
+        """Return the length of the shortest element, or the length per mode [m]."""
 
     def shortest_transit(self, body: ElasticBody) -> float:
-        """Return the time [s] that ``courant`` counts: the shortest that a wave takes across an element.
+        """Return the shortest time of a wave across an element [s], which ``courant`` counts.
 
-        Here a bound of it, the shortest element at the fastest wave of the body.
+        Here it is a lower bound: the shortest element at the fastest wave of the body.
         """
         return self.element_length(body) / max(segment.wave_speed for segment in body.segments)
 
     def meshed(self, body: Deformed, faces: tuple[Face, ...]) -> Deformed:
-        """Return a body in the segments by which its elements are laid out; as given, as here, where they suffice.
+        """Return a body with segments to which its elements fit; unchanged, as here, by default.
 
         ``faces`` are its contacts, at which a mesh may need nodes.
         """
@@ -183,7 +198,10 @@ class AbstractRodModel(ABC):
         """
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
-        """Return a beam as `build` does a rod; a description of rods alone, as here, raises `PairingError`."""
+        """Return a beam in coordinates, as `build` returns a rod.
+
+        A model of rods alone, as here, raises `PairingError`.
+        """
         raise PairingError(
             f"this model describes rods, and '{beam.name}' is a beam",
             remedy="Use finite_element or modal for this body: models: {name: {kind: modal, ...}}.",
@@ -191,8 +209,8 @@ class AbstractRodModel(ABC):
         )
 
     def exact_frequencies(self, rod: WaveBody, count: int) -> Array | None:
-        """Return the lowest elastic frequencies of a uniform rod by the model's own theory, (count,) [rad/s].
+        """Return the lowest elastic frequencies of a uniform rod, (count,) [rad/s].
 
-        None, as here, stands for the classical bar, u'' = u_tt/c^2.
+        They are those of the model's own theory. None, as here, stands for the classical bar, u'' = u_tt/c^2.
         """
         return None

@@ -17,7 +17,9 @@ from impactlab.scene.bodies import Beam, Body, Mechanism, MechanismBody, PartMec
 def build_body(
     body: Body, models: Mapping[str, AbstractRodModel], gravity: float, faces: tuple[Face, ...]
 ) -> AbstractDiscreteModel:
-    """Return a body in coordinates, for the models by name, gravity [m/s2] and the faces of its contacts.
+    """Return a body in coordinates, as the model of its name builds it.
+
+    ``gravity`` is in m/s2, ``faces`` are its contacts.
 
     Raises
     ------
@@ -62,7 +64,7 @@ def build_body(
 
 
 def _in_coordinates(model: AbstractRodModel, built: AbstractDiscreteModel, by: str) -> AbstractDiscreteModel:
-    """Return a body that a model built; raise `PluginError` where it is none."""
+    """Return a body that a model built; raise `PluginError` for another object."""
     if not isinstance(built, AbstractDiscreteModel):
         raise PluginError(
             f"`{by}` of model '{kind_of(model)}' returned {str(built)[:40]}",
@@ -73,7 +75,10 @@ def _in_coordinates(model: AbstractRodModel, built: AbstractDiscreteModel, by: s
 
 
 def _check_rest(beam: Beam, gravity: float) -> None:
-    """Raise `PairingError` where a beam with an infinite end moves as a whole or has weight [m/s2]."""
+    """Raise `PairingError` if a beam with an infinite end moves or has weight.
+
+    ``gravity`` is in m/s2.
+    """
     if "infinite" not in (beam.left.kind, beam.right.kind):
         return
     for fault, has_it in (("moves as a whole at t = 0", beam.velocity != 0.0), ("has weight", gravity != 0.0)):
@@ -87,7 +92,7 @@ def _check_rest(beam: Beam, gravity: float) -> None:
 
 
 def mechanism_of(mechanism: MechanismBody, models: Mapping[str, AbstractRodModel]) -> AbstractMechanism:
-    """Return the equations of motion of a body: those of a chain of links, or of the part that a case names."""
+    """Return the equations of motion of a mechanism: a chain of links, or a part."""
     if isinstance(mechanism, Mechanism):
         return Chain(mechanism, models)
     if isinstance(mechanism, PartMechanism):

@@ -21,10 +21,11 @@ class Balance(NamedTuple):
 
 
 class AbstractEquations(ABC):
-    """Equations of motion of one body or several: accelerations that follow from a state, and powers beside them.
+    """Equations of motion of one or more bodies, for adaptive schemes.
 
-    The state is the position p and its rates v, (n,) each. Rows of faces and probes are over the displacements, which
-    follow from the position. To write one, supply the methods without a default here.
+    They give the accelerations that follow from a state, and powers beside them. The state is the position p and its
+    rates v, (n,) each. Rows of faces and probes are over the displacements, which follow from the position. To write
+    one, supply the methods without a default here.
     """
 
     parts: Mapping[str, slice]  # of each body, in the displacements
@@ -50,14 +51,20 @@ class AbstractEquations(ABC):
 
     @abstractmethod
     def balance(self, p: Array, v: Array, integrals: Array) -> Balance:
-        """Return energies and momenta in a state, with the integrals of the powers so far [J]."""
+        """Return energies and momenta of a state.
+
+        ``integrals`` are those of the powers so far [J].
+        """
 
     @abstractmethod
     def shares(self, masses: Mapping[str, float]) -> Array:
-        """Return the rate of each coordinate (n,) per speed of its body, for the masses of moving bodies [kg]."""
+        """Return the rate of each coordinate per speed of its body, (n,).
+
+        ``masses`` are those of moving bodies [kg].
+        """
 
     def placed(self) -> Array:
-        """Return the displacements (n_dof,) at t = 0 from which gaps do not count: zero, as here."""
+        """Return the displacements (n_dof,) at t = 0 from which gaps are counted: zero."""
         return np.zeros(self.n_dof)
 
     def second_rates(self, p: Array, v: Array, a: Array) -> Array:
@@ -65,11 +72,17 @@ class AbstractEquations(ABC):
         return a
 
     def speed(self, masses: Mapping[str, float], duration: float) -> float:
-        """Return the speed [m/s] that loads and drives of its own give within a time [s]: none, as here."""
+        """Return the speed [m/s] that own loads and drives give in a time: 0.
+
+        ``duration`` is that time [s].
+        """
         return 0.0
 
     def moments(self, times: Array, p: Array, v: Array, forces: Array) -> dict[str, Array]:
-        """Return the moments of drives (n_drives, n_times) [N m] by body, under forces of contacts (n_dof, n_times)."""
+        """Return the moments of drives by body, (n_drives, n_times) [N m].
+
+        ``forces`` are those of contacts, (n_dof, n_times) [N].
+        """
         return {}
 
 

@@ -17,14 +17,14 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class FiniteElement(AbstractRodModel):
-    """Bar elements of any order, or beam elements, every nodal coordinate kept: 2-node bars, or spectral elements.
+    """Bar elements of any order (2-node or spectral), or beam elements.
 
-    Order 2 and above are spectral elements, their nodes those of Gauss-Lobatto-Legendre quadrature. A consistent mass
-    is integrated exactly, whatever the order (deviation from the sources, which have the lumped one only); a lumped one
-    by the quadrature at the nodes, so that it is diagonal. With ``mass: redistributed`` (order 1, lumped) the nodes of
-    contacts carry no mass: theirs goes to the neighbours, and they follow statically (deviation from the sources, which
-    keep the centre of mass and the moment of inertia too: only the mass is kept). The mesh length that ``courant``
-    counts is the smallest distance between nodes.
+    Every nodal coordinate is kept. Order 2 and above are spectral elements, their nodes those of Gauss-Lobatto-Legendre
+    quadrature. A consistent mass is integrated exactly, whatever the order (deviation from the sources, which have the
+    lumped one only); a lumped one by the quadrature at the nodes, so that it is diagonal. With ``mass: redistributed``
+    (order 1, lumped) the nodes of contacts carry no mass: theirs goes to the neighbours, and they follow statically
+    (deviation from the sources, which keep the centre of mass and the moment of inertia too: only the mass is kept).
+    The mesh length that ``courant`` counts is the smallest distance between nodes.
 
     References
     ----------

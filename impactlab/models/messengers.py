@@ -1,10 +1,12 @@
-"""Messengers of single modes: for each the place of the wave that will reach the face, and its velocity and force.
+"""Messengers of single modes: waves read before they reach the face.
+
+For each mode there is a place from which the wave reaches the face in time; its velocity and force are read there.
 
 Near the face a mode of frequency w is taken for two waves that travel along the body, of wave number k by the theory of
 the segment at the face. The one that heads for the face has velocity and force in the ratio rho A c, with c = w/k its
 phase speed (m u'' = N' for a wave u(x + c t)): read at c dt from the face, v + N/(rho A c) with N the force of the part
-behind on the part before. For a mode that is one standing wave with its crest at a free face, such as those
-of a uniform rod, this is the velocity that its face has after dt. For others it is not: `miss` returns the difference.
+behind on the part before. For a mode that is one standing wave with its crest at a free face, such as those of a
+uniform rod, this is the velocity that its face has after dt. For others it is not: `miss` returns the difference.
 """
 
 from __future__ import annotations
@@ -34,7 +36,10 @@ class Waves(NamedTuple):
 
 
 def waves_at(body: ElasticBody, face: float, frequencies: Array) -> Waves:
-    """Return the waves of each frequency [rad/s] on the segment at a face; of two on a beam the slower one."""
+    """Return the waves of each frequency [rad/s] on the segment at a face.
+
+    Of two waves on a beam it is the slower one.
+    """
     segment = body.segment_at(face)
     line_mass = segment.density * segment.area
     if not isinstance(body, Beam) or not isinstance(segment, BeamSegment):
@@ -55,7 +60,10 @@ def waves_at(body: ElasticBody, face: float, frequencies: Array) -> Waves:
 
 
 def wave_numbers(segment: BeamSegment, tension: float, frequencies: Array) -> Array:
-    """Return the wave number [1/m] of each frequency on a beam, (n,); where two waves travel, that of the slower."""
+    """Return the wave number [1/m] of each frequency on a beam, (n,).
+
+    Where two waves travel, it is that of the slower one.
+    """
     mass, rotary, bending = segment.density * segment.area, segment.rotary_inertia, segment.bending_stiffness
     squared = frequencies**2
     if math.isinf(segment.shear_stiffness):
@@ -79,9 +87,10 @@ def arriving_row(
     delay: float,
     speed: Speed,
 ) -> Array:
-    """Return the velocity of the face by the messengers of all modes, a row over displacements and velocities.
+    """Return the velocity of the face by the messengers of all modes.
 
-    At an inner point waves come from both sides, and the face has the mean velocity of two free faces.
+    It is a row over displacements and velocities. At an inner point waves come from both sides, and the face has the
+    mean velocity of two free faces.
 
     Parameters
     ----------
@@ -129,10 +138,11 @@ def beyond(body: ElasticBody, mode: int, face: float, distance: float, delay: fl
 
 
 def miss(row: Array, face: Array, frequencies: Array, delay: float) -> float:
-    """Return how far the messengers miss the free motion of the face, over the change of that motion in ``delay``.
+    """Return the relative error of the messengers in the free motion of the face.
 
-    The free velocity of the face in one mode is phi (cos(w dt) v - w sin(w dt) u); of a mode in any phase the error and
-    the change, 2 phi sin(w dt/2), are lengths in the plane of v and w u. Both are summed over modes of equal energy.
+    It is the difference over the change of that motion in ``delay`` [s]. The free velocity of the face in one mode is
+    phi (cos(w dt) v - w sin(w dt) u); of a mode in any phase the error and the change, 2 phi sin(w dt/2), are lengths
+    in the plane of v and w u. Both are summed over modes of equal energy.
 
     Parameters
     ----------

@@ -31,12 +31,13 @@ MAX_COORDINATES = 2000  # coordinates of the mesh behind the modes, as the matri
 @final
 @dataclass(frozen=True)
 class Modal(AbstractRodModel):
-    """A few uncoupled coordinates, by default the body's free-end eigenvectors: of a mesh, or analytic without one.
+    """A few uncoupled modes, by default free-end eigenvectors, of a mesh or analytic.
 
-    ``modes`` counts coordinates beside the rigid motions that nothing holds, which are kept and not counted, whatever
-    the basis: one of a rod, up to two of a beam. Damping must leave the modes uncoupled: Rayleigh's, or one viscosity
-    over young for all. With ``residual`` each contact has a coordinate more, which moves as the static shape of the
-    eigenvectors left out (`impactlab.bases.residual`): the flexibility at contacts is then that of the whole body.
+    Without a mesh they are analytic. ``modes`` counts coordinates beside the rigid motions that nothing holds, which
+    are kept and not counted, whatever the basis: one of a rod, up to two of a beam. Damping must leave the modes
+    uncoupled: Rayleigh's, or one viscosity over young for all. With ``residual`` each contact has a coordinate more,
+    which moves as the static shape of the eigenvectors left out (`impactlab.bases.residual`): the flexibility at
+    contacts is then that of the whole body.
 
     References
     ----------
@@ -97,7 +98,10 @@ class Modal(AbstractRodModel):
             object.__setattr__(self, "citations", (*type(self).citations, "MacNeal1971"))
 
     def _check_analytic(self) -> None:
-        """Raise `CaseError` where an option of the mesh is given without one: analytic modes would ignore it."""
+        """Raise `CaseError` where an option of the mesh is given without a mesh.
+
+        Analytic modes would ignore it.
+        """
         for name, default in (("mass", "consistent"), ("order", 1)):
             if (given := getattr(self, name)) != default:
                 raise CaseError(
@@ -174,7 +178,10 @@ class Modal(AbstractRodModel):
     def _reduced(
         self, mesh: AbstractMesh, gravity: float, paper_rule: bool, faces: tuple[Face, ...]
     ) -> AbstractDiscreteModel:
-        """Return the body of a mesh in its modes; raise where it is too large or has too few."""
+        """Return the body of a mesh in its modes.
+
+        Raise `CaseError` where the mesh is too large or has too few modes.
+        """
         n_dof = mesh.mass.shape[1]
         if n_dof > MAX_COORDINATES + len(mesh.motions):
             raise CaseError(
@@ -197,7 +204,10 @@ class Modal(AbstractRodModel):
         return reduced_body(gravity, mesh, span, paper_rule, faces)
 
     def _completed(self, modes: Completable, body: ElasticBody, faces: tuple[Face, ...]) -> Coordinates:
-        """Return the modes of a body, with `residual` and the static shapes of those left out at its contacts."""
+        """Return the modes of a body, with `residual` completed at its contacts.
+
+        The static shapes of the modes left out are added.
+        """
         if not self.residual or not faces:
             return modes
         bends = isinstance(body, Beam) and body.theory == "euler_bernoulli"

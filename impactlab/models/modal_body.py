@@ -116,7 +116,10 @@ class ModalBody(AbstractDiscreteModel):
 
     @property
     def approximate(self) -> ReducedMesh | None:
-        """The mesh in shapes that need not be its eigenvectors; None where the modes are eigenvectors."""
+        """Return the mesh in shapes that need not be its eigenvectors.
+
+        It is None where the modes are eigenvectors.
+        """
         return self._basis if isinstance(self._basis, ReducedMesh) and not self._basis.uncoupled else None
 
     @cached_property
@@ -168,10 +171,11 @@ def reduced_body(
 
 
 def projections(given: ReducedMesh, wanted: ReducedMesh) -> Array:
-    """Return the maps (2, n_dof, n_dof) of displacements and of velocities from one set of coordinates to another.
+    """Return the maps (2, n_dof, n_dof) from one set of coordinates to another.
 
-    Velocities orthogonally in the mass; displacements orthogonally in the stiffness, the rigid motion of a free rod in
-    the mass: the part dropped has no energy in common with the part kept, and none that is negative.
+    The first is of displacements, the second of velocities. Velocities are projected orthogonally in the mass,
+    displacements in the stiffness and the rigid motion of a free rod in the mass: the part dropped has no energy in
+    common with the part kept, and none that is negative.
     """
     mesh = given.mesh
     velocities = wanted.shapes.T @ products(mesh.mass, given.shapes)

@@ -1,4 +1,6 @@
-"""Pile driving: one blow, the bearing graph, blow after blow, the Case method and signal matching on head signals.
+"""Pile driving: blows, bearing graph, Case method and signal matching.
+
+The Case method and signal matching use signals at the head.
 
     from impactlab import load_case, piling
 

@@ -1,4 +1,4 @@
-"""One blow of a hammer on a pile: set, driving stresses and the energy that reaches the pile."""
+"""One blow of a hammer on a pile: set, stresses and transferred energy."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ BESIDE = 1e-6  # of the length of the pile: a place just before a soil link
 
 
 class Peak(NamedTuple):
-    """The largest stress along a pile over a blow, with its place and time; compression and tension both positive."""
+    """The largest stress along a pile over a blow.
+
+    Compression and tension are both positive.
+    """
 
     force: float  # N
     stress: float  # Pa
@@ -72,7 +75,7 @@ class Blow:
 
 
 def blow(case: Case | Simulation) -> Blow:
-    """Return the effect of one blow on a pile: set, largest stresses, energy and head signals.
+    """Return the effect of one blow on a pile: set, stresses, energy, head signals.
 
     The pile is the rod that links with the law `smith` hold, its head the end that a ram or a helmet meets, its toe the
     link at the other end. Stresses are those of fields along the pile, 200 in the time of a wave through it.
@@ -107,7 +110,10 @@ def blow(case: Case | Simulation) -> Blow:
 
 
 def set_in(history: AbstractHistory, run: Simulation, pile: Pile) -> float | None:
-    """Return the plastic displacement of the toe link in a run [m]; None of a pile without toe link."""
+    """Return the plastic displacement of the toe link in a run [m].
+
+    It is None for a pile without a toe link.
+    """
     if pile.toe is None:
         return None
     law = run.method.laws[pile.toe.name]
@@ -116,7 +122,7 @@ def set_in(history: AbstractHistory, run: Simulation, pile: Pile) -> float | Non
 
 
 def sets_of(history: AbstractHistory) -> dict[str, float]:
-    """Return the sets of the soil links at the end of a run [m], by name of the contact."""
+    """Return the sets of the soil links at the run's end [m], by contact."""
     found: dict[str, float] = {}
     for link in history.links:
         names = [each.name for each in history.scene.contacts if (each.group or each.name) == link.name]
@@ -125,7 +131,7 @@ def sets_of(history: AbstractHistory) -> dict[str, float]:
 
 
 def head_of(history: AbstractHistory, pile: Pile) -> Head:
-    """Return force and velocity at the head of a pile at the instants of a run."""
+    """Return force and velocity at the head of a pile over a run."""
     steps = POINTS if history.dt is None else round(history.duration / history.dt)
     time = np.linspace(0.0, history.duration, steps + 1)
     force = history.evaluate(time, f"force:{pile.head.name}")

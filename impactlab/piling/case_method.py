@@ -1,4 +1,7 @@
-"""The Case method: resistance of a pile from force and velocity at its head, by the two waves there."""
+"""Case method: resistance of a pile by the two waves at its head.
+
+The waves follow from force and velocity there.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ PEAK_FALL = 0.1  # of the largest value: the wave falls by more after a peak, by
 
 @dataclass(frozen=True)
 class CaseMethod:
-    """Resistances by the Case method, the waves at the head and the energy that passed it."""
+    """Resistances by the Case method.
+
+    With them are the waves at the head and the energy that passed it.
+    """
 
     total: float  # RTL [N], static and dynamic resistance from the first peak
     static: float  # RSP [N], less the damping at the toe, from the first peak
@@ -122,7 +128,10 @@ def case_method(
 
 
 def first_peak(down: Array) -> int:
-    """Return the number of the first peak of at least half of the largest value, after which the wave falls."""
+    """Return the index of the first peak, of at least half of the maximum.
+
+    After it the wave falls.
+    """
     highest = np.maximum.accumulate(down)
     fallen = np.flatnonzero((highest >= PEAK_SHARE * down.max()) & (highest - down > PEAK_FALL * down.max()))
     return int(np.argmax(down[: fallen[0] + 1] if fallen.size else down))

@@ -1,4 +1,7 @@
-"""Blow after blow: each begins at the static rest, with the residual forces, that the one before left."""
+"""Driving blow after blow, with residual forces.
+
+Each blow begins at the static rest that the one before left.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ SAME_SET = 1e-3  # relative: two blows that move the head and the toe by the sam
 
 
 class Driven(NamedTuple):
-    """One blow of several: its permanent set, and the residual forces that it leaves. Positive into the soil."""
+    """One blow of several: permanent set, and the residual forces it leaves.
+
+    They are positive into the soil.
+    """
 
     head: float  # m, permanent motion of the head
     toe: float  # m, permanent motion of the toe
@@ -66,13 +72,19 @@ class Driving:
 
     @property
     def set(self) -> float | None:
-        """Motion per blow [m] once it repeats and head and toe move alike, within 1e-3; None before that."""
+        """Motion per blow [m] once it repeats within 1e-3, else None.
+
+        Head and toe must move alike.
+        """
         number = self.repeats_from
         return None if number is None else self.blows[-1].head
 
     @property
     def repeats_from(self) -> int | None:
-        """Number of the first blow, counted from 1, that moves head and toe as the last one does; None of none."""
+        """Number of the first blow, from 1, that moves like the last, or None.
+
+        Head and toe both move alike.
+        """
         last = self.blows[-1].head
         alike = [last > 0.0 and max(abs(e.head - last), abs(e.toe - last)) <= SAME_SET * last for e in self.blows]
         first = len(alike) - alike[::-1].index(False) if False in alike else 0
@@ -88,7 +100,7 @@ def drive(case: Case | Simulation, blows: int) -> Driving:
     """Return the permanent motion of a pile under several blows, with residual forces between them.
 
     After each blow pile and soil come to static rest with the sets reached. That rest is the initial displacement and
-    the sets of the next blow, for which the hammer stands on the head as in the case. Places count from the head.
+    the sets of the next blow, for which the hammer stands on the head as in the case. Places are counted from the head.
 
     Parameters
     ----------
@@ -138,7 +150,10 @@ def _driven(run: Simulation, pile: Pile, blows: int) -> Iterator[Driven]:
 
 
 def _next(run: Simulation, pile: Pile, rest: Rest, head: float) -> tuple[Simulation, Array]:
-    """Return the scene of the next blow, its places counted from the head, and the motion of the ends in it."""
+    """Return the scene of the next blow and the motion of its ends.
+
+    Places are counted from the head.
+    """
     u = rest.displacement - head
     body = dataclasses.replace(pile.body, displacement=Table(tuple(rest.x.tolist()), tuple(u.tolist())))
     laws = dict(run.method.laws)

@@ -1,4 +1,7 @@
-"""Signal matching: soil of a pile found from force and velocity that were measured at its head."""
+"""Signal matching: soil of a pile from measured force and velocity.
+
+Both are measured at its head.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +80,7 @@ class Match:
 
 
 class Numbers(NamedTuple):
-    """A free number: how it was named, where it stands, and between which values it is sought."""
+    """A free number: its names, its place and its bounds."""
 
     name: str
     given: str  # path in the given case
@@ -90,7 +93,7 @@ class Numbers(NamedTuple):
 def match(
     case: Case, time: ArrayLike, force: ArrayLike, velocity: ArrayLike, free: Free, *, noise: str = "white"
 ) -> Match:
-    """Return the soil under which a pile that the measured force drives moves with the measured velocity.
+    """Return the soil that fits the head velocity under the measured head force.
 
     The hammer, if the case has one, is taken away; the head is driven by the force, straight lines between its samples.
     The free numbers are fitted to the velocity by least squares, from the values of the case. Different soils may fit
@@ -196,7 +199,10 @@ def _law(run: Simulation, case: Case, block: int) -> Smith:
 
 
 def _capacity(fit: Fit, numbers: Sequence[Numbers]) -> Fitted:
-    """Return the static capacity of all soil links with its interval, by the covariance of the logarithms."""
+    """Return the static capacity of all soil links with its interval.
+
+    The interval follows from the covariance of the logarithms.
+    """
     run = fit.case.simulation()
     total = sum(law.capacity for law in run.method.laws.values() if isinstance(law, Smith))
     shares = np.array([
@@ -215,10 +221,10 @@ def _capacity(fit: Fit, numbers: Sequence[Numbers]) -> Fitted:
 
 
 def _near(problem: MatchProblem, early: NDArray[np.bool_]) -> Array:
-    """Return a start near the solution: of the early samples first, on a coarse mesh where the case has a fine one.
+    """Return a start near the solution, fitted to the early samples first.
 
-    Later the pile rings, and soils whose ringing is a period off are minima of their own: starts at half of the
-    capacities ended there.
+    The mesh is coarse where the case has a fine one. Later the pile rings, and soils whose ringing is a period off are
+    minima of their own: starts at half of the capacities ended there.
     """
     (trials,), x = problem.trials, problem.start()
     assert isinstance(trials, MatchTrials)  # noqa: S101 - of `MatchProblem`
@@ -244,13 +250,16 @@ def _near(problem: MatchProblem, early: NDArray[np.bool_]) -> Array:
 
 
 def early_samples(time: Array, force: Array, round_trip: float) -> NDArray[np.bool_]:
-    """Return which samples lie within two round trips of a wave from the rise of the force on, shape (n,)."""
+    """Return whether samples lie within two round trips of the force's rise, (n,)."""
     rise = float(time[np.argmax(np.abs(force) >= RISE_SHARE * np.abs(force).max())])
     return np.asarray(time <= rise + EARLY_TRIPS * round_trip)
 
 
 def coarsened(run: Simulation) -> Simulation | None:
-    """Return a scene on a coarse mesh, its steps as much longer; None where it has none or is coarse already."""
+    """Return a scene on a coarse mesh with longer steps, or None.
+
+    It is None where the scene has no mesh, or a coarse one.
+    """
     models, coarser = {}, 1.0
     for name, model in run.method.models.items():
         elements = getattr(model, "elements", None)
@@ -264,7 +273,10 @@ def coarsened(run: Simulation) -> Simulation | None:
 
 
 class Instants(AbstractMeans):
-    """Values of a channel at the instants of its samples: velocities are samples of instants, not means."""
+    """Values of a channel at the instants of its samples.
+
+    Velocities are sampled at instants, and are no means.
+    """
 
     def __init__(self, history: AbstractHistory, channel: str, times: Array) -> None:
         self._history, self._channel, self.duration = history, channel, history.duration
@@ -280,7 +292,10 @@ class Instants(AbstractMeans):
 
 
 class MatchTrials(Trials):
-    """Runs of the driven pile with other soil: laws are replaced in the scene, and nothing else is built again."""
+    """Runs of the driven pile with other soil.
+
+    Laws are replaced in the scene, and nothing else is built again.
+    """
 
     def __init__(self, problem: MatchProblem, case: Case) -> None:
         signal = problem.experiments[0].signals[0]

@@ -1,4 +1,7 @@
-"""A pile under the force that was measured at its head: the case without hammer, numbers of its soil by name."""
+"""A pile under a measured head force: the case without its hammer.
+
+It gives the numbers of its soil by name.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,10 @@ class CaseUnderForce(NamedTuple):
 
 
 def checked(time: ArrayLike, force: ArrayLike, velocity: ArrayLike) -> tuple[Array, Array, Array]:
-    """Return measured signals as arrays of one length; raise `CaseError` with the sample that is wrong."""
+    """Return measured signals as arrays of one length.
+
+    Raise `CaseError` with the sample that is wrong.
+    """
     given = {"time": time, "force": force, "velocity": velocity}
     found = {name: row_of_numbers(name, each) for name, each in given.items()}
     sizes = [each.size for each in found.values()]
@@ -59,7 +65,9 @@ def checked(time: ArrayLike, force: ArrayLike, velocity: ArrayLike) -> tuple[Arr
 
 
 def written_out(case: Case, free: Iterable[str]) -> Case:
-    """Return a case whose contacts each have a block of their own, the same where it repeats none.
+    """Return a case whose contacts each have a block of their own.
+
+    It is the same case if it repeats no block.
 
     Raises
     ------
@@ -80,10 +88,10 @@ def written_out(case: Case, free: Iterable[str]) -> Case:
 
 
 def driven_by(case: Case, time: Array, force: Array) -> CaseUnderForce:
-    """Return the case with the hammer taken away and a measured force [N] on the head, compression positive.
+    """Return the case with a measured head force [N] in place of the hammer.
 
-    The pile is at rest at the first sample. Bodies that no contact still joins to the pile are left out, and with
-    them probes, methods and variants of the case.
+    The force is positive in compression. The pile is at rest at the first sample. Bodies that no contact still joins to
+    the pile are left out, and with them probes, methods and variants of the case.
     """
     run = case.simulation()
     body, from_left, head = head_of(run)
@@ -116,9 +124,10 @@ def driven_by(case: Case, time: Array, force: Array) -> CaseUnderForce:
 
 
 def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
-    """Return the pile, whether its head is its left end, and the contact of a hammer with it, if there is one.
+    """Return the pile, whether its head is left, and the hammer's contact.
 
-    Without hammer the head is the loaded end, else the end away from the soil at the toe.
+    The contact is None without a hammer. Without hammer the head is the loaded end, else the end away from the soil at
+    the toe.
     """
     body, soil = soil_of(run)
     try:
@@ -140,7 +149,9 @@ def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
 
 
 def head_signals(history: AbstractHistory) -> Head:
-    """Return force and velocity at the head of the pile of a run, under a hammer or under a force over time.
+    """Return force and velocity at the head of the pile of a run.
+
+    It is driven by a hammer or by a force over time.
 
     Raises
     ------
@@ -171,7 +182,10 @@ def _blocks(case: Case) -> Iterator[tuple[Contact, ...]]:
 
 
 def soil_path(case: Case, name: str) -> tuple[int, str]:
-    """Return the number of a contact block and the field of its law for ``toe.capacity`` or a path of the case."""
+    """Return contact block and law field of a number of the soil.
+
+    It is named like ``toe.capacity``, or by a path of the case.
+    """
     contact, _, field = name.rpartition(".")
     number = -1
     if contact.startswith("contacts.") and contact.endswith(".law"):

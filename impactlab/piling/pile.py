@@ -1,4 +1,4 @@
-"""The pile of a scene: its head under the hammer, its toe, and the soil on it."""
+"""The pile of a scene: head under the hammer, toe, and soil."""
 
 from __future__ import annotations
 
@@ -45,7 +45,9 @@ class Pile(NamedTuple):
 
 
 def pile_of(run: Simulation) -> Pile:
-    """Return the pile of a scene: the rod that the links with the law `smith` hold, else its only rod.
+    """Return the pile of a scene: the rod that links with `smith` hold.
+
+    Without such links it is the only rod.
 
     Raises
     ------
@@ -66,7 +68,9 @@ def pile_of(run: Simulation) -> Pile:
 
 
 def soil_of(run: Simulation) -> tuple[WaveBody, tuple[Contact, ...]]:
-    """Return the rod that the links with the law `smith` hold, else the only rod, and these links.
+    """Return the rod held by links with the law `smith`, and these links.
+
+    Without links it is the only rod.
 
     Raises
     ------
@@ -92,7 +96,10 @@ def _x_on(contact: Contact, body: WaveBody) -> float | None:
 
 
 def _struck_at(run: Simulation, contact: Contact, body: WaveBody) -> float | None:
-    """Return the end x [m] of the pile at which a body other than soil or a wall meets it; None elsewhere."""
+    """Return the end x [m] of the pile that a striker meets, else None.
+
+    A striker is a body other than soil or a wall.
+    """
     x = _x_on(contact, body)
     others = [run.scene.bodies[point.body] for point in contact.faces if point.body != body.name]
     if x not in (0.0, body.length) or not others or isinstance(run.method.laws.get(contact.name), Smith):

@@ -1,4 +1,7 @@
-"""Signs and sizes of force and velocity at the head of a pile: it takes energy, is pressed first, begins at rest."""
+"""Checks of signs and sizes of force and velocity at a pile's head.
+
+A pile takes energy, is pressed first, and begins at rest.
+"""
 
 from __future__ import annotations
 
@@ -20,9 +23,10 @@ START_SAMPLES = 3  # whose median is the start of a signal: one alone may be noi
 
 
 def check_work(time: Array, force: Array, velocity: Array) -> None:
-    """Raise `ImpactlabError` where signals at a head give less energy to the pile than they take from it.
+    """Raise `ImpactlabError` where head signals give less energy than they take.
 
-    A pile at rest in soil has no energy to give, so the work of the force is positive at all times.
+    Both are exchanged with the pile. A pile at rest in soil has no energy to give, so the work of the force is positive
+    at all times.
     """
     work = cumulative_trapezoid(force * velocity, time, initial=0.0)
     given, taken = float(work.max()), -float(work.min())
@@ -48,7 +52,10 @@ def check_pressed(force: Array) -> None:
 
 
 def warn_of_times(time: Array, trip: float) -> None:
-    """Issue an `UnusualValue` of times [s] whose size does not fit 2 L/c of the pile, ``trip`` [s]."""
+    """Issue an `UnusualValue` of times that do not fit the pile.
+
+    ``trip`` is 2 L/c of the pile [s].
+    """
     interval, length = float(np.median(np.diff(time))), float(time[-1] - time[0])
     if interval > MAX_INTERVAL * trip or length > MAX_TRIPS * trip:
         warn_unusual(
@@ -58,7 +65,10 @@ def warn_of_times(time: Array, trip: float) -> None:
 
 
 def check_length(time: Array, trip: float) -> None:
-    """Raise `CaseError` where a run over times [s] would be far longer than a blow, ``trip`` [s] being 2 L/c."""
+    """Raise `CaseError` where times [s] are far longer than a blow.
+
+    ``trip`` is 2 L/c of the pile [s].
+    """
     length = float(time[-1] - time[0])
     if length > MAX_TRIPS * trip:
         raise CaseError(
@@ -70,7 +80,10 @@ def check_length(time: Array, trip: float) -> None:
 
 
 def warn_of_proportion(time: float, force: float, impedance_velocity: float) -> None:
-    """Issue an `UnusualValue` where force and Z v [N] at the first peak differ by more than waves up explain."""
+    """Issue an `UnusualValue` where force and Z v at the first peak disagree.
+
+    They differ by more than waves up explain, both in N.
+    """
     if not impedance_velocity / MAX_PROPORTION <= force <= MAX_PROPORTION * impedance_velocity:
         warn_unusual(
             f"at the first peak, {time:.4g} s, the force is {prefixed(force, 'N')} and impedance times velocity "
@@ -80,7 +93,7 @@ def warn_of_proportion(time: float, force: float, impedance_velocity: float) -> 
 
 
 def warn_of_offsets(force: Array, velocity: Array) -> None:
-    """Issue an `UnusualValue` where signals at the head of a pile do not begin at zero."""
+    """Issue an `UnusualValue` where head signals of a pile do not begin at zero."""
     for name, unit, values in (("force", "N", force), ("velocity", "m/s", velocity)):
         start, largest = float(np.median(values[:START_SAMPLES])), float(np.abs(values).max())
         if abs(start) > MAX_START * largest:

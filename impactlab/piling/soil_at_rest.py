@@ -1,4 +1,7 @@
-"""Whether the soil of a pile is at rest when a run ends, so that its sets are those of the blow."""
+"""Check that the soil of a pile is at rest when a run ends.
+
+Only then are its sets those of the blow.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +21,10 @@ SOIL_TOL = 1e-6  # of the static capacity: a link below it holds nothing
 
 
 def warn_if_moving(history: AbstractHistory, run: Simulation, pile: Pile, blow: str = "") -> None:
-    """Issue a `DoubtfulResult` if soil of a pile yields, or goes furthest, in the last round trip of a wave.
+    """Issue a `DoubtfulResult` if soil still moves at the end of a run.
 
-    ``blow`` names the blow among several, with a colon.
+    Its links yield, or go furthest, in the last round trip of a wave. ``blow`` names the blow among several, with a
+    colon.
     """
     trip = pile.body.round_trip
     time = np.linspace(0.0, history.duration, POINTS + 1)

@@ -1,4 +1,7 @@
-"""Static rest of a pile in its soil: the minimum of a convex energy, by Newton steps with a line search."""
+"""Static rest of a pile in its soil, by Newton steps with line search.
+
+It is the minimum of a convex energy.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ MIN_SLOPE = 1e-9  # of the stiffest soil: keeps the matrix regular where all soi
 
 
 class Rest(NamedTuple):
-    """A pile at static rest, its nodes the ends, the joints of its segments and the places of its soil links."""
+    """A pile at static rest, in values at its nodes.
+
+    Nodes are the ends, the joints of its segments and the places of its soil links.
+    """
 
     x: Array  # (n,) m from the left end
     displacement: Array  # (n,) m, positive along +x
@@ -98,7 +104,10 @@ def rest_of(run: Simulation, pile: Pile, sets: dict[str, float], start: float) -
 
 
 def _nodes(pile: Pile) -> Array:
-    """Return the places of soil links, of the ends and of the joints of segments, where the strain jumps, (n,)."""
+    """Return the nodes of the pile, where the strain jumps, (n,) [m].
+
+    They are the places of soil links, the ends and the joints of segments.
+    """
     places = np.unique([0.0, pile.body.length, *(pile.place(contact) for contact in pile.soil)])
     joints = np.cumsum([segment.length for segment in pile.body.segments[:-1]])
     apart = [np.abs(places - joint).min() > PLACE_ROUNDING * pile.body.length for joint in joints]
@@ -130,7 +139,10 @@ def _springs(pile: Pile, x: Array) -> Array:
 
 
 def _share(left_over: Callable[[Array], Array], u: Array, step: Array) -> float:
-    """Return the share of a Newton step at which the energy along it is least: the zero of a rising function."""
+    """Return the share of a Newton step of least energy along it.
+
+    It is the zero of a rising function.
+    """
 
     def slope(share: float) -> float:
         return float(step @ left_over(u + share * step))

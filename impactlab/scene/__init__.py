@@ -1,4 +1,7 @@
-"""The physics of a case: bodies, contacts, loads, probes. How it is solved stands in `impactlab.scene.method`."""
+"""The physics of a case: bodies, contacts, loads, probes.
+
+Its numerical method is in `impactlab.scene.method`.
+"""
 
 from impactlab.scene.bodies import (
     Beam,

@@ -1,4 +1,4 @@
-"""Facts of a scene: its rods and beams, the impedance and the striker of a contact.
+"""Facts of a scene: rods and beams, impedance and striker of a contact.
 
 Laws get the facts of their two sides as `SideFacts`; the impedance and masses here are for checks, warnings and
 the automatic choice.
@@ -30,7 +30,7 @@ def is_lossy(beam: Beam) -> bool:
 
 
 def changes(scene: Scene) -> bool:
-    """Return whether a body of a scene has matrices that change as it moves: a mechanism."""
+    """Return whether a scene has a mechanism, whose matrices change as it moves."""
     return any(body.changes for body in scene.bodies.values())
 
 
@@ -65,7 +65,10 @@ def split_at_contacts(scene: Scene) -> Scene:
 
 
 def cut_at(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Any]:
-    """Yield the segments, each of its own kind, cut at places along the body [m], rising."""
+    """Yield the segments cut at rising places along the body [m].
+
+    Each keeps its own kind.
+    """
     start = 0.0
     for segment in segments:
         end, left = start + segment.length, segment.length
@@ -90,7 +93,7 @@ def is_a_delay_line(scene: Scene) -> bool:
 
 
 def delay_unit(scene: Scene) -> float | None:
-    """Return the longest time [s] of which every segment of the rods takes a whole multiple; None without one.
+    """Return the longest time that divides all segments' transit times [s], or None.
 
     With steps that divide it a delay line of several segments has all its places on the grid.
     """
@@ -134,7 +137,7 @@ def facts_at(
 
 
 def field_acceleration(scene: Scene) -> float:
-    """Return the largest acceleration by gravity, or of masses that turn by the centrifugal force [m/s2]."""
+    """Return the largest acceleration by gravity, or by rotation of masses [m/s2]."""
     found = [abs(scene.gravity)]
     for body in scene.bodies.values():
         if body.rotation is not None and body.elastic is None:
@@ -143,7 +146,10 @@ def field_acceleration(scene: Scene) -> float:
 
 
 def steady_facts(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the steady state of each body that turns, by name, ready for JSON: rad/s, m and Pa."""
+    """Return the steady state of each rotating body by name, ready for JSON.
+
+    Units are rad/s, m and Pa.
+    """
     facts: dict[str, dict[str, Any]] = {}
     for name, body in scene.bodies.items():
         if body.rotation is None:

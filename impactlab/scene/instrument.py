@@ -1,4 +1,4 @@
-"""The instrument of a probe: length of its gauge, filter, sampling, noise and converter, in SI."""
+"""The instrument of a probe: gauge, filter, sampling, noise and converter, in SI units."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Instrument:
-    """How a probe is measured, in the order of the signal's way; ideal where nothing is given."""
+    """The measurement of a probe, in the order of the signal's path.
+
+    It is ideal where nothing is given.
+    """
 
     length: float = 0.0  # m, of a strain gauge with its middle at the probe
     bandwidth: float | None = None  # Hz, at which a Gaussian low-pass without delay is 3 dB down

@@ -1,4 +1,6 @@
-"""How a scene is solved: models by body, laws by contact, integrator, step and events, or a tolerance.
+"""The method of a scene: models, laws, integrator, step and events, or a tolerance.
+
+Models are given by body, laws by contact.
 
 A `Method` holds nothing physical but the laws: a scene and a method together are a run. The functions here return facts
 of the two together.
@@ -100,9 +102,10 @@ def force_jumps(scene: Scene, method: Method) -> bool:
 
 
 def is_exact(scene: Scene, method: Method) -> bool:
-    """Return whether all rods are continuous and all laws hard, constant springs or linear between changes of branch.
+    """Return whether the exact solver supports all rods and all laws.
 
-    Where a law has branches, a given step selects a stepped delay line.
+    Rods must be continuous, and laws hard, constant springs or linear between changes of branch. Where a law has
+    branches, a given step selects a stepped delay line.
     """
     models = [method.models.get(name) for name, body in scene.elastic.items() if body.waves is not None]
     if any(body.changes for body in scene.bodies.values()):
@@ -133,7 +136,10 @@ def side_facts(
     left_out: float = 0.0,
     flexibility: float = 0.0,
 ) -> SideFacts:
-    """Return the facts of one side of a contact, by the model's elements; the last three are those of a body built."""
+    """Return the facts of one side of a contact, by the model's elements.
+
+    The last three arguments are those of a body that is built.
+    """
     body, length = scene.bodies[point.body].elastic, math.nan
     if body is not None:
         model = method.models.get(body.name)

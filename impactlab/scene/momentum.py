@@ -1,4 +1,4 @@
-"""The balance of momentum of a body: impulses of contacts and loads against its change of momentum."""
+"""Momentum balance of a body: impulses of contacts and loads, change of momentum."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def balance(
         Impulse of each contact so far [N s].
     time : float
         s
-    seen : Seen
+    seen : BodyMomentum
         Of the body, over that time.
     loaded : float, optional
         Impulse of its loads over time [N s], as the run has taken it; by default their integral.

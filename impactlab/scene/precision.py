@@ -1,4 +1,4 @@
-"""Numbers that double precision cannot hold together: one refusal for singular matrices, overflow and lost digits."""
+"""Limits of double precision: errors for singular matrices, overflow and lost digits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The physics of a run, in SI and in plain frozen records: bodies, contacts, loads, duration, recorded quantities.
+"""The physics of a run in SI units, as frozen records.
+
+They are bodies, contacts, loads, duration and recorded quantities.
 
 Conventions: x runs from a body's left end to its right end; displacements and velocities are positive to the
 right; gaps are positive when open; contact forces, stresses and strains are positive in compression. Of a beam the
@@ -33,7 +35,10 @@ class Point:
 
 @dataclass(frozen=True)
 class Contact:
-    """Two faces that may meet, or are joined, left and right; gap = gap0 + u_right - u_left."""
+    """Two faces, left and right, that may meet or are joined.
+
+    gap = gap0 + u_right - u_left.
+    """
 
     left: Point
     right: Point
@@ -52,7 +57,10 @@ class Contact:
         return self.left, self.right
 
     def places_on(self, body: str) -> list[float]:
-        """Return the places x [m] of its faces on a body: none, one, or two of a body that meets itself."""
+        """Return the places x [m] of its faces on a body.
+
+        There are two if the body meets itself.
+        """
         return [face.x for face in self.faces if face.body == body]
 
 
@@ -114,7 +122,10 @@ class Scene:
         return tuple(kept)
 
     def with_frames(self, count: int) -> Scene:
-        """Return the scene with frames at the ends of ``count`` equal parts of the run, at least one."""
+        """Return the scene with frames at equal parts of the run.
+
+        There are ``count`` parts, at least one.
+        """
         if isinstance(count, bool) or not isinstance(count, Integral) or count < 1:
             raise ImpactlabError(f"frames is {count!r}. Allowed: whole numbers from 0", remedy="Give frames=240.")
         more = (self.duration * number / count for number in range(count + 1))
@@ -141,7 +152,10 @@ class Scene:
 
     @cached_property
     def touching(self) -> dict[str, list[tuple[int, int]]]:
-        """Faces of each body that has contacts, by name: number of the contact, 0 for its left or 1 for its right."""
+        """Contact faces by the name of their body.
+
+        Each is the number of the contact, and 0 for its left or 1 for its right face.
+        """
         found: dict[str, list[tuple[int, int]]] = {}
         for number, contact in enumerate(self.contacts):
             found.setdefault(contact.left.body, []).append((number, 0))
@@ -150,7 +164,10 @@ class Scene:
 
     @cached_property
     def places(self) -> list[tuple[int, int]]:
-        """The place of the left and the right face of each contact among the faces of its body."""
+        """The places of both faces of each contact among those of their bodies.
+
+        The left face comes first.
+        """
         found = [[0, 0] for _ in self.contacts]
         for faces in self.touching.values():
             for place, (number, side) in enumerate(faces):

@@ -1,4 +1,6 @@
-"""The numbers that a case may hold: for each unit the smallest positive and the largest, and those of derived values.
+"""Ranges of the numbers in a case, and of derived values, by unit.
+
+A range is the smallest positive and the largest number.
 
 They are far beyond any experiment, from atoms to planets, and near enough to one that no product of theirs leaves the
 range of double precision: with lengths from 1e-15 m on, a stiffness 12 EI/h3 stays below 1e100, its square below 1e200.
@@ -83,12 +85,12 @@ def check_scales(scene: Scene) -> None:
 
 
 def is_solid(body: ElasticBody) -> bool:
-    """Return whether waves run through every piece of a body at a speed that solids have."""
+    """Return whether all wave speeds of a body are those of solids."""
     return all(SOLID.least <= piece.wave_speed <= SOLID.most for piece in body.segments)
 
 
 def hints_of(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
-    """Yield a sentence for each value of a scene and of its laws that may be a slip."""
+    """Yield a sentence for each value of a scene or law that looks wrong."""
     for found in (lone_bodies, odd_speeds, odd_loads, odd_probes):
         yield from found(scene)
     yield from odd_laws(scene, laws)
@@ -106,7 +108,10 @@ def odd_speeds(scene: Scene) -> Iterator[str]:
 
 
 def odd_loads(scene: Scene) -> Iterator[str]:
-    """Yield a sentence for each table of an end force of whose many samples the run reaches only the first."""
+    """Yield a sentence for each long table of an end force hardly used.
+
+    The run reaches only the first of its many samples.
+    """
     for name, body in scene.bodies.items():
         for x, load in body.loads:
             if load.lines(scene.duration) is None:  # no table
@@ -134,7 +139,10 @@ def lone_bodies(scene: Scene) -> Iterator[str]:
 
 
 def odd_probes(scene: Scene) -> Iterator[str]:
-    """Yield a sentence for each strain gauge whose range or noise is larger than any strain that gauges survive."""
+    """Yield a sentence for each strain gauge of too large a range or noise.
+
+    No gauge survives such strains.
+    """
     for number, probe in enumerate(scene.probes):
         if probe.quantity != "strain" or probe.instrument is None:
             continue
@@ -166,7 +174,10 @@ def _odd_specimen(contact: Contact, scene: Scene, law: Any) -> Iterator[str]:
 
 
 def odd_laws(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
-    """Yield sentences of sizes that no soil has, one for each group of links, and of sizes that no specimen has."""
+    """Yield sentences on values beyond those of any soil or specimen.
+
+    There is one for each group of links.
+    """
     said: set[str] = set()
     for contact in scene.contacts:
         if hasattr(laws[contact.name], "first_yield"):
@@ -190,7 +201,10 @@ def _within(value: float, allowed: Range, text: str, unit: str, path: str) -> No
 
 
 def _apart(body: ElasticBody, path: str) -> None:
-    """Raise `CaseError` where the pieces of a body are too unlike to stand in one matrix."""
+    """Raise `CaseError` where the pieces of a body differ too much.
+
+    One matrix cannot hold them.
+    """
     bending = [each.bending_stiffness / each.length**3 for each in body.segments]
     for text, values in (
         ("masses", [piece.mass for piece in body.segments]),

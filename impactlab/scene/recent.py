@@ -1,4 +1,7 @@
-"""Results of the last few simulations, so that a case that is run again is not checked and built again."""
+"""Results of the last few simulations, for cases that are run again.
+
+They are not checked and built again.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ class KeepsResults(Generic[Made]):
         self._known: dict[Any, tuple[Scene, Method, Made]] = {}
 
     def __call__(self, scene: Scene, method: Method) -> Made:
-        """Return the result for a scene and a method, made or kept; it raises as the function does."""
+        """Return the result for a scene and a method, made or kept.
+
+        It raises as the function does.
+        """
         key = id(scene), id(method), memory_limit() if self._limited else 0.0
         known = self._known.get(key)
         if known is not None:

@@ -1,4 +1,6 @@
-"""The memory that a scene will take, estimated from its sizes before anything is allocated, and the limit on it.
+"""Estimated memory of a scene from its sizes, and the limit on it.
+
+It is checked before anything is allocated.
 
 The numbers of bytes were measured, and rounded up. The limit is 2 GB for all that a run keeps; bodies in coordinates
 may take a tenth of it, as every check builds them. ``IMPACTLAB_MEMORY`` sets another limit, in bytes.
@@ -99,23 +101,28 @@ def in_bytes(count: float) -> str:
 
 
 def columns_of(scene: Scene) -> int:
-    """Return how many numbers a record holds: time, six of each contact, probes, position and velocity of masses."""
+    """Return the count of numbers in a record.
+
+    They are time, six of each contact, probes, position and velocity of masses.
+    """
     return 1 + 6 * len(scene.contacts) + len(scene.recorded_probes) + len(scene.own_channels)
 
 
 def default_records(scene: Scene, most: int) -> int:
-    """Return the instants kept where a case does not say: ``most``, of many bodies as many as half the limit holds.
+    """Return the default count of instants kept: ``most``, fewer for many bodies.
 
-    The limit is that of 2 GB, whatever ``IMPACTLAB_MEMORY`` is, so that the same case keeps the same.
+    Of many bodies it is as many as half the limit holds. The limit is that of 2 GB, whatever ``IMPACTLAB_MEMORY`` is,
+    so that the same case keeps the same.
     """
     room = 0.5 * (1.0 - BUILT) * MEMORY / (2.0 * BYTES * columns_of(scene))
     return max(MIN_RECORDS, min(most, int(room)))
 
 
 def kept_of_rows(scene: Scene, steps: int, columns: int) -> int:
-    """Return how many instants a run with rows of beads keeps: by default few, as a record costs more than a step.
+    """Return the count of instants kept in a run with rows of beads.
 
-    ``columns`` is how many numbers of a record are those of the rows.
+    By default they are few, as a record costs more than a step. ``columns`` is how many numbers of a record are those
+    of the rows.
     """
     if scene.records not in (RECORDS, default_records(scene, RECORDS)):
         return scene.records
@@ -123,7 +130,10 @@ def kept_of_rows(scene: Scene, steps: int, columns: int) -> int:
 
 
 def check_records(scene: Scene, steps: float, more: int = 0) -> None:
-    """Raise `CaseError` where the records of a run are too large; ``more`` numbers are recorded beside channels."""
+    """Raise `CaseError` where the records of a run are too large.
+
+    ``more`` numbers are recorded beside channels.
+    """
     columns = columns_of(scene) + more
     kept = min(steps, float(scene.records)) + 1.0
     if fits(2.0 * kept * columns, 1.0 - BUILT):

@@ -1,1 +1,1 @@
-"""What happens before a run: checks of the environment, imports on first use, values found once, wall time by stage."""
+"""The start of a process: its environment, imports on first use, wall time by stage."""

@@ -2,7 +2,7 @@
 
 `functools.cached_property` of Python before 3.12 holds a lock while a value is found, one for all objects of a class.
 That takes as long as some ten attributes, and threads wait there for each other. Without it two threads may both find
-a value; either serves, as in later versions.
+a value, and either is correct, as in later versions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Faults of the surroundings that end in a hang or a traceback of others, found before anything heavy is imported."""
+"""Checks of the environment before heavy imports.
+
+They find faults that would end in a hang, or in a traceback of another library.
+"""
 
 from __future__ import annotations
 

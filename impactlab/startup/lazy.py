@@ -1,4 +1,4 @@
-"""Modules that are imported when they are first used, so that a command loads only the libraries it needs."""
+"""Modules imported on first use: a command loads only the libraries it needs."""
 
 from __future__ import annotations
 
@@ -26,12 +26,15 @@ class LazyModule:
 
 
 def lazy(name: str) -> Any:
-    """Return a module by its full name, imported on first use; state its type by an import under TYPE_CHECKING."""
+    """Return a module by its full name, imported on first use.
+
+    State its type by an import under TYPE_CHECKING.
+    """
     return LazyModule(name)
 
 
 def above(module: str) -> Any:
-    """Return a module that stands above the caller, by its name inside the package: figures of a history, say.
+    """Return a module above the caller by its name in the package, such as figures.
 
     It is imported at its first use, as plotting backends are; modules below must not depend on it otherwise.
     """
@@ -39,7 +42,10 @@ def above(module: str) -> Any:
 
 
 def public_names(names: Iterable[str]) -> Callable[[], list[str]]:
-    """Return a package's `__dir__`: its public names alone, for completion and `help`, also those not imported yet."""
+    """Return a package's `__dir__`: its public names, also those not imported yet.
+
+    It is used by completion and `help`.
+    """
     listed = sorted(names)
     return lambda: list(listed)
 

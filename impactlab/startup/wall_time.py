@@ -1,7 +1,7 @@
-"""Wall time of a command by stage: a stopwatch that always runs for exactly one of them, so that they sum to the whole.
+"""Wall time of a command by stage.
 
-Stages nest: the time of the inner one is not that of the outer one. Without a stopwatch, as in a session of Python,
-`spent_on` does nothing.
+A stopwatch always runs for exactly one stage, so that the times of all add up to the whole. Stages nest: the time of
+the inner one is not that of the outer one. Without a stopwatch, as in a session of Python, `spent_on` does nothing.
 """
 
 from __future__ import annotations
@@ -71,7 +71,10 @@ class WallTime:
         self._since = now
 
     def seconds(self) -> dict[str, float]:
-        """Return the seconds of all stages that took any, in the order of `STAGES`; they sum to the time so far."""
+        """Return the seconds of each stage that took any, in the order of `STAGES`.
+
+        They add up to the time so far.
+        """
         self._book()
         return {stage: self._spent[stage] for stage in STAGES if stage in self._spent}
 
@@ -115,9 +118,10 @@ class timed:  # noqa: N801 - likewise
 
 
 def age_of_process() -> float:
-    """Return the seconds since this process began, to a hundredth; 0 where the system does not give it.
+    """Return the time since this process began [s], to 0.01 s.
 
-    0 also for a process in which a command before this one has run: that earlier start is not its own.
+    It is 0 where the system does not give it. 0 also for a process in which a command before this one has run: that
+    earlier start is not its own.
     """
     if _asked:
         return 0.0

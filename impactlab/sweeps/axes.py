@@ -1,4 +1,7 @@
-"""Axes of a sweep: paths of the case with their values, read and checked before the first run."""
+"""Axes of a sweep: paths of the case with their checked values.
+
+They are read and checked before the first run.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +53,7 @@ class Axis:
         return vars(self) | {"checked": None}
 
     def case(self, case: Case, value: Any) -> Case | None:
-        """Return a case with one of the values alone, as its check has built it; None where it was not kept."""
+        """Return a case with one value alone, as checked, or None if not kept."""
         return self.checked[1].get(repr(value)) if self.checked is not None and self.checked[0] is case else None
 
     @property
@@ -81,7 +84,10 @@ class Points:
         return math.prod(self.shape)
 
     def settings(self, number: int) -> dict[str, Any]:
-        """Return path and value of each axis at a point; points are numbered with the last axis running fastest."""
+        """Return path and value of each axis at a point.
+
+        Points are numbered with the last axis running fastest.
+        """
         if self.listed:
             return {axis.path: axis.values[number] for axis in self.axes}
         found: dict[str, Any] = {}
@@ -102,7 +108,10 @@ class Points:
 
 
 def at_point(case: Case, settings: Mapping[str, Any], by: str = BY) -> Case:
-    """Return a case with the values of a point: its method first, then the values, given ``by`` these words."""
+    """Return a case with the values of a point.
+
+    The method is chosen first, then the values are given ``by`` these words.
+    """
     settings = dict(settings)
     method = settings.pop(METHOD, None)
     case = case if method is None else case.method(method)
@@ -114,7 +123,9 @@ Known = Mapping[str, Mapping[str, Any]]
 
 
 def grid(case: Case, over: Mapping[str, Iterable[Any]], known: Known | None = None) -> Points:
-    """Return the grid of several axes, path to values each; every value is checked by the case.
+    """Return the grid of several axes, with every value checked by the case.
+
+    ``over`` maps paths to values.
 
     Raises
     ------
@@ -179,7 +190,9 @@ def _checked(case: Case, given: Mapping[str, tuple[Any, ...]], known: Known | No
 
 
 def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str, Any] | None = None) -> Axis:
-    """Return an axis, its values in SI; each value passes the checks of the case, unless it is ``known`` to do so.
+    """Return an axis with its values in SI units, checked by the case.
+
+    Values that are ``known`` are not checked again.
 
     Raises
     ------
@@ -218,7 +231,7 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
 
 
 def takes_whole(case: Case, path: str) -> bool:
-    """Return whether a case takes only whole numbers at a path, and so refuses a half."""
+    """Return whether a path of a case allows only whole numbers."""
     try:
         case.with_(path, 0.5)
     except ImpactlabError as error:
@@ -228,7 +241,7 @@ def takes_whole(case: Case, path: str) -> bool:
 
 
 def spread(numbers: Array) -> list[int]:
-    """Return places of the extremes of many numbers, of those nearest to zero on each side, and of some between."""
+    """Return places of extremes, of numbers nearest to zero on each side, and between."""
     order = np.argsort(numbers, kind="stable")
     chosen = {int(order[round(k)]) for k in np.linspace(0, len(numbers) - 1, min(SPREAD_NUMBERS, len(numbers)))}
     for side in (numbers < 0.0, numbers == 0.0, numbers > 0.0):
@@ -273,7 +286,7 @@ def _in_si(case: Case, path: str, value: Any) -> Any:
 
 
 def _value_in_si(case: Case, changed: Case, path: str, value: Any) -> Any:
-    """Return a value of a path in SI, as the case that was ``changed`` by it reads it."""
+    """Return a value of a path in SI units, as the ``changed`` case reads it."""
     with _named(path):
         resolved: Any = changed.resolved()
     for key in numbered(case.document.data, path).split("."):

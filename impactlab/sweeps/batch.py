@@ -1,4 +1,6 @@
-"""Batches of exact runs: the points of a sweep that differ in numbers alone, marched in one compiled call.
+"""Batches of exact runs: points of a sweep in one compiled call.
+
+They differ in numbers alone.
 
 The network of the case is built once. Each axis is reduced to the entries of the vector of numbers that it replaces;
 points are then written, marched and read in compiled code (`impactlab.exact.batch`), without the interpreter's lock. A
@@ -81,7 +83,7 @@ class Batch:
         self.refused = refused  # (points,), by the case: left to runs of their own
         self.run, self.pattern, self.numbers = run, base.pattern, over_all(case, grid, base)
         self.count = grid.count
-        self.asked = sum({points.WANTED[each.name] for each in wanted if each.name in points.WANTED})
+        self.results_wanted = sum({points.WANTED[each.name] for each in wanted if each.name in points.WANTED})
         self.columns = [columns_of(each, self.pattern) for each in wanted]
         self.seconds = 0.0  # of a point
         self._own = threading.local()
@@ -96,7 +98,7 @@ class Batch:
 
     def at(self, numbers: Sequence[int] | range) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
         """Return the values of each quantity at points, and which points have values."""
-        table, states = self.marcher.results(np.array(numbers, np.int64), self.asked)
+        table, states = self.marcher.results(np.array(numbers, np.int64), self.results_wanted)
         served = (states == points.SERVED) & ~self.refused[np.asarray(numbers)]
         table[~served] = np.nan
         return tuple(table[:, columns] for columns in self.columns), served
@@ -106,7 +108,10 @@ class Batch:
         return BatchResults(first, *self.at(range(first, last)))
 
     def chunks(self, firsts: Sequence[int], size: int, workers: int) -> Iterator[BatchResults]:
-        """Yield the results of chunks of points by their first ones, computed by so many threads."""
+        """Yield the results of chunks of points, computed by ``workers`` threads.
+
+        ``firsts`` are the first points of the chunks.
+        """
         if workers < 2:
             for first in firsts:
                 yield self.found(first, min(first + size, self.count))
@@ -180,15 +185,18 @@ def columns_of(each: WantedQuantity, pattern: Pattern) -> NDArray[np.int64]:
     raise KeyError(each.name)
 
 
-def _try(batch: Batch, count: int, asked: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> None:
-    """Run some points on their own, too, and take the time of others; raises `BatchMismatch` where they differ."""
+def _try(batch: Batch, count: int, sought: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> None:
+    """Compare some points with runs of their own, and measure others' time.
+
+    Raise `BatchMismatch` where they differ.
+    """
     chosen = inner_points(count)
     values, served = batch.at(chosen)
     if not served.any():
         raise NotServed("none of the points that were tried")
     for place in np.flatnonzero(served)[:TRIAL_POINTS].tolist():
         wanted = single(chosen[place])
-        for each, table, own in zip(asked if wanted else (), values, wanted or (), strict=False):
+        for each, table, own in zip(sought if wanted else (), values, wanted or (), strict=False):
             scale = float(np.max(np.abs(table[served]), initial=0.0, where=np.isfinite(table[served])))
             floor = TRIED_TOL * scale + (ROUNDING if each.unit == "1" else 0.0)
             if not np.allclose(table[place], own, rtol=TRIED_TOL, atol=floor, equal_nan=True):

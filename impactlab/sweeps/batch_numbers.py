@@ -1,4 +1,7 @@
-"""The axes of a sweep as entries of the vector of numbers of exact runs, which a batch marches."""
+"""Axes of a sweep as entries of the vector of numbers of exact runs.
+
+A batch marches these vectors.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ class NotServed(Exception):  # noqa: N818 - a reason, no fault: the points are t
 
 
 class BatchMismatch(NotServed):
-    """A batch gave another value than a run of its own: a fault of this code, which its users should know."""
+    """A different result of a batch and a run: a fault of impactlab.
+
+    Users should see it.
+    """
 
 
 class AxisEntries(NamedTuple):
@@ -45,7 +51,10 @@ class AxisEntries(NamedTuple):
 
 
 def numbers_of(case: Case) -> marcher.Built:
-    """Return pattern, vector and network of a case; raises `NotServed`, or the errors of the case."""
+    """Return pattern, vector and network of a case.
+
+    Raise `NotServed`, or the errors of the case.
+    """
     run = case.simulation()
     if run.method.tolerance is not None or not is_exact(*run) or any(theories(*run)):
         raise NotServed("the runs are not exact ones: rods that are not continuous, or laws of another kind")
@@ -92,7 +101,10 @@ def on_axis(case: Case, axis: Axis, others: Mapping[str, Any], base: marcher.Bui
 
 
 def over_all(case: Case, grid: Points, base: marcher.Built) -> points.Numbers:
-    """Return the numbers of all points of a sweep; raises `NotServed` where two axes change one number."""
+    """Return the numbers of all points of a sweep.
+
+    Raise `NotServed` where two axes change one number.
+    """
     axes = [on_axis(case, axis, grid.settings(0), base) for axis in grid.axes]
     entries = [entry for axis in axes for entry in axis.entries]
     if len(set(entries)) < len(entries):
@@ -112,10 +124,10 @@ def over_all(case: Case, grid: Points, base: marcher.Built) -> points.Numbers:
 
 
 def within_limits(case: Case, grid: Points) -> tuple[Points, NDArray[np.bool_]]:
-    """Return a sweep with the median in place of values that the case refuses, and which points had one.
+    """Return a sweep with medians for values that the case does not allow.
 
-    Points by a design are not checked before: the case may refuse the tail of a distribution. It allows intervals of
-    numbers, whose ends are found by bisection.
+    The second result is True at the points that had one. Points by a design are not checked before: the case may refuse
+    the tail of a distribution. It allows intervals of numbers, whose ends are found by bisection.
     """
     refused = np.zeros(grid.count, bool)
     if not grid.design:
@@ -154,7 +166,10 @@ def bisected(allows: Callable[[int], bool], good: int, end: int) -> int:
 
 
 def corners(grid: Points) -> list[dict[str, Any]]:
-    """Return the settings of the corners of a grid, or of the box that holds listed points, some if there are many."""
+    """Return the settings of the corners of a grid, up to `MAX_CORNERS`.
+
+    Of listed points they are the corners of the box that holds them.
+    """
     ends = []
     for axis in grid.axes:
         order = np.argsort(np.array(axis.si, dtype=float), kind="stable")
@@ -169,7 +184,10 @@ def inner_points(count: int) -> list[int]:
 
 
 def prove(case: Case, grid: Points, base: marcher.Built, march: marcher.Marcher) -> None:
-    """Build corners and some points on their own; raises `NotServed` where one is refused or another network."""
+    """Build corners and some points on their own, to compare networks.
+
+    Raise `NotServed` where one is not allowed or has another network.
+    """
     for settings in corners(grid):
         if not numbers_of(at_point(case, settings)).pattern.same_as(base.pattern):
             raise NotServed("a corner of the grid has bodies that are connected in another way")

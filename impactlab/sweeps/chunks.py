@@ -53,7 +53,10 @@ def joined(parts: Sequence[Chunk]) -> Chunk:
 
 
 class Folder:
-    """The folder of a sweep. Made by `opened`, which holds its lock, or to read one."""
+    """The folder of a sweep.
+
+    It is made by `opened`, which holds its lock, or to read one.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -118,7 +121,9 @@ def refuse_folder(path: Path, content: Mapping[str, Any], shard: Shard | None) -
 
 @contextlib.contextmanager
 def opened(path: Path, content: Mapping[str, Any], shard: Shard | None = None) -> Iterator[Folder]:
-    """Give the folder of a sweep, made where there is none, and hold its lock, or that of the shard.
+    """Yield the folder of a sweep under a lock, made if it is missing.
+
+    The lock is that of the folder, or of the shard.
 
     Raises
     ------

@@ -1,4 +1,6 @@
-"""Computes the chunks of a sweep on a Dask cluster, whose scheduler hands them to its workers.
+"""Chunks of a sweep on a Dask cluster.
+
+Its scheduler distributes them to workers.
 
 The program that calls keeps each chunk when it arrives and releases it on the cluster. A worker computes one chunk at a
 time. A chunk whose worker dies or hangs is split until single points are left, so that one point is lost and not the
@@ -53,12 +55,14 @@ class JobOutcome(NamedTuple):
 
 @contextlib.contextmanager
 def connected(address: str, made: Sweep, plugins: Mapping[str, str]) -> Iterator[Cluster]:
-    """Give the cluster at an address, or one of ``local:N`` processes of this machine that ends with the sweep.
+    """Yield the cluster at an address, or a local one of ``local:N`` processes.
+
+    A local one ends with the sweep.
 
     Raises
     ------
     CaseError
-        If it does not answer, has no workers, or workers with other code or other plugins (hashes by module).
+        If it does not respond, has no workers, or workers with other code or other plugins (hashes by module).
     ExtraError
         If Dask is not installed.
     """
@@ -84,7 +88,10 @@ def connected(address: str, made: Sweep, plugins: Mapping[str, str]) -> Iterator
 
 @contextlib.contextmanager
 def _local(count: int) -> Iterator[str]:
-    """Give the address of a cluster of processes on the loopback address; none of them writes results to disk."""
+    """Yield the address of a cluster of processes on the loopback address.
+
+    None of them writes results to disk.
+    """
     import dask
     from distributed import LocalCluster
 
@@ -124,7 +131,10 @@ def _client(address: str) -> Iterator[Client]:
 
 
 def fingerprint(plugins: tuple[str, ...]) -> dict[str, str]:
-    """Return hashes of impactlab and of plugins, and the versions that numbers depend on, of this process."""
+    """Return hashes of impactlab and of plugins, and versions, of this process.
+
+    The versions are those of packages that numbers depend on.
+    """
     found = {"code of impactlab": code_hash(), **{f"plugin {name}": tree_hash(name) for name in plugins}}
     return found | {f"version of {name}": version for name, version in numeric_environment().items()}
 
@@ -159,13 +169,19 @@ class Cluster:
         self.whole = self._send()
 
     def _send(self) -> Future:
-        """Send the sweep as a task, which the scheduler computes again where its last copy dies with a worker."""
+        """Send the sweep as a task of the cluster.
+
+        The scheduler computes it again where its last copy is lost with a worker.
+        """
         sent = self.client.submit(_whole, self.made, pure=False)
         self.sent.add(str(sent.key))
         return sent
 
     def size(self) -> int:
-        """Return how many points make a chunk, from the time of the first one on all workers, which load the code."""
+        """Return the number of points in a chunk, from the first point's time.
+
+        All workers compute this point, and so load the code.
+        """
         workers = list(self.client.nthreads())
         jobs = [(number, number) for number in range(len(workers))]
         found = list(self._ended(jobs, MAX_WARM_UP_S, len(workers), dict(zip(jobs, workers, strict=True))))
@@ -188,9 +204,10 @@ class Cluster:
             yield joined(sorted(self._split(job), key=lambda chunk: chunk.first))
 
     def _split(self, job: Job) -> Iterator[Chunk]:
-        """Yield the chunks of parts of a job whose worker died or hung; a single point that it happens to is a row.
+        """Yield the chunks of parts of a job whose worker died or hung.
 
-        A point counts as hung where it hangs twice: the first time it may have waited behind the run that hung before.
+        A single point for which this happens becomes a row. A point counts as hung where it hangs twice: the first time
+        it may have waited behind the run that hung before.
         """
         first, last = job
         step = max(1, math.ceil((last - first) / PARTS))
@@ -209,7 +226,10 @@ class Cluster:
     def _ended(
         self, jobs: Sequence[Job], limit: float, at_once: int = 0, on: Mapping[Job, str] | None = None
     ) -> Iterator[JobOutcome]:
-        """Yield the outcomes of jobs as they come; ``at_once`` of them wait or run, by default one for each worker."""
+        """Yield the outcomes of jobs as they end.
+
+        ``at_once`` of them wait or run, by default one for each worker.
+        """
         waiting, done = deque(jobs), SimpleQueue[str]()
         busy: dict[str, tuple[Job, Future, float]] = {}
         watch = ConnectionWatch(self.client, self.address)
@@ -244,7 +264,10 @@ class Cluster:
         return self.client.submit(function, self.whole, self.expected, *job, pure=False, **only)
 
     def _outcome(self, job: Job, future: Future, limit: float) -> JobOutcome:
-        """Return the outcome of a job that ended, or whose time is over; its result is released."""
+        """Return the outcome of a job that ended or was too slow.
+
+        Its result is released.
+        """
         from distributed import KilledWorker
 
         if not future.done():
@@ -329,7 +352,10 @@ def _chunk(made: Sweep, expected: Mapping[str, str], first: int, last: int) -> C
 
 
 def _timed(made: Sweep, expected: Mapping[str, str], *_job: int) -> float:
-    """Return the time of the first point [s], in a worker, run again once the code is loaded."""
+    """Return the time of the first point in a worker [s].
+
+    It is run again once the code is loaded.
+    """
     spent = math.inf
     for _ in range(2):
         began = time.perf_counter()

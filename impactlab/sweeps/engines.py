@@ -1,4 +1,7 @@
-"""Computes the chunks of a sweep in this process or in others; one that hangs or dies costs a single point."""
+"""Chunks of a sweep computed in this process or in others.
+
+A process that hangs or dies costs a single point.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +81,7 @@ def computed(made: Sweep, firsts: Sequence[int], size: int, workers: int) -> Ite
 
 
 def _alone(made: Sweep, numbers: Sequence[int], workers: int) -> dict[int, PointResult]:
-    """Return the results of points by their numbers, each run on its own in a worker."""
+    """Return the results of points by number, each run on its own in a worker."""
     rows: dict[int, PointResult] = {}
     jobs = [(number, number + 1) for number in numbers]
     for outcome in outcomes(
@@ -91,7 +94,10 @@ def _alone(made: Sweep, numbers: Sequence[int], workers: int) -> dict[int, Point
 
 
 def _batched(made: Sweep, batch: Batch, firsts: Sequence[int], size: int, workers: int) -> Iterator[Chunk]:
-    """Yield the chunks that begin at certain points, marched by a batch; points that it leaves are run on their own."""
+    """Yield the chunks that begin at certain points, marched by a batch.
+
+    Points that it leaves are run on their own.
+    """
     waiting: list[BatchResults] = []
     for found in batch.chunks(firsts, size, workers):
         if workers > 0 and not found.served.all():
@@ -104,7 +110,7 @@ def _batched(made: Sweep, batch: Batch, firsts: Sequence[int], size: int, worker
 
 
 def _completed(found: BatchResults, rows: Mapping[int, PointResult]) -> Chunk:
-    """Return the chunk of points of a batch, with the rows of those that it left."""
+    """Return the chunk of points of a batch, with rows of those left."""
     status = np.full(len(found.served), STATUSES.index("completed"), np.int8)
     reason = [""] * len(status)
     for number in found.left:

@@ -1,4 +1,7 @@
-"""Refusals of axes whose values something else gives, too: another axis, or a setting of the command."""
+"""Errors for axes whose values another axis or a setting gives.
+
+The setting is one of the command.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,9 @@ from impactlab.errors import CaseError
 
 
 def refuse_twice(case: Case, paths: Sequence[str]) -> None:
-    """Raise `CaseError` where a path is given twice, alone or within a block, or is set or chosen by an option.
+    """Raise `CaseError` where a path is given twice, or by an option.
 
-    A contact by its number and the same one by its name are one.
+    It may be given alone or within a block. A contact by its number and the same one by its name are one.
     """
     by_number = [numbered(case.document.data, path) for path in paths]
     for number, path in enumerate(paths):

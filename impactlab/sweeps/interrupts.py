@@ -1,4 +1,7 @@
-"""Ctrl-C that Python drops: raised inside a destructor or a callback of a library, it is printed and forgotten."""
+"""Ctrl-C that Python drops inside destructors and callbacks of libraries.
+
+There it is printed and forgotten.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from types import FrameType
 
 @contextlib.contextmanager
 def remembered() -> Iterator[Callable[[], None]]:
-    """Give a function that raises `KeyboardInterrupt` if Ctrl-C was pressed inside the block; to be called in loops.
+    """Yield a function for loops that raises `KeyboardInterrupt` after Ctrl-C.
 
     Ctrl-C raises at once as well, so that nothing waits for the next call. Outside the main thread, and under a
     handler that the caller has set, signals are left alone.

@@ -1,4 +1,4 @@
-"""The page of a sweep: figures of its quantities, and the values of the point that is chosen with its command."""
+"""The page of a sweep: figures, and values of a chosen point with its command."""
 
 from __future__ import annotations
 
@@ -125,13 +125,19 @@ def _shown(value: Any, unit: str) -> str:
 
 
 def _panels(figure: Figure) -> list[dict[str, Any]]:
-    """Return the boxes of the panels of a figure, as shares of it from its upper left corner."""
+    """Return the boxes of the panels of a figure, as shares of it.
+
+    They are counted from its upper left corner.
+    """
     boxes = [axes.get_position().bounds for axes in figure.axes if axes.get_label() == PANEL]
     return [{"left": x, "top": 1.0 - y - height, "width": width, "height": height} for x, y, width, height in boxes]
 
 
 def _data(found: xarray.Dataset, names: list[str], again: str, *, is_drawn: bool) -> tuple[int, str]:
-    """Return how many points stand for one on the page, along each axis, and the data of its script as JSON."""
+    """Return the stride of the page's points and the script's data as JSON.
+
+    The stride is the same along each axis.
+    """
     dims = [str(dim) for dim in found["status"].dims]
     widths = {name: found[name].size // found["status"].size for name in names}
     every, columns = 1, 2 + sum(widths.values())
@@ -179,19 +185,25 @@ def _unit(variable: Any) -> str:
 
 
 def _shares(found: xarray.Dataset, axis: str) -> list[float]:
-    """Return where the values of an axis stand, as shares of the width or height of a panel."""
+    """Return the places of an axis's values, as shares of a panel's width or height."""
     place = places(found, axis)
     x, edges = (np.log(place.x), np.log(place.edges)) if place.is_logarithmic else (place.x, place.edges)
     return [round(share, 5) for share in ((x - edges[0]) / (edges[-1] - edges[0])).tolist()]
 
 
 def setting(path: str, value: Any) -> str:
-    """Return the option of ``impactlab run`` that gives a value of an axis, as a shell takes it."""
+    """Return the option of ``impactlab run`` that gives a value of an axis.
+
+    It is quoted as a shell needs it.
+    """
     text = value if isinstance(value, str) else json.dumps(value)
     return shlex.join(["--method", text] if path == METHOD else ["--set", f"{path}={text}"])
 
 
 def _packed(table: Array) -> str:
-    """Return numbers as text: the first bytes of all, then the second ones, deflated, in base64."""
+    """Return numbers as text: bytes by place, deflated, in base64.
+
+    The first bytes of all numbers come first, then the second ones.
+    """
     planes = np.frombuffer(table.tobytes(), np.uint8).reshape(-1, 4).T
     return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode("ascii")

@@ -58,7 +58,7 @@ class Places(NamedTuple):
 
 @drawn
 def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
-    """Return a figure of one quantity of a sweep: a line over one axis, a map over two.
+    """Return a figure of one quantity: lines over one axis, maps over two.
 
     One panel, or one line, for each contact, pair or body with values; of many lines nine have names, those furthest
     apart. Points without values are hatched. Where the sweep has the numbers of periods of contact, lines are edges
@@ -96,7 +96,7 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
 
 
 def places(found: xarray.Dataset, axis: str) -> Places:
-    """Return where the values of an axis stand: as numbers, evenly on a logarithmic axis, or as words."""
+    """Return the places of an axis's values: linear, logarithmic or words."""
     coordinate = found[axis]
     if coordinate.dtype.kind not in "iuf":
         x = np.arange(coordinate.size, dtype=float)
@@ -126,7 +126,10 @@ def _scale(values: Any) -> Unit:
 
 
 def fitted(unit: str, largest: float) -> Unit:
-    """Return a unit with the prefix that suits a value; of kilograms and powers without one."""
+    """Return a unit with the prefix that suits a value.
+
+    Kilograms and powers take no prefix.
+    """
     takes_prefix = unit and not unit.startswith("kg") and not any(letter in unit for letter in "234²³⁴^*")
     return scaled(unit, largest) if takes_prefix else Unit(1.0, unit)
 
@@ -141,7 +144,10 @@ def _named(table: Any, unit: Unit) -> str:
 
 
 def _set_axis(axes: Axes, which: str, place: Places, columns: int = 1) -> None:
-    """Set label, scale, ticks and limits of an axis of a panel, one of some columns."""
+    """Set label, scale, ticks and limits of an axis of a panel.
+
+    The panel is one of ``columns``.
+    """
     from matplotlib.ticker import LogLocator
 
     getattr(axes, f"set_{which}label")(place.title)
@@ -170,14 +176,20 @@ def _is_tilted(place: Places, columns: int) -> bool:
 
 
 def _lower_margin(place: Places, columns: int) -> float:
-    """Return the margin below a panel [inch], with room for words of several lines, or tilted."""
+    """Return the margin below a panel [inch].
+
+    Words may take several lines, or be tilted.
+    """
     lines = max((word.count("\n") for word in place.words), default=0)
     tilted = 0.5 * LETTER * _longest(place) if _is_tilted(place, columns) else 0.0
     return 0.6 + 0.14 * lines + tilted
 
 
 def _sequences(found: xarray.Dataset, names: list[str]) -> NDArray[np.int64]:
-    """Return a number for each sequence of contacts at the points, of the shape of the axes; all 0 without counts."""
+    """Return a number for each sequence of contacts at the points.
+
+    It is of the shape of the axes, and 0 everywhere without counts.
+    """
     shape = tuple(found.sizes[name] for name in names)
     if "contacts" not in found or not found["contacts"].size:
         return np.zeros(shape, dtype=int)
@@ -257,7 +269,10 @@ def _whole(values: Array) -> Array:
 
 
 def _picture(axes: Axes, table: Any, values: Array, across: Places, up: Places, whole: Array) -> None:
-    """Draw the values of a map with its bar of colours: counts with a colour each, the same in all panels."""
+    """Draw the values of a map with its colour bar.
+
+    Counts have a colour each, the same in all panels.
+    """
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
@@ -288,7 +303,10 @@ Line = tuple[int, int, int, int]
 
 
 def _edges(sequences: NDArray[np.int64]) -> list[Line]:
-    """Return the lines between neighbours of different sequences of contacts; points without one (-1) have no edge."""
+    """Return the lines between neighbours of different sequences of contacts.
+
+    Points without one (-1) have no edge.
+    """
     found: list[Line] = []
     for turned, table in enumerate((sequences, sequences.T)):
         differ = (table[1:] != table[:-1]) & (table[1:] >= 0) & (table[:-1] >= 0)

@@ -1,4 +1,4 @@
-"""A point of a sweep: its run, and its results as a row; the content that all points of a sweep share."""
+"""Points of a sweep: their runs, their results as rows, and shared content."""
 
 from __future__ import annotations
 
@@ -107,7 +107,10 @@ class PointResult(NamedTuple):
 
 
 def row(made: Sweep, number: int) -> PointResult:
-    """Return the results of a point; a run that is refused or fails has missing values."""
+    """Return the results of a point; its values are missing without a run.
+
+    A run may be refused or fail.
+    """
     try:
         case = made.points.case(made.case, number)
         with api.warnings_kept():

@@ -1,4 +1,4 @@
-"""Quantities that a run gives to a sweep: one function of scene and history each, registered by name."""
+"""Quantities of a sweep: functions of scene and history, registered by name."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ DEFAULT = ("contacts", "impulse", "peak_force", "restitution", "final_velocity",
 
 
 def quantity(unit: str, over: str = WHOLE) -> Callable[[F], F]:
-    """Return a decorator that states the unit of a quantity, and its labels: contact, pair, body, link or ''."""
+    """Return a decorator that states the unit and the labels of a quantity.
+
+    Labels are contact, pair, body, link or ''.
+    """
 
     def stated(function: F) -> F:
         function.unit, function.over = unit, over  # type: ignore[attr-defined]
@@ -47,7 +50,10 @@ class WantedQuantity(NamedTuple):
 
     @property
     def places(self) -> tuple[Any, ...]:
-        """Labels of the values at a point; an empty one of a quantity with one value, none where the scene has none."""
+        """Labels of the values at a point; one empty label for a single value.
+
+        It is empty where the scene has none.
+        """
         return self.labels if self.over else ("",)
 
     @property
@@ -57,12 +63,15 @@ class WantedQuantity(NamedTuple):
 
     @property
     def lacking(self) -> str:
-        """Why it has no place for a value in the scene; empty where it has one."""
+        """Reason why it has no place for a value, or an empty text."""
         return "" if self.places else absent_words(self.over)
 
 
 def one_by_one(names: str | Sampled | Sequence[str | Sampled]) -> Sequence[str | Sampled]:
-    """Return quantities that may be one alone, or a text with commas, as a sequence; raise `CaseError` for none."""
+    """Return quantities as a sequence, also one alone or a comma-separated text.
+
+    Raise `CaseError` without a quantity.
+    """
     if isinstance(names, str):
         names = [each.strip() for each in names.split(",")]
     elif isinstance(names, Sampled):
@@ -72,10 +81,12 @@ def one_by_one(names: str | Sampled | Sequence[str | Sampled]) -> Sequence[str |
     return names
 
 
-def asked(
+def quantities_of(
     scene: Scene, names: str | Sampled | Sequence[str | Sampled], registry: Registry, also: Sequence[Scene] = ()
 ) -> tuple[WantedQuantity, ...]:
-    """Return quantities by name, with their labels in a scene, and behind them those that other scenes have beside.
+    """Return quantities by name, with their labels in one or several scenes.
+
+    Labels of the other scenes come last.
 
     Raises
     ------
@@ -114,7 +125,7 @@ def asked(
 
 
 def absent_words(over: str) -> str:
-    """Return why a scene has no contact, pair, body or link for the values of a quantity."""
+    """Return the reason why a scene has no place for a quantity's values."""
     return "no body moves" if over == BODY else "the case has no contact"
 
 
@@ -199,7 +210,10 @@ def time_in_contact(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N s", CONTACT)
 def impulse(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Impulse of the contact force over the run; of a link, which may pull, that of its force of either sign."""
+    """Impulse of the contact force over the run; of links with its sign.
+
+    The force of a link may pull.
+    """
     return {contact.name: history.impulse_of(contact.name) for contact in scene.contacts}
 
 
@@ -218,7 +232,7 @@ def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N", LINK)
 def largest_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Largest force of each contact and link by name; for several of one name, of the sum of their forces."""
+    """Largest force of each contact and link, summed over contacts of one name."""
     forces, by_name = peak_force(scene, history), dict[str, list[float]]()
     for contact in scene.contacts:
         by_name.setdefault(contact.group or contact.name, []).append(forces[contact.name])
@@ -227,7 +241,10 @@ def largest_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 
 def _of_sum(history: AbstractHistory, name: str, peaks: list[float]) -> float:
-    """Return the largest sum of the forces of contacts of one name, from their peaks; NaN where one has none."""
+    """Return the largest sum of the forces of contacts of one name.
+
+    ``peaks`` are their peaks. It is NaN where one has none.
+    """
     if len(peaks) == 1 or not all(map(math.isfinite, peaks)):
         return peaks[0] if len(peaks) == 1 else math.nan
     return max(*peaks, history.largest(f"force:{name}"))
@@ -254,7 +271,10 @@ def restitution(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("m/s", BODY)
 def final_velocity(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Mean velocity at the end of the run: momentum over mass; not for mechanisms, which move in a plane."""
+    """Mean velocity at the end of the run: momentum over mass; not of mechanisms.
+
+    Mechanisms move in a plane.
+    """
     names = [name for name in labels_of(scene, BODY) if not scene.bodies[name].changes]
     found = {name: mean_velocity(scene, history, name, history.duration) for name in names}
     return {name: velocity for name, velocity in found.items() if velocity is not None}
@@ -287,5 +307,5 @@ def energy_gain(_scene: Scene, history: AbstractHistory) -> float:
 
 @quantity("1")
 def near_grazing(_scene: Scene, history: AbstractHistory) -> float:
-    """1 where a small change of the case may change the number of contacts, else 0."""
+    """1 where a small change may change the number of contacts, else 0."""
     return float(any(warned.code == "near_grazing" for warned in history.warnings))

@@ -34,7 +34,7 @@ def needed() -> None:
 
 
 def refuse_large(points: int, sizes: Iterable[int]) -> None:
-    """Raise `CaseError` where values of certain sizes at so many points would not fit into `MAX_RESULT`."""
+    """Raise `CaseError` where the values of all points exceed `MAX_RESULT`."""
     numbers = sum(sizes)
     if (size := points * (8 * numbers + 10)) > MAX_RESULT:
         text = f"{points:,} points with {numbers:,} values each are {size / 1e9:.3g} GB"
@@ -42,7 +42,9 @@ def refuse_large(points: int, sizes: Iterable[int]) -> None:
 
 
 def open_sweep(path: str | Path) -> xarray.Dataset:
-    """Return the dataset of the folder of a sweep, also of an unfinished one, whose other points are ``missing``.
+    """Return the dataset of the folder of a sweep, also of an unfinished one.
+
+    Points that are not computed are ``missing``.
 
     Raises
     ------
@@ -58,19 +60,25 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
 
 
 def counts(found: xarray.Dataset) -> dict[str, int]:
-    """Return the number of points of each status that occurs in the dataset of a sweep."""
+    """Return the number of points of each status in a sweep's dataset.
+
+    Only statuses that occur are included.
+    """
     numbers = np.bincount(found.status.values.ravel(), minlength=len(STATUSES)).tolist()
     return {name: count for name, count in zip(STATUSES, numbers, strict=True) if count}
 
 
 def first_reason(found: xarray.Dataset) -> str:
-    """Return why the first point without values in the dataset of a sweep has none; empty if all have them."""
+    """Return the reason of the first point without values, or an empty text."""
     reasons = (str(reason) for reason in found.reason.values.ravel())
     return next((reason for reason in reasons if reason), "")
 
 
 class Result:
-    """The arrays of a sweep, filled chunk by chunk; points that were not added are missing."""
+    """The arrays of a sweep, filled chunk by chunk.
+
+    Points that were not added are missing.
+    """
 
     def __init__(self, content: Mapping[str, Any]) -> None:
         self.content = content
@@ -90,7 +98,10 @@ class Result:
             table[here] = found
 
     def dataset(self) -> xarray.Dataset:
-        """Return the arrays, uncopied: a dimension per axis, or ``point``; quantities with units; status and reason."""
+        """Return the dataset of the arrays, without a copy.
+
+        It has a dimension per axis, or ``point``, quantities with units, status and reason.
+        """
         import xarray
 
         content, shape = self.content, self.shape

@@ -1,4 +1,7 @@
-"""Runs a sweep: all points of one case, in this process or in several, resumed where it was interrupted."""
+"""Sweeps: all points of a case, in this process or in several.
+
+An interrupted sweep is continued.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ from impactlab.sweeps.engines import computed, size_of_chunk
 from impactlab.sweeps.interrupts import remembered
 from impactlab.sweeps.page import write_page
 from impactlab.sweeps.points import Sweep, origin_of
-from impactlab.sweeps.quantities import DEFAULT, asked, one_by_one
+from impactlab.sweeps.quantities import DEFAULT, one_by_one, quantities_of
 from impactlab.sweeps.result import Result, needed, refuse_large, write_table
 from impactlab.sweeps.sampled import Sampled, check_channel, check_sampled, extreme_in
 from impactlab.sweeps.shards import Shard, read_shard
@@ -163,13 +166,16 @@ def _made_of(
             check_sampled(each, *run, max(scene.duration for scene, _ in (ends or [run])))
         elif extreme := extreme_in(each):
             check_channel(extreme.channel, *run)
-    wanted = asked(run.scene, quantities, case.registry, _others(case, grid))
+    wanted = quantities_of(run.scene, quantities, case.registry, _others(case, grid))
     refuse_large(grid.count, [each.size for each in wanted])
     return Sweep(case, grid, wanted)
 
 
 def _others(case: Case, grid: Points) -> list[Scene]:
-    """Return scenes in which other bodies and contacts may be: those of each method, block or whole number."""
+    """Return scenes in which other bodies and contacts may be.
+
+    They are those of each method, block or whole number.
+    """
     changing = [axis for axis in grid.axes if not axis.is_numeric or axes.takes_whole(case, axis.path)]
     if grid.listed:
         firsts: dict[str, int] = {}
@@ -189,7 +195,7 @@ def _others(case: Case, grid: Points) -> list[Scene]:
 def _filled(
     result: Result, engine: Engine, folder: Folder | None, shard: Shard | None, progress: Progress | None
 ) -> Result:
-    """Return the result with the points that it misses, each chunk kept as soon as it is there."""
+    """Return the result with its missing points, each chunk kept at once."""
     size = result.content["chunk"]
     chunks = [k for k in range(math.ceil(result.status.size / size)) if shard is None or shard.has(k)]
     firsts = [k * size for k in chunks if not result.status[k * size]]
@@ -221,7 +227,10 @@ def _keep(chunk: Chunk, result: Result, folder: Folder | None) -> None:
 
 
 def kept_words(result: Result, folder: Folder | None) -> str:
-    """Return how many points a folder keeps, and how to go on, as the last words of a sweep that ended early."""
+    """Return the last words of a sweep that ended early.
+
+    They are how many points a folder keeps, and how to go on.
+    """
     if folder is None:
         return "no point is kept. Give a folder with --out to keep finished ones."
     if not folder.path.is_dir():
@@ -242,7 +251,10 @@ def write(folder: Folder, found: xarray.Dataset, made: Sweep, command: str, repe
 
 @contextlib.contextmanager
 def kept_in(path: Path) -> Iterator[None]:
-    """Turn a fault of the folder of a sweep, such as a full disk, into `SweepError`."""
+    """Turn a fault of the folder of a sweep into `SweepError`.
+
+    Such a fault is a full disk.
+    """
     try:
         yield
     except OSError as error:

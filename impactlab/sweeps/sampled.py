@@ -1,4 +1,7 @@
-"""Channels as quantities of a sweep, at given times or by their extremes, checked before the first run."""
+"""Channels as quantities of a sweep, at given times or by their extremes.
+
+They are checked before the first run.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +20,20 @@ from impactlab.simulate.channels import probed
 
 
 class Sampled(NamedTuple):
-    """A channel at given times [s] as a quantity of a sweep, as in ``Sampled("force:hammer|rod.left", times)``."""
+    """A channel at given times [s] as a quantity of a sweep.
+
+    For example ``Sampled("force:hammer|rod.left", times)``.
+    """
 
     channel: str
     times: Sequence[float]
 
 
 class Extreme(NamedTuple):
-    """The largest or the least value of a channel as a quantity of a sweep, written as ``max(strain:rod@0.15)``."""
+    """The largest or the least value of a channel as a quantity.
+
+    It is written as ``max(strain:rod@0.15)``.
+    """
 
     of: str  # max or min
     channel: str
@@ -41,18 +50,21 @@ class Extreme(NamedTuple):
 
 
 def extreme_in(name: str) -> Extreme | None:
-    """Return the extreme that a name of a quantity asks for; None of other names."""
+    """Return the extreme that a name of a quantity states, None for other names."""
     of, opened, rest = name.partition("(")
     return Extreme(of, rest[:-1].strip()) if of in ("max", "min") and opened and rest.endswith(")") else None
 
 
 def is_sampled(name: str) -> bool:
-    """Return whether a quantity of a result is a channel at given times: it has the name of the channel."""
+    """Return whether a quantity is a channel at given times.
+
+    It then has the name of the channel.
+    """
     return ":" in name and extreme_in(name) is None
 
 
 def check_sampled(wanted: Sampled, scene: Scene, method: Method, longest: float) -> None:
-    """Raise `CaseError` where a run would not have the channel, or would end before one of the times.
+    """Raise `CaseError` where a run has no such channel or ends too early.
 
     Parameters
     ----------
@@ -102,7 +114,10 @@ def channels(scene: Scene) -> Iterator[str]:
 
 
 def _anywhere(quantity: str, label: str, scene: Scene, method: Method) -> bool:
-    """Return whether a channel is at a place of a continuous body, where no probe is needed."""
+    """Return whether a channel is at a place of a continuous body.
+
+    No probe is needed there.
+    """
     name, at, place = label.rpartition("@")
     body = scene.elastic.get(name)
     model = method.models.get(name)

@@ -1,4 +1,6 @@
-"""Shards of a sweep, which several programs compute in one folder, and the locks that keep them apart.
+"""Shards of a sweep and their locks.
+
+Several programs compute them in one folder.
 
 A program that computes a whole sweep holds ``sweep.lock`` to its end. A shard holds it only while it opens the folder,
 then a lock of its own. The system frees a lock when its holder ends.
@@ -41,7 +43,10 @@ class Shard(NamedTuple):
 
 
 def read_shard(given: str | tuple[int, int]) -> Shard:
-    """Return the shard of a text ``K/N``, or of the two numbers; raises `CaseError` unless 1 <= K <= N."""
+    """Return the shard of a text ``K/N``, or of two numbers.
+
+    Raise `CaseError` unless 1 <= K <= N.
+    """
     text = given if isinstance(given, str) else "/".join(map(str, given))
     found = re.fullmatch(r"\s*(\d{1,7})\s*/\s*(\d{1,7})\s*", text)
     shard = Shard(int(found[1]), int(found[2])) if found else Shard(0, 0)
@@ -54,7 +59,9 @@ def read_shard(given: str | tuple[int, int]) -> Shard:
 
 @contextlib.contextmanager
 def held(path: Path, shard: Shard | None, prepare: Callable[[], T]) -> Iterator[T]:
-    """Hold the lock of a folder, or of a shard in it, and give the result of ``prepare``, which runs undisturbed.
+    """Hold the lock of a folder or shard, and yield the result of ``prepare``.
+
+    It runs undisturbed.
 
     Raises
     ------
@@ -80,7 +87,10 @@ def held(path: Path, shard: Shard | None, prepare: Callable[[], T]) -> Iterator[
 
 
 def _refuse_overlap(lock: Path, shard: Shard | None) -> None:
-    """Raise `CaseError` where the shard of a lock file is at work and has points of this sweep, or this shard."""
+    """Raise `CaseError` where another shard at work has points of this sweep.
+
+    The shard is that of a lock file.
+    """
     number, _, parts = lock.stem.removeprefix("shard-").partition("-of-")
     other = f"{number}/{parts}"
     if shard is not None and parts == str(shard.parts) and number != str(shard.number):

@@ -1,4 +1,7 @@
-"""Short names of the values of an axis that are no numbers: methods, and blocks such as laws."""
+"""Short names of axis values that are no numbers: methods and blocks.
+
+Laws are such blocks.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,9 @@ MAX_LETTERS = 28  # of a line of a name in a figure
 
 
 def words_of(values: Sequence[Any]) -> tuple[str, ...]:
-    """Return a short name for each value: of a block its kind, and below it the parameters in which equal kinds differ.
+    """Return a short name for each value; for a block its kind.
 
-    Values that would have the same name are numbered.
+    Below it stand the parameters in which equal kinds differ. Values that would have the same name are numbered.
     """
     blocks = [_block(value) for value in values]
     kinds = Counter(str(block.get("kind", "")) for block in blocks if block is not None)
@@ -43,7 +46,7 @@ def _block(value: Any) -> Mapping[str, Any] | None:
 
 
 def _differing(blocks: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return the keys whose values are not the same in all blocks, in the order of the blocks."""
+    """Return the keys whose values differ between blocks, in the blocks' order."""
     keys = dict.fromkeys(key for block in blocks for key in block)
     return [key for key in keys if len({json.dumps(block.get(key), sort_keys=True) for block in blocks}) > 1]
 

@@ -1,4 +1,7 @@
-"""A table of branches followed along a given motion, in plain Python, as a check of a law's `branches`."""
+"""A table of branches followed along a given motion, in plain Python.
+
+It checks the `branches` of a law.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ ROUNDING = 1e-12  # of the size of a quantity: passing a value by less is no cha
 
 
 class Follower:
-    """The state of a law that is linear between changes of branch, as its faces approach and part.
+    """A law that is linear between changes of branch, followed in a motion.
 
     It is written for the contract suites, apart from the compiled code of the exact solver.
     """
@@ -31,7 +34,10 @@ class Follower:
         return until.value + until.remembered * (self.set if until.of == "approach" else self.largest)
 
     def _short(self, until: Until, approach: float, rate: float) -> float:
-        """Return by how much the quantity of an end is short of its value; below zero beyond it."""
+        """Return the distance of a quantity from the value at which it ends.
+
+        It is below zero beyond that value.
+        """
         quantity = {
             "static": self.static(approach) - until.slope * approach,
             "force": self.static(approach) + self.branch.damping * rate,
@@ -42,7 +48,10 @@ class Follower:
         return short if until.rises else -short
 
     def move(self, start: float, end: float, rate: float) -> None:
-        """Follow the faces from one approach to another [m] at a rate [m/s] of the same sign."""
+        """Follow the faces from one approach to another [m].
+
+        The rate [m/s] has the same sign.
+        """
         at = start
         for _ in range(MAX_CHANGES):
             found: tuple[float, Until] | None = None

@@ -1,4 +1,7 @@
-"""Invariants of a run as numbers to bound: zero, or rounding, where the law and the scheme are right."""
+"""Invariants of a run as numbers that are zero except for rounding.
+
+They are so where the law and the scheme are right.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,10 @@ from impactlab.testing.trace import Trace, forces_after
 
 
 def strongest_pull(history: AbstractHistory) -> float:
-    """Return the most negative contact force [N] or impulse [N s], 0.0 without pull; links may pull."""
+    """Return the most negative contact force [N] or impulse [N s].
+
+    It is 0.0 without a pull. Links may pull.
+    """
     lowest = 0.0
     names = [f"force:{name}" for name, law in history.method.laws.items() if not law.two_sided]
     for channel in history.channels():

@@ -113,7 +113,7 @@ def of_adaptive(part: AbstractAdaptive) -> Iterator[Measured]:
     suite = type("Suite", (AdaptiveContract,), {"part": part})()
 
     def walked() -> tuple[float, int, float]:
-        """Return the error at the end, the count of steps, and the cost of one [s]."""
+        """Return the error at the end, the steps, and the time of one [s]."""
         problem, end, _ = suite.problem()
         began, solver, steps = clock.perf_counter(), part.solver(problem), 0
         while solver.status == "running" and steps < part.most_steps:
@@ -283,7 +283,10 @@ def of_model(part: AbstractRodModel) -> Iterator[Measured]:
 
 
 def of_basis(part: AbstractBasis) -> Iterator[Measured]:
-    """Yield the figures of a basis: on the clamped rod, 100 elements, struck by its own mass."""
+    """Yield the figures of a basis on a clamped rod.
+
+    The rod has 100 elements and is struck by its own mass.
+    """
     faces = (Face(0.0, 0, PIECE.mass),)
 
     def system(modes: int) -> tuple[AbstractDiscreteModel, Operators]:
@@ -311,7 +314,7 @@ def of_basis(part: AbstractBasis) -> Iterator[Measured]:
 
 
 def of_mechanism(part: AbstractMechanism) -> Iterator[Measured]:
-    """Yield the figures of a mechanism: the energy of its free motion, and the order of its error."""
+    """Yield the figures of a mechanism: energy of free motion, order of error."""
     suite = type("Suite", (MechanismContract,), {"part": part})()
 
     def energy() -> Measured:

@@ -29,7 +29,10 @@ Hook = Callable[["PlainLoop"], None]
 
 
 class PlainContact:
-    """One contact: its law, the records in which it meets the bodies, its rows and columns over the whole state."""
+    """One contact: its law, its records, its rows and columns.
+
+    Rows and columns are over the whole state.
+    """
 
     def __init__(self, loop: PlainLoop, number: int, columns: Array) -> None:
         contacts, rows = loop.plan.scene.contacts, loop.rows
@@ -53,11 +56,12 @@ class PlainContact:
 
 
 class PlainLoop:
-    """A run, step by step: with steps of one length (``events: dated``), and bodies that keep their coordinates.
+    """A run, step by step, in plain Python.
 
-    Two hooks may look at the loop and change it: ``before`` the laws are evaluated, when all bodies have moved freely
-    and the ports are filled (columns may be rewritten: ports are filled again), and ``after`` the correction, when the
-    replies are there (the state may be rewritten: faces are read again).
+    Steps are of one length (``events: dated``), and bodies keep their coordinates. Two hooks may look at the loop and
+    change it: ``before`` the laws are evaluated, when all bodies have moved freely and the ports are filled (columns
+    may be rewritten: ports are filled again), and ``after`` the correction, when the replies are there (the state may
+    be rewritten: faces are read again).
     """
 
     def __init__(self, plan: Plan, before: Hook = lambda _: None, after: Hook = lambda _: None) -> None:
@@ -113,7 +117,10 @@ class PlainLoop:
                 self.join(link)
 
     def join(self, contact: PlainContact) -> None:
-        """Let a contact that is closed at t = 0 yield and store energy: before any step, the faces held."""
+        """Evaluate a contact that is closed at t = 0, with the faces held.
+
+        It may yield and store energy before any step.
+        """
         port = contact.port
         port.dt, port.free_gap, port.free_gap_rate = 1.0, port.gap, port.gap_rate
         plain(fill_acting)(port, 0.0)
@@ -162,7 +169,7 @@ class PlainLoop:
             self.state[self.parts[name]] += force * self.plan.steppers[name].force_response[load.place]
 
     def start_of_step(self) -> None:
-        """Fill the ports with the motion of the faces and the readings at the start of a step."""
+        """Fill the ports with faces and readings at the start of a step."""
         forces = np.array([contact.reply.force for contact in self.contacts])
         for contact in self.contacts:
             port, left, right = contact.port, contact.port.left, contact.port.right
@@ -174,7 +181,10 @@ class PlainLoop:
             port.readings[: len(contact.read)] = [*(contact.read @ self.state + contact.left_out @ forces)]
 
     def fill(self, contact: PlainContact, free: Array) -> None:
-        """Fill a port at the end of the free step, to which the effect of the other contacts was added."""
+        """Fill a port at the end of the free step.
+
+        The effect of the other contacts is included.
+        """
         port, left, right = contact.port, contact.port.left, contact.port.right
         left.free_displacement, right.free_displacement = contact.u @ free
         left.free_velocity, right.free_velocity = contact.v @ free
@@ -212,7 +222,10 @@ class PlainLoop:
         raise StepError("contacts do not agree", time=self.time, step=round(self.time / self.dt), remedy=SMALLER_STEP)
 
     def date(self, contact: PlainContact) -> None:
-        """Date closing and opening in the step, and carry phase and memory on to the next."""
+        """Date closing and opening in the step.
+
+        Phase and memory are carried on to the next.
+        """
         port, reply, record = contact.port, contact.reply, contact.record
         given, now = reply.force * self.dt + reply.impulse, (self.time, self.dt)
         touched = record.dates and (port.in_contact or reply.in_contact or given > TOUCH_TOL * record.total)
@@ -226,7 +239,10 @@ class PlainLoop:
         port.in_contact, port.offset, port.memory = reply.in_contact, reply.offset, reply.memory
 
     def book(self, old: Array) -> None:
-        """Book the energy lost in contacts and dashpots [J] by the state at the start of the step and now."""
+        """Book the energy lost in contacts and dashpots [J].
+
+        It follows from the state at the start of the step and now.
+        """
         lost = sum(contact.reply.dissipated for contact in self.contacts)
         self.lost["contact"] += 0.0 if lost < 0.0 else lost  # NaN stays
         self.lost["unresolved"] += sum(contact.reply.unresolved for contact in self.contacts)

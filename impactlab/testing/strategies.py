@@ -1,4 +1,6 @@
-"""Hypothesis strategies: parts and whole scenes that a run accepts, in any units a user may come with.
+"""Hypothesis strategies: parts and whole scenes that a run supports.
+
+They may be in any units that a user may choose.
 
 Needs hypothesis (the ``test`` extra). Parts that impactlab registers join in by themselves, with their ``examples``; a
 law or integrator of your own by ``scenes(laws=st.just(MyLaw()))``.
@@ -81,7 +83,10 @@ def is_dimensionless(part: object) -> bool:
 
 @cache
 def others(group: Group, *tuned: type[Any]) -> tuple[Any, ...]:
-    """Return the examples of our registered parts but the tuned ones, those left out that hold a number with a unit."""
+    """Return the examples of our registered parts other than the tuned ones.
+
+    Those with a number that has a unit are left out.
+    """
     ours = registry().only("impactlab")
     kinds = [kind for kind in (ours.load(group, name) for name in ours.names(group)) if kind not in tuned]
     made = [kind(**options) for kind in kinds for options in kind.examples]
@@ -89,14 +94,17 @@ def others(group: Group, *tuned: type[Any]) -> tuple[Any, ...]:
 
 
 def with_others(group: Group, **tuned: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """Return the tuned strategies, by the name of their part, and beside them all other registered parts."""
+    """Return the tuned strategies by part name, with all other registered parts."""
     ours = registry().only("impactlab")
     rest = others(group, *(ours.load(group, name) for name in tuned))  # type: ignore[arg-type] # classes are hashable
     return st.one_of(*tuned.values(), *([st.sampled_from(rest)] if rest else []))
 
 
 def models() -> st.SearchStrategy[AbstractRodModel]:
-    """Return models that step: finite elements, modes of a mesh, analytic modes, and all other registered ones."""
+    """Return models that step: finite elements, modes, and other registered ones.
+
+    Modes are those of a mesh or analytic.
+    """
     mass = st.sampled_from(["consistent", "lumped"])
     elements = st.integers(2, 40)
     modal = st.one_of(

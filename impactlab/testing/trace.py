@@ -1,4 +1,4 @@
-"""A stepped run taken one step at a time, with all that a test may want to look at after each step."""
+"""A stepped run one step at a time, with its state after each."""
 
 from __future__ import annotations
 
@@ -57,19 +57,27 @@ class Trace(NamedTuple):
         return np.array([self.history.assembly.layout.state_of(body, state, velocities=True) for state in self.states])
 
     def kept(self, body: str) -> Array:
-        """The further state of a body under the scheme, after each step, shape (n_steps + 1, ...)."""
+        """The further state of a body under the scheme, (n_steps + 1, ...).
+
+        It is that after each step.
+        """
         start, size = self.history.assembly.layout.shift[body], self.plan.steppers[body].state.size
         known = 2 * self.plan.built[body].system.load.size
         return self.states[:, start + known : start + size]
 
     def momentum(self, body: str) -> Array:
-        """The momentum of a body after each step, with the impulse still due from its scheme, shape (n_steps + 1,)."""
+        """The momentum of a body after each step, shape (n_steps + 1,).
+
+        It includes the impulse still due from its scheme.
+        """
         number = list(self.plan.built).index(body)
         return self.history.assembly.memory.sample[: len(self.states), SAMPLED + 2 + 3 * number]
 
 
 def trace(simulation: Simulation) -> Trace:
-    """Return every step of a run: the loop that `impactlab.run` walks, called once a step, energies taken at each.
+    """Return every step of a run, with energies at each.
+
+    The loop of `impactlab.run` is called once a step.
 
     Raises
     ------
@@ -90,7 +98,10 @@ def trace(simulation: Simulation) -> Trace:
 
 
 def forces_after(traced: Trace) -> Array:
-    """Return the forces of the contacts in the step after the end of a run [N], which is taken again for them."""
+    """Return the forces of contacts in the step after a run [N].
+
+    This step is taken again for them.
+    """
     assembly = Assembly(traced.plan, traced.integrator, traced.dt, with_beads=False)
     loop.start(assembly.memory, assembly.dt)
     walk_to(assembly, RecordedHistory(assembly, traced.integrator), traced.plan.steps + 1, sample_stride=1)
@@ -111,7 +122,10 @@ def run_in_cuts(simulation: Simulation, next_cut: Callable[[int], int]) -> Recor
 
 
 def begun(simulation: Simulation, with_beads: bool = True) -> tuple[Plan, Assembly, RecordedHistory]:
-    """Return a run before its first step; without rows of beads every contact has its port and its reply."""
+    """Return a run before its first step.
+
+    Without rows of beads every contact has its port and its reply.
+    """
     plan = prepare(*simulation)
     if plan.dt is None or plan.integrator is None:
         text = "the continuous model has no steps to trace"

@@ -1,4 +1,6 @@
-"""The verdict on one part: its contract suite run outside of pytest, its costs and its accuracy.
+"""The verdict on one part: its contract suite, costs and accuracy.
+
+The suite runs outside of pytest.
 
 `impactlab plugins --check NAME` prints it; a plugin author may call `verdict` from a notebook.
 """
@@ -175,7 +177,10 @@ def tried(part: Any, group: Group, first: Iterable[tuple[str, Callable[[], None]
 
 
 def reason_of(error: Exception) -> str:
-    """Return the reason in one line: the error's text, else the code's line; of a fault in code also its place."""
+    """Return the reason of an error in one line.
+
+    It is the text of the error, else the code's line, with the place for a fault in code.
+    """
     kind = "" if isinstance(error, AssertionError) else f"{type(error).__name__}: "
     lines = [" ".join(line.split()) for line in str(error).splitlines() if line.strip()]
     text = " ".join([*(line if line.endswith((".", ":")) else f"{line}." for line in lines[:-1]), *lines[-1:]])
@@ -191,11 +196,14 @@ def reason_of(error: Exception) -> str:
 
 
 def _named(part: Any, name: str) -> None:
-    assert kind_of(part) == name, f"the class name makes {kind_of(part)!r} in summaries, cases ask for {name!r}"
+    assert kind_of(part) == name, f"the class name makes {kind_of(part)!r} in summaries, and cases name {name!r}"
 
 
 def _within_its_memory(law: AbstractContactLaw) -> None:
-    """Check every index of a law in a whole impact; compiled, one beyond its records would end the process."""
+    """Check every index of a law in a whole impact, uncompiled.
+
+    Compiled, one beyond its records would end the process.
+    """
     kind: Any = type(law)
     facts = {"compiled": False, "__module__": kind.__module__, "__doc__": kind.__doc__}
     plain: Any = type(kind.__name__, (kind,), facts)

@@ -22,9 +22,10 @@ CELL = 0.5**30  # width of the smallest interval that a Sobol point of 30 bits s
 
 
 class Design(NamedTuple):
-    """Points of an uncertainty, block by block: samples, and with indices those that Saltelli's design adds.
+    """Points of an uncertainty, block by block.
 
-    Block 0 holds the samples A, block 1 others, B, and each further block A with one number taken from B.
+    They are samples, and with indices those that Saltelli's design adds. Block 0 holds the samples A, block 1 others,
+    B, and each further block A with one number taken from B.
     """
 
     points: Points
@@ -37,7 +38,7 @@ class Design(NamedTuple):
 
 
 def check_samples(samples: int, seed: int) -> None:
-    """Raise `CaseError` where samples are not a power of two, or the seed is not a whole number."""
+    """Raise `CaseError` unless samples are a power of two and the seed whole."""
     if isinstance(samples, bool) or not isinstance(samples, kinds.Integral) or samples < MIN_SAMPLES:
         text = f"{samples} samples are too few"
         raise CaseError(text, path="--samples", remedy=f"Give at least {MIN_SAMPLES}, a power of two.")
@@ -49,7 +50,9 @@ def check_samples(samples: int, seed: int) -> None:
 
 
 def design(uncertain: Sequence[Uncertain], samples: int, seed: int, *, indices: bool) -> Design:
-    """Return the points of so many samples; the samples themselves are the same with and without indices.
+    """Return the points of so many samples.
+
+    The samples themselves are the same with and without indices.
 
     Raises
     ------

@@ -94,10 +94,10 @@ def read_vary(text: str) -> tuple[str, str]:
 
 
 def read_uncertain(case: Case, vary: Mapping[str, Any]) -> tuple[Uncertain, ...]:
-    """Return uncertain numbers by path; means, ends and values of tables pass the checks of the case.
+    """Return uncertain numbers by path, checked by the case.
 
-    A distribution is a text (see `NAMES`), one of `scipy.stats` with its parameters in SI, a sequence of values with
-    equal weights, or a mapping of values to weights.
+    Means, ends and values of tables are checked. A distribution is a text (see `NAMES`), one of `scipy.stats` with its
+    parameters in SI, a sequence of values with equal weights, or a mapping of values to weights.
 
     Raises
     ------

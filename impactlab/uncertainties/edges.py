@@ -1,4 +1,7 @@
-"""Edges of the contact sequence within the spread of an uncertain number, found by bisection of runs."""
+"""Edges of the contact sequence in an uncertain number, by bisection of runs.
+
+They lie within the spread of the number.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ Contacts = list[tuple[str, str]] | None
 
 
 class Edge(NamedTuple):
-    """A value of an uncertain number at which the sequence of contacts changes, all others at their means."""
+    """A value of an uncertain number at which the sequence of contacts changes.
+
+    All others are at their means.
+    """
 
     number: Uncertain
     value: float
@@ -46,7 +52,10 @@ class Edge(NamedTuple):
 
 
 def edges_within(case: Case, uncertain: Sequence[Uncertain], found: Sensitivities) -> list[Edge]:
-    """Return the edge next to the mean on each side of each number, where values beyond it are likely enough."""
+    """Return the likely edges next to the mean on each side of each number.
+
+    Values beyond such an edge are likely enough.
+    """
     centre = at_means(case, uncertain)
     edges = []
     for number in uncertain:

@@ -1,4 +1,7 @@
-"""Estimates of all quantities from the points of a sweep, beside the linear ones, with words of warning."""
+"""Estimates of all quantities from the points of a sweep, with warnings.
+
+Linear estimates are beside them.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,10 @@ def evaluated(
     *,
     leave_out: bool,
 ) -> Uncertainty:
-    """Return the estimates of a complete sweep; ``leave_out`` leaves points without values out of the indices."""
+    """Return the estimates of a complete sweep.
+
+    ``leave_out`` leaves points without values out of the indices.
+    """
     ended = np.isin(data["status"].values, ENDED)
     warnings = [] if ended.all() else [failed_words(data, ended, uncertain)]
     slopes, lines = linear(case, uncertain, quantities), dict[tuple[str, str], Linear]()
@@ -86,7 +92,7 @@ def evaluated(
 
 
 def _open_words(spreads: Sequence[Spread], percents: Sequence[float]) -> list[str]:
-    """Return for each percentile of which quantities its interval is open, and how many samples it takes."""
+    """Return sentences on percentiles with open intervals, and the samples they need."""
     words = []
     for number, percent in enumerate(percents):
         names = [each.name for each in spreads if math.isinf(each.percentiles[number].error)]
@@ -133,7 +139,10 @@ def _shares(data: xarray.Dataset, made: Design) -> list[Share]:
 def _indices(
     spread: Spread, values: Array, uncertain: Sequence[Uncertain], line: Linear, *, leave_out: bool
 ) -> list[Index]:
-    """Return the Sobol indices of a value by each number; not known where points are missing, unless left out."""
+    """Return the Sobol indices of a value by each number.
+
+    They are not known where points are missing, unless these are left out.
+    """
     known: NDArray[np.bool_] = np.asarray(np.isfinite(values).all(axis=0))
     sets = [values[:, k, known[k]] for k in range(values.shape[1])] if known.all() or leave_out else []
     blocks = sets or [np.full((len(values), 1), np.nan)]

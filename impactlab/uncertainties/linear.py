@@ -1,4 +1,7 @@
-"""The linear estimate of an uncertainty: values at the means, and the variances that derivatives there carry over."""
+"""Linear estimate of an uncertainty from derivatives at the means.
+
+It has the values there, and the variances that the derivatives carry over.
+"""
 
 from __future__ import annotations
 

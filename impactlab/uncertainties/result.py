@@ -46,7 +46,7 @@ class Uncertainty:
         Raises
         ------
         KeyError
-            If there is none.
+            If there is no such quantity or label.
         """
         for each in self.spreads:
             if each.quantity == quantity and label in ("", each.label):
@@ -81,9 +81,9 @@ class Uncertainty:
         raise KeyError(f"{quantity} {label} by {parameter}")
 
     def plot(self, quantity: str) -> Figure:
-        """Return a figure: histogram and distribution of each value of a quantity, or a band of a sampled channel.
+        """Return a figure of a quantity: histogram and distribution, or a band.
 
-        Of ``contacts`` the probability of each number of periods.
+        The band is that of a sampled channel. Of ``contacts`` the probability of each number of periods.
 
         Raises
         ------
@@ -106,7 +106,9 @@ class Uncertainty:
         return [each for each in self.indices if _is_printed(each) and not math.isnan(each.total.value)]
 
     def plot_indices(self) -> Figure:
-        """Return a figure of the Sobol indices with their intervals, and of the shares of the linear estimate.
+        """Return a figure of the Sobol indices, with shares of the linear estimate.
+
+        Intervals are drawn, too.
 
         Raises
         ------
@@ -184,7 +186,10 @@ class Uncertainty:
 
 
 def _is_printed(of: Spread | Index) -> bool:
-    """Return whether a value stands in the printed tables: those of sampled channels are too many."""
+    """Return whether a value is in the printed tables.
+
+    Those of sampled channels are too many.
+    """
     return not is_sampled(of.quantity)
 
 
@@ -193,7 +198,10 @@ def _number(value: float, digits: int) -> str:
 
 
 def _digits(of: Estimate) -> int:
-    """Return the significant digits of an estimate: as many as its error leaves, with one more of the error."""
+    """Return the significant digits of an estimate, from its error.
+
+    There is one digit more of the error.
+    """
     if not (0.0 < of.error < math.inf and math.isfinite(of.value) and of.value):
         return 6
     return min(6, max(1, 2 + math.floor(math.log10(abs(of.value))) - math.floor(math.log10(of.error))))

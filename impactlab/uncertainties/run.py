@@ -1,4 +1,7 @@
-"""Runs a case at samples of its uncertain numbers, through a sweep, and estimates how its quantities spread."""
+"""Uncertainty of a case: samples of its uncertain numbers, run by a sweep.
+
+They give the spread of its quantities.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Randomised quasi-Monte Carlo: estimates from sets of scrambled Sobol points, whose scatter is the sampling error.
+"""Randomised quasi-Monte Carlo estimates from sets of scrambled Sobol points.
+
+The scatter of the sets is the sampling error.
 
 Sources: A. B. Owen, *Monte Carlo theory, methods and examples*, chapter 17; the estimators of the indices are those of
 A. Saltelli and others, *Computer Physics Communications* 181 (2010) 259-270, table 2 (b) and (f), as in
@@ -56,10 +58,11 @@ def probability(marked: Sequence[NDArray[np.bool_]]) -> Estimate:
 
 
 def percentile(percent: float, sets: Sets) -> Estimate:
-    """Return a percentile; its interval is that of the share of values up to it, read as percentiles.
+    """Return a percentile with its interval.
 
-    Beside a handful of values the ends are order statistics, by the binomial distribution of their ranks; an end that
-    would lie beyond the first or the last value is infinite.
+    The interval is that of the share of values up to it, read as percentiles. Beside a handful of values the ends are
+    order statistics, by the binomial distribution of their ranks; an end that would lie beyond the first or the last
+    value is infinite.
     """
     own = [each for each in sets if each.size]
     if len(own) < 2:
@@ -93,9 +96,9 @@ def needed_samples(percent: float) -> int:
 
 
 def sobol_indices(sets: Sequence[Array]) -> list[tuple[Estimate, Estimate]]:
-    """Return first and total index of each number from sets of Saltelli's design, (2 + numbers, points) each.
+    """Return first and total index of each number from Saltelli's design.
 
-    Not known where the values do not vary.
+    Sets are of shape (2 + numbers, points) each. Not known where the values do not vary.
     """
     size = sets[0].shape[0] - 2
     every = np.concatenate(sets, axis=-1)[:2]
@@ -118,7 +121,10 @@ def first_index(rows: Array) -> float:
 
 
 def total_index(rows: Array) -> float:
-    """Return the share of the variance that a number takes part in; ``rows`` as of `first_index`."""
+    """Return the share of the variance that a number takes part in.
+
+    ``rows`` are those of `first_index`.
+    """
     return 0.5 * float(np.mean((rows[0] - rows[2]) ** 2)) / _variance(rows)
 
 

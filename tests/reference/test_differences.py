@@ -10,7 +10,7 @@ import pytest
 
 import impactlab as il
 from impactlab.derivatives.differences import differences
-from impactlab.sweeps.quantities import asked
+from impactlab.sweeps.quantities import quantities_of
 from tests.reference.waves_mp import Struck, derivative, log_derivative
 from tests.solving import in_steps, mesh
 
@@ -34,7 +34,7 @@ def stepped(law=None, gap=0.05, **solve):
 
 def found(case, path, names):
     """The first difference of each quantity: of the contact or the hammer."""
-    wanted = asked(case.scene(), names, case.registry)
+    wanted = quantities_of(case.scene(), names, case.registry)
     return {each.name: row[0] for each, row in zip(wanted, differences(case, path, wanted), strict=True)}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,32 @@ def test_the_factor_of_the_discrete_chain_and_of_the_long_wave() -> None:
     )
 
 
+def test_the_speed_takes_units_and_refuses_values_that_are_not_above_zero() -> None:
+    assert wave_speed("7.7 GN/m^1.5", "4.1 g", "0.213 kN") == pytest.approx(wave_speed(7.7e9, 4.1e-3, 213.0))
+    for values in ((-7.7e9, 4.1e-3, 213.0), (7.7e9, 0.0, 213.0), (7.7e9, 4.1e-3, math.nan)):
+        with pytest.raises(ImpactlabError, match=r"^(stiffness|mass|force) is .* must be positive"):
+            wave_speed(*values)
+    with pytest.raises(ImpactlabError, match="exponent 1 is out of range"):
+        wave_speed(7.7e9, 4.1e-3, 213.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: solitary_wave("1.5"), "exponent: "),  # type: ignore[arg-type]
+        (lambda: solitary_wave(1.5, 1001), "1001 points are an odd number"),
+        (lambda: solitary_wave(1.5, 10), "Give a whole number from 64"),
+        (lambda: sphere_stiffness(2e11, None, 5e-3), "poisson is "),  # type: ignore[call-overload]
+        (lambda: sphere_stiffness(2e11, 0.3, 5e-3, others=2e11), "others: "),  # type: ignore[call-overload]
+        (lambda: sphere_stiffness(2e11, 0.3, [5e-3] * 3, [5e-3] * 2), r"sizes of shapes (3,), (2,) are given"),
+    ],
+)
+def test_values_of_another_kind_are_refused(call: Callable[[], object], text: str) -> None:
+    with pytest.raises(ImpactlabError) as caught:
+        call()
+    assert text in str(caught.value)
+
+
 def test_the_wave_obeys_its_equation_in_plain_sums() -> None:
     """The convolution with the tent once more, by the trapezoidal rule, Euler-Maclaurin terms for its kinks."""
     wave = solitary_wave()
@@ -79,9 +106,11 @@ def test_the_tail_falls_doubly_exponentially() -> None:
 
 
 def test_the_linear_limit_has_no_solitary_wave() -> None:
-    for exponent in (1.0, math.nan, 6.0):
+    for exponent in (1.0, 6.0):
         with pytest.raises(ImpactlabError, match=r"is out of range\. Allowed: 1\.1 to 5"):
             solitary_wave(exponent)
+    with pytest.raises(ImpactlabError, match="exponent is nan; it must be finite"):
+        solitary_wave(math.nan)
     assert solitary_wave(3.0).factor < solitary_wave(1.5).factor
 
 

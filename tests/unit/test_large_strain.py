@@ -1,6 +1,7 @@
 """Runs that leave linear theory say so, and those of real rods and beams do not."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -49,6 +50,31 @@ def test_the_strain_of_a_rod_is_estimated_within_a_factor_of_two():
     x, times = np.linspace(0.0, rod.length, 201), np.linspace(0.0, history.duration, 1501)
     largest = max(np.abs(history.field("rod", t, "strain", x).values).max() for t in times)
     estimated = strain_of_rod(history, rod, [(history.scene.contacts[0], 0.0)], {})
+    assert largest / 2.0 < estimated < 2.0 * largest
+
+
+@pytest.mark.parametrize(
+    ("sizes", "x", "mass", "ends"),
+    [
+        ([(0.1, 0.1), (1.0, 0.01)], 0.0, 50.0, {"right": "clamped"}),
+        ([(0.1, 0.1), (1.0, 0.01)], 0.0, 50.0, {}),
+        ([(1.0, 0.01), (0.3, 0.1)], 1.1, 50.0, {"left": "clamped"}),
+        ([(0.01, 0.1), (1.0, 0.01)], 0.0, 5.0, {}),
+        ([(1.0, 0.01)], 0.5, 50.0, {"left": {"spring": 1e7}}),
+    ],
+    ids=["held", "free", "inside", "short", "spring"],
+)
+def test_the_strain_of_thin_segments_under_a_long_force_is_that_of_statics(sizes, x, mass, ends):
+    """A front enters a segment of 1/100 of the impedance with 2 % of the force; reflections bring the rest."""
+    segments = [{"length": length, "diameter": diameter, "material": "steel"} for length, diameter in sizes]
+    case = il.Case(
+        bodies={"ram": il.Mass(mass, velocity=20.0), "rod": il.Rod(segments=segments, ends=ends)},
+        contacts=[il.Contact("ram", f"rod.at({x})" if x else "rod.left", {"kind": "penalty", "stiffness": 1e10})],
+        solve=in_steps(0.01, "central_difference", mesh(200, mass="lumped"), courant=0.5),
+    )
+    history = il.run(case, frames=200)
+    largest = max(np.abs(history.field("rod", t, "strain").values).max() for t in history.field_times("rod"))
+    estimated = strain_of_rod(history, history.scene.bodies["rod"], [(history.scene.contacts[0], x)], {})
     assert largest / 2.0 < estimated < 2.0 * largest
 
 
@@ -158,6 +184,54 @@ def test_a_rotation_may_strain_a_body_beyond_linear_theory(rate, warned, bends):
         solve=in_steps(1e-5, "newmark", mesh(20), dt="1 us"),
     )
     assert ("large_strain" in [each.code for each in il.run(case).warnings]) == warned
+
+
+@pytest.mark.parametrize("x", [0.1, 0.5])
+@pytest.mark.parametrize("left", ["clamped", "pinned", {"spring": 1e8}], ids=["clamped", "pinned", "spring"])
+@pytest.mark.parametrize("right", ["clamped", "pinned", {"spring": 1e8}], ids=["clamped", "pinned", "spring"])
+def test_the_strain_under_a_slow_heavy_blow_is_that_of_statics(left, right, x):
+    """Near a clamp the clamp bends most: by 3 L/(a2 b) per deflection, ten times that between pinned ends."""
+    strip = il.Beam(
+        length=1.0,
+        section={"width": 0.02, "height": 0.01},
+        material="steel",
+        ends={"left": left, "right": right},
+    )
+    case = il.Case(
+        bodies={"body": il.Mass(200.0, velocity=0.5), "strip": strip},
+        contacts=[il.Contact("body", f"strip.at({x} m)", {"kind": "penalty", "stiffness": 1e8})],
+        solve=in_steps(0.15, "midpoint", mesh(40), dt="10 us"),
+    )
+    history = il.run(case, frames=400)
+    beam = history.scene.bodies["strip"]
+    moments = [np.abs(history.field("strip", t, "bending_moment").values).max() for t in history.field_times("strip")]
+    largest = max(moments) * 0.005 / beam.segments[0].bending_stiffness
+    estimated = strain_of_beam(history, beam, [(history.scene.contacts[0], x)], {})
+    assert largest / 2.0 < estimated < 2.0 * largest
+
+
+def strip_under_a_ball(speed):
+    """Return the run of a ball that strikes the tip of a slender cantilever, EI = 0.35 N m2, 1 m long."""
+    strip = il.Beam(length=1.0, section={"width": 0.02, "height": 0.001}, material="steel", ends={"left": "clamped"})
+    case = il.Case(
+        bodies={"ball": il.Mass(0.5, velocity=speed), "strip": strip},
+        contacts=[il.Contact("ball", "strip.right", {"kind": "penalty", "stiffness": 1e5})],
+        solve=in_steps(1.0, "midpoint", mesh(40), dt="50 us"),
+    )
+    return il.run(case)
+
+
+def test_a_beam_that_bends_far_is_warned_of_at_small_strains():
+    """A tip that moves by a length strains the strip by 0.2 %, and its slope of 1 is no small angle."""
+    far, near = strip_under_a_ball(1.5), strip_under_a_ball(0.1)
+    texts = [each.text for each in far.warnings if each.code == "large_bending"]
+    moved = np.abs(far.evaluate(np.linspace(0.0, far.duration, 2001), "displacement:strip@1")).max()
+    assert moved > 0.5
+    assert len(texts) == 1
+    share = float(re.search(r"changes by about ([\d.]+) %", texts[0])[1])
+    assert share == pytest.approx(60.0 * moved**2, rel=0.05)  # 3/5 (deflection)^2/L of a cantilever
+    assert {"large_bending", "large_strain"}.isdisjoint(each.code for each in near.warnings)
+    assert "large_strain" not in [each.code for each in far.warnings]
 
 
 def test_materials_of_unit_constants_have_no_limit():

@@ -93,7 +93,7 @@ def test_a_tolerance_that_is_not_met_is_a_status_told_first_with_exit_code_1(tmp
     assert (error["kind"], error["file"], error["path"]) == ("ToleranceNotMet", str(file), "solve.tolerance")
     assert error["line"] == 1 + CASE[: CASE.index("tolerance:")].count("\n")
     assert error["text"].startswith("no description that a choice may try keeps 0.001")
-    assert error["remedy"].startswith("Do not use the answer at this tolerance")
+    assert error["remedy"].startswith("Do not use the result at this tolerance")
     assert code_of("compare", str(file), "--json", "--methods", "base") == 1
     (row,) = json.loads(capsys.readouterr().out)["rows"]
     assert row["summary"]["error"] == error

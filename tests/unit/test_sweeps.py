@@ -26,7 +26,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
 from impactlab.sweeps import axes, chunks, counts, engines, points, run
-from impactlab.sweeps.quantities import asked, contact_loss, values
+from impactlab.sweeps.quantities import contact_loss, quantities_of, values
 from tests.solving import in_steps
 
 PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
@@ -41,9 +41,9 @@ def case() -> il.Case:
 def test_a_grid_has_a_dimension_per_axis_and_the_values_of_single_runs(case):
     masses, gaps = np.geomspace(0.5, 5.0, 3), ["0 mm", "0.1 mm"]
     times = [2e-5, 4e-5]
-    asked = ["restitution", "contacts", "peak_force", "impulse", "first_opening", "time_in_contact", "final_velocity"]
-    asked += ["final_energy", "final_momentum", "energy_gain", "near_grazing"]
-    found = il.sweep(case, {MASS: masses, GAP: gaps}, quantities=[*asked, il.Sampled("force:hammer|rod.left", times)])
+    names = ["restitution", "contacts", "peak_force", "impulse", "first_opening", "time_in_contact", "final_velocity"]
+    names += ["final_energy", "final_momentum", "energy_gain", "near_grazing"]
+    found = il.sweep(case, {MASS: masses, GAP: gaps}, quantities=[*names, il.Sampled("force:hammer|rod.left", times)])
     assert found["restitution"].dims == (MASS, GAP, "pair")
     assert found[MASS].attrs["units"] == "kg"
     assert found[GAP].values.tolist() == [0.0, 1e-4]
@@ -414,7 +414,7 @@ def test_a_sweep_over_the_number_of_bodies_keeps_the_names_of_all_points(form):
 
 
 def test_a_run_with_a_contact_that_a_sweep_does_not_have_is_refused_by_its_name():
-    wanted = asked(row_of_beads(2).scene(), ["impulse"], registry())
+    wanted = quantities_of(row_of_beads(2).scene(), ["impulse"], registry())
     longer = row_of_beads(4)
     with pytest.raises(il.CaseError, match=r"no place for impulse of 'bead_2\|bead_3'"):
         values(longer.scene(), il.run(longer), wanted, registry())
@@ -424,7 +424,7 @@ def test_a_contact_whose_name_holds_a_place_is_the_same_at_all_points():
     case = il.load_case("beam_on_three_stops")
     places = [["first", f"beam.at({x})"] for x in (0.2, 0.25)]
     first, other = (case.with_("contacts.0.between", place) for place in places)
-    wanted = asked(first.scene(), ["impulse"], registry())
+    wanted = quantities_of(first.scene(), ["impulse"], registry())
     history = il.run(other)
     [row] = values(other.scene(), history, wanted, registry())
     assert row == [history.impulse_of(contact.name) for contact in history.scene.contacts]

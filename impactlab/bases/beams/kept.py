@@ -1,4 +1,7 @@
-"""Elastic modes of uniform beams, kept between runs: the first of many are the same numbers as few found alone."""
+"""Elastic modes of uniform beams, kept between runs.
+
+The first of many modes have the same bits as a few that are found alone.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ _kept: OrderedDict[tuple[BeamNumbers, tuple[Held, Held]], Elastic] = OrderedDict
 
 
 def elastic_modes(numbers: BeamNumbers, kinds: tuple[Held, Held], modes: int) -> Elastic:
-    """Return the first elastic modes of a beam; those of an earlier run where it had as many.
+    """Return the first elastic modes of a beam, from an earlier run if possible.
 
     Each mode is found by itself, so that no bit depends on how many were sought with it.
     """

@@ -24,12 +24,12 @@ STEP = 1e-6  # of the length, over which the slope of an initial deflection is t
 
 @final
 class BeamModes(Completable):
-    """The first modes of a uniform beam with clamped, pinned or free ends, mass-normalised, its rigid motions first.
+    """The first modes of a uniform beam with clamped, pinned or free ends, mass-normalised.
 
-    Rigid motions are not counted: a translation and a rotation of a free beam, a rotation of one that is pinned and
-    free. Each elastic mode is made of the four fields of one frequency (`waves`), even and odd about the middle,
-    or about the pinned end where only one end is pinned; its first quantity at the left end that is not zero is
-    positive.
+    Its rigid motions come first and are not counted: a translation and a rotation of a free beam, a rotation of one
+    that is pinned and free. Each elastic mode is made of the four fields of one frequency (`waves`), even and
+    odd about the middle, or about the pinned end where only one end is pinned; its first quantity at the left end that
+    is not zero is positive.
 
     Attributes
     ----------
@@ -135,7 +135,10 @@ class BeamModes(Completable):
 
 
 def rigid_motions(kinds: tuple[Held, Held], rotary: float) -> Array:
-    """Return offset and slope (n_rigid, 2) of the rigid motions of a beam of unit mass and length, mass-normalised."""
+    """Return offset and slope (n_rigid, 2) of the rigid motions of a beam.
+
+    They are mass-normalised for a beam of unit mass and length.
+    """
     if kinds == ("free", "free"):
         scale = 1.0 / np.sqrt(1.0 / 12.0 + rotary)
         return np.array([[1.0, 0.0], [-0.5 * scale, scale]])
@@ -147,12 +150,18 @@ def rigid_motions(kinds: tuple[Held, Held], rotary: float) -> Array:
 
 @lru_cache(maxsize=64)
 def statics_of(segment: BeamSegment, kinds: tuple[Held, Held], rotary: float, face: float) -> BeamStatics:
-    """Return the statics of a beam under a force at ``face`` [m], the same whatever the number of its modes."""
+    """Return the statics of a beam under a force at ``face`` [m].
+
+    They do not depend on the number of its modes.
+    """
     return BeamStatics(segment, kinds, rigid_motions(kinds, rotary), face)
 
 
 def has_closed_form(beam: Beam) -> bool:
-    """Return whether the modes of a beam are known without a mesh: uniform, at rest, no tension, plain ends."""
+    """Return whether the modes of a beam are known in closed form.
+
+    They are for a uniform beam at rest without tension, with plain ends.
+    """
     plain = all(end.kind in ("clamped", "pinned", "free") for end in (beam.left, beam.right))
     return plain and len(beam.segments) == 1 and beam.tension == 0.0 and beam.rotation is None
 

@@ -48,13 +48,19 @@ def pinned(beam: BeamNumbers, count: int, even: bool) -> tuple[Array, Ints]:
 
 
 def brackets(beam: BeamNumbers, count: int, even: bool) -> tuple[Array, Array]:
-    """Return between which B the first elastic modes lie when the end at 1 is clamped or free, (count,) each."""
+    """Return brackets of B of the first elastic modes, (count,) each.
+
+    The end at 1 is clamped or free.
+    """
     known, _ = pinned(beam, count + 1, even)
     return known[:-1], known[1:]
 
 
 def roots(beam: BeamNumbers, held: Held, even: bool, low: Array, high: Array) -> Array:
-    """Return the B of a beam whose end at 1 is clamped or free, one in each bracket, shape of ``low``."""
+    """Return the root B in each bracket, shape of ``low``.
+
+    The end at 1 is clamped or free.
+    """
     return _sought(beam, held, EVEN if even else ODD, low, high)
 
 
@@ -67,7 +73,10 @@ def cantilever(beam: BeamNumbers, low: Array, high: Array) -> Array:
 
 
 def _sought(beam: BeamNumbers, held: Held, parity: int, low: Array, high: Array) -> Array:
-    """Return the B in each bracket, each found by itself: no bit depends on how many are sought with it."""
+    """Return the root B in each bracket, each found by itself.
+
+    No bit depends on the number of roots that are found together.
+    """
     found = np.empty(low.shape)
     outer = {"clamped": CLAMPED, "pinned": PINNED, "free": FREE}[held]
     find_roots(float(beam.rotary), float(beam.shear), outer, parity, low, high, found)

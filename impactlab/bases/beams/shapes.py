@@ -1,4 +1,7 @@
-"""Modes of a uniform beam without units: null vectors of its end conditions in four fields."""
+"""Modes of a uniform beam without units: null vectors of its end conditions.
+
+They are combinations of four fields.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +26,20 @@ class FieldOrigin(NamedTuple):
 
     @classmethod
     def of(cls, kinds: tuple[Held, Held]) -> FieldOrigin:
-        """Return the layout of a beam: clamped and free, the clamped end stands at -1 of the fields."""
+        """Return the layout of a beam with the given end conditions.
+
+        Clamped and free, its clamped end is at -1 of the fields.
+        """
         if "pinned" not in kinds:
             return cls(True, 0.5, 0.5, -1.0 if kinds == ("free", "clamped") else 1.0)
         return cls(False, 1.0, 0.0, 1.0) if kinds[0] == "pinned" else cls(False, 1.0, 1.0, -1.0)
 
 
 def found(beam: BeamNumbers, kinds: tuple[Held, Held], modes: int) -> tuple[Array, Array]:
-    """Return B (modes,) of the elastic modes and their shares (4, modes) of even and odd fields, of any size."""
+    """Return B (modes,) and shares (4, modes) of the elastic modes, of any size.
+
+    The shares are those of the even and odd fields.
+    """
     if kinds == ("pinned", "pinned"):
         squared, wave = pinned(beam, modes, even=False)
         shares = np.zeros((4, modes))
@@ -44,7 +53,10 @@ def found(beam: BeamNumbers, kinds: tuple[Held, Held], modes: int) -> tuple[Arra
 
 
 def symmetric(beam: BeamNumbers, outer: Held, modes: int) -> tuple[Array, Array]:
-    """Return the modes of a beam with both ends clamped or both free: the even ones and the odd ones."""
+    """Return the even and odd modes of a beam with equal ends.
+
+    Both are clamped or both free.
+    """
     pairs = {even: brackets(beam, modes, even) for even in (True, False)}
     # No mode sought lies above as many brackets.
     most = np.sort(np.concatenate([high for _, high in pairs.values()]))[modes - 1] if modes else 0.0
@@ -83,7 +95,10 @@ def clamped_free(beam: BeamNumbers, modes: int) -> tuple[Array, Array]:
 
 
 def shares_of(beam: BeamNumbers, squared: Array, outer: Held, even: bool) -> Array:
-    """Return the shares (4, n) of the fields in modes that are even, or odd, and end at 1."""
+    """Return the shares (4, n) of the fields in even or odd modes.
+
+    The outer end is at 1.
+    """
     carried = waves(beam, squared)
     sizes, columns = envelopes(carried, squared)
     matrix = np.zeros((squared.size, 2, 2))
@@ -100,7 +115,10 @@ def shares_of(beam: BeamNumbers, squared: Array, outer: Held, even: bool) -> Arr
 
 
 def envelopes(carried: WavePair, squared: Array) -> tuple[Ends, Array]:
-    """Return the sizes of even fields at 1, for any phase, and those of odd fields over them (2, n)."""
+    """Return the sizes of even fields at 1, and the ratio of odd ones.
+
+    The sizes hold for any phase; the ratios, (2, n), are those of odd fields to even ones.
+    """
     numbers = [np.sqrt(np.maximum(np.abs(square), SERIES_LIMIT)) for square in carried.squares]
     turning = [np.abs(turning) for turning in carried.turning]
     ones = np.ones(squared.shape)
@@ -119,12 +137,15 @@ def null_vectors(matrix: Array) -> Array:
 
 
 def are_sines(shares: Array) -> bool:
-    """Return whether modes are sines from a pinned end: both ends are pinned, and no mode is above the cut-off."""
+    """Return whether modes are sines from a pinned end.
+
+    They are where both ends are pinned, and no mode is above the cut-off.
+    """
     return not np.count_nonzero(shares[:3])
 
 
 def normalised(beam: BeamNumbers, carried: WavePair, shares: Array, layout: FieldOrigin) -> Array:
-    """Return shares (4, n) such that the integral of w2 + r2 theta2 over the beam is 1."""
+    """Return shares (4, n) of unit norm: the integral of w2 + r2 theta2."""
     (p, q), (t, u) = carried.squares, carried.turning
     if are_sines(shares):
         d, e = even_odd(q, 1.0)

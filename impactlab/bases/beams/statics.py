@@ -54,9 +54,10 @@ class BeamStatics:
         self._start = np.linalg.lstsq(np.array(rows), np.array(values), rcond=None)[0]
 
     def at(self, x: float, quantity: str) -> float:
-        """Return the quantity at x [m] per newton; at the force itself the shear force to the right of it.
+        """Return the quantity at x [m] per newton.
 
-        At the force on the right end it is the one to the left.
+        At the force itself the shear force is the one to its right. At the force on the right end it is the one to the
+        left.
         """
         if quantity == "velocity":
             return 0.0
@@ -66,7 +67,10 @@ class BeamStatics:
         return float(value * self._scales[which])
 
     def _homogeneous(self, x: float) -> Array:
-        """Return the four quantities (4,) at x per deflection, rotation, moment and shear force at 0 (4,)."""
+        """Return the four quantities (4,) at x per value at 0.
+
+        The columns are deflection, rotation, moment and shear force at 0, (4,).
+        """
         return np.array(
             [
                 [1.0, x, x**2 / 2.0, -(x**3) / 6.0 + self._shear * x],
@@ -77,7 +81,10 @@ class BeamStatics:
         )
 
     def _particular(self, x: float, behind: bool) -> Array:
-        """Return the four quantities (4,) at x under the force and the inertia, all zero at 0."""
+        """Return the four quantities (4,) at x under force and inertia.
+
+        All are zero at 0.
+        """
         (steady, turning), rotary = self._acceleration, self._rotary
         past = x - self._face if behind else 0.0
         force = steady * x + turning * x**2 / 2.0 - (1.0 if behind else 0.0)
@@ -88,7 +95,10 @@ class BeamStatics:
         return np.array([bent + sheared, rotation, moment, force])
 
     def _overlap(self, offset: float, slope: float) -> tuple[Array, float]:
-        """Return the mass product of a rigid motion with the four fields that start at 0, (4,), and with the others."""
+        """Return the mass product of a rigid motion with the static fields.
+
+        The first is with the four fields that start at 0, (4,), the second with the particular one.
+        """
         row, value = np.zeros(4), 0.0
         for start, stop in ((0.0, self._face), (self._face, 1.0)):
             for place, weight in zip(PLACES, WEIGHTS, strict=True):

@@ -1,4 +1,6 @@
-"""The fields of a uniform beam that vibrates at one frequency: two waves, each in an even and an odd shape.
+"""Fields of a uniform beam that vibrates at one frequency.
+
+They are two waves, each in an even and an odd shape.
 
 Lengths are counted in a length h; three numbers are left: B = rho A w2 h4/EI (frequency), r2 = rho I/(rho A h2)
 (rotary inertia) and s2 = EI/(kGA h2) (shear). With r2 = s2 = 0 it is the beam of Euler and Bernoulli. Every field
@@ -30,14 +32,20 @@ class BeamNumbers(NamedTuple):
 
 
 class WavePair(NamedTuple):
-    """Both waves at frequencies B, each field of shape B's: first the one that may decay, then the other."""
+    """Both waves at frequencies B; the first may decay.
+
+    Each field is of the shape of B.
+    """
 
     squares: tuple[Array, Array]  # p
     turning: tuple[Array, Array]  # p + B s2: slope of the rotation per deflection
 
 
 class Ends(NamedTuple):
-    """Deflection, rotation, bending moment and shear force at x = 1 of both waves; their scale is positive."""
+    """Deflection, rotation, bending moment and shear force at x = 1 of both waves.
+
+    Their scale is positive.
+    """
 
     deflection: tuple[Array, Array]
     rotation: tuple[Array, Array]
@@ -60,7 +68,10 @@ def waves(beam: BeamNumbers, squared: Array) -> WavePair:
 
 
 def frequencies(beam: BeamNumbers, wave_number: Array) -> tuple[Array, Array]:
-    """Return B of waves of given wave numbers, lower and upper branch; the upper is inf without shear or inertia."""
+    """Return B of waves of given wave numbers, on the lower and upper branch.
+
+    The upper is inf without shear deformation or rotary inertia.
+    """
     both = beam.rotary * beam.shear
     middle = 1.0 + (beam.rotary + beam.shear) * wave_number**2
     root = np.sqrt(middle**2 - 4.0 * both * wave_number**4)
@@ -69,9 +80,9 @@ def frequencies(beam: BeamNumbers, wave_number: Array) -> tuple[Array, Array]:
 
 
 def even_odd(square: Array, x: Array | float) -> tuple[Array, Array]:
-    """Return cosh(sqrt(p) x) and sinh(sqrt(p) x)/sqrt(p) for -1 <= x <= 1, over cosh(sqrt(p)) where p > 0.
+    """Return cosh(sqrt(p) x) and sinh(sqrt(p) x)/sqrt(p), over cosh(sqrt(p)) where p > 0.
 
-    So nothing grows beyond all bounds; where p < 0 they are cosine and sine.
+    -1 <= x <= 1. So nothing grows beyond all bounds; where p < 0 they are cosine and sine.
     """
     number = np.sqrt(np.maximum(np.abs(square), MIN_SQUARE))
     phase, decaying = number * x, square > 0.0
@@ -120,7 +131,10 @@ def field(found: WavePair, squared: Array, shapes: Shapes, even: bool, which: in
 def quantity_of(
     which: int, even: bool, squared: Array, square: Array, turning: Array, shapes: tuple[Array, Array]
 ) -> Array:
-    """Return one quantity of one wave, as `field` does of both; ``shapes`` are those of `even_odd`."""
+    """Return one quantity of one wave, as `field` does of both.
+
+    ``shapes`` are those of `even_odd`.
+    """
     cosine, sine = shapes
     if which == 0:
         return cosine if even else square * sine

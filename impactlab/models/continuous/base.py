@@ -1,4 +1,7 @@
-"""A body that brings its own stepper: exact waves or an exact memory in place of an integrator."""
+"""Base class of continuous bodies, which step by exact waves or an exact memory.
+
+They bring their own stepper in place of an integrator.
+"""
 
 from __future__ import annotations
 
@@ -21,10 +24,10 @@ MODES = 100  # counted by `points_per_period` on a body without mesh or modes
 
 
 class AbstractSelfStepping(AbstractDiscreteModel):
-    """A continuous body whose motion over a step is known in closed form, so that it needs no integrator.
+    """A continuous body whose motion over a step is known in closed form.
 
-    Its coordinates are the places that contacts and probes name. It has displacement and velocity per force; velocity
-    per impulse it has none: the mass that an impulse would strike is zero.
+    It needs no integrator. Its coordinates are the places that contacts and probes name. It has displacement and
+    velocity per force; velocity per impulse it has none: the mass that an impulse would strike is zero.
     """
 
     n_dof: int  # coordinates
@@ -41,7 +44,10 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         return self
 
     def gives_means(self, x: float) -> bool:
-        """Return whether the velocity at x [m] after a step is its mean over it; not, as here, that at its end."""
+        """Return whether the velocity at x [m] after a step is a mean over it.
+
+        Otherwise, as here, it is that at the end of the step.
+        """
         return False
 
     @property
@@ -50,7 +56,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         """Return the longest step that it can take [s]; inf where any step is possible."""
 
     def too_long(self, dt: float) -> CaseError | None:
-        """Return the error of a step [s] beyond `longest_step`; None, as here, for a general one."""
+        """Return the error of a step [s] beyond `longest_step`, or None for a general error."""
         return None
 
     def misfit(self, dt: float) -> float:
@@ -65,7 +71,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         return np.array([self.misfit(step) for step in steps.tolist()])
 
     def broken(self, dt: float) -> float:
-        """Return the share of a step by which waves arrive between two, 0 to 1/2.
+        """Return the share of a step by which waves arrive between steps, 0 to 1/2.
 
         It is 0, as here, if none do; ``dt`` is in s.
 
@@ -74,7 +80,10 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         return 0.0
 
     def fitting(self, dt: float) -> Array:
-        """Return steps from dt down that may fit better, (n,) [s]; dt alone, as here, where any step fits."""
+        """Return steps from dt down that may fit better, (n,) [s].
+
+        It is dt alone, as here, where any step fits.
+        """
         return np.array([dt])
 
     def momentum_row(self) -> Array:
@@ -83,13 +92,17 @@ class AbstractSelfStepping(AbstractDiscreteModel):
 
     @abstractmethod
     def stepper(self, ports: Array, dt: float) -> Stepper:
-        """Return the stepper for steps of dt [s]; ``ports`` are the rows along which contacts push."""
+        """Return the stepper for steps of dt [s].
+
+        ``ports`` are the rows along which contacts push.
+        """
 
 
 def without_mass(displacement: Array, velocity: Array, load: Array, dashpots: Array, rule: float) -> Operators:
-    """Return the operators of a self-stepping body: the state at t = 0, loads and dashpots at its ends, (n_dof,) each.
+    """Return the operators of a self-stepping body.
 
-    ``rule`` is the frequency [rad/s] whose period ``points_per_period`` counts.
+    They hold its state at t = 0, and the loads and dashpots at its ends, (n_dof,) each. ``rule`` is the frequency
+    [rad/s] whose period ``points_per_period`` counts.
     """
     zeros = np.zeros((1, load.size))
     return Operators(
@@ -110,13 +123,16 @@ def without_mass(displacement: Array, velocity: Array, load: Array, dashpots: Ar
 def stepper_of(
     free: Kernel, measure: Kernel, parameters: Array, state: Array, force_response: Array, ports: Array
 ) -> Stepper:
-    """Return the stepper of a body on which only forces act: impulses and projections move nothing."""
+    """Return the stepper of a body that forces move, and impulses and projections do not."""
     none = np.zeros_like(force_response)
     return Stepper(free, measure, parameters, state, force_response, none, none, np.zeros_like(ports), ports)
 
 
 def under_waves(end: End, impedance: float, dt: float) -> tuple[float, float, float]:
-    """Return mean velocity per force of an end under waves over a step dt, its spring stiffness, and 2 m/dt."""
+    """Return mean velocity per force of an end, its spring stiffness, and 2 m/dt.
+
+    They hold for a step of dt [s] in which waves arrive.
+    """
     value = {end.kind: end.value}
     spring, damping, inertia = value.get("spring", 0.0), value.get("dashpot", 0.0), 2.0 * value.get("mass", 0.0) / dt
     return 1.0 / (impedance + damping + 0.5 * spring * dt + inertia), spring, inertia

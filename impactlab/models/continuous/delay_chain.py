@@ -1,4 +1,7 @@
-"""Chain of delays: travelling waves of a rod of several segments, with contacts at inner places, stepped."""
+"""Chain of delay lines: travelling waves of a rod of several segments, in steps.
+
+Contacts may be at inner places.
+"""
 
 from __future__ import annotations
 
@@ -39,13 +42,14 @@ class Piece(NamedTuple):
 
 @final
 class DelayChain(AbstractSelfStepping):
-    """A rod as delays between its nodes: its ends, the ends of its segments, the places of its contacts.
+    """A rod as delays between its nodes.
 
-    A wave takes a whole number of steps from node to node, so that transport is exact and costs nothing in between. At
-    a node of impedances Z1 and Z2 two waves arrive and two leave (`delay_chain_kernel`); a contact force acts on it
-    within the step through 1/(Z1 + Z2), and on no other node. Energy and momentum are those of the waves on their way,
-    and are kept to rounding. Coordinates are the displacements of the nodes, each between the time integrals of the
-    velocities that the node sends to the left and to the right, from which every quantity follows at every place.
+    Nodes are its ends, the ends of its segments and the places of its contacts. A wave takes a whole number of steps
+    from node to node, so that transport is exact and costs nothing in between. At a node of impedances Z1 and Z2 two
+    waves arrive and two leave (`delay_chain_kernel`); a contact force acts on it within the step through 1/(Z1 + Z2),
+    and on no other node. Energy and momentum are those of the waves on their way, and are kept to rounding. Coordinates
+    are the displacements of the nodes, each between the time integrals of the velocities that the node sends to the
+    left and to the right, from which every quantity follows at every place.
 
     The step must fit: a step up to a fifth shorter than the given one is taken, the one that fits best. Then nodes
     move to the grid, by half a cell at most, counted from the middle of the rod; impedances and weights stay. Gravity
@@ -119,7 +123,7 @@ class DelayChain(AbstractSelfStepping):
 
     def gives_means(self, x: float) -> bool:
         ends = {0: self._rod.left, self.places.size - 1: self._rod.right}
-        end = ends.get(self.node_at(x))  # type: ignore[arg-type] # None is none of them
+        end = ends.get(self.node_at(x))  # type: ignore[arg-type] # None is no key
         return end is None or not (end.kind == "mass" and end.value > 0.0)
 
     def row(self, x: float, quantity: Quantity) -> Array:
@@ -134,7 +138,7 @@ class DelayChain(AbstractSelfStepping):
         return np.asarray(np.eye(1, self.n_dof, 3 * node + MOVED)[0])
 
     def sent(self) -> Array:
-        """Return the rows of the time integrals of waves over the coordinates, shape (2 pieces, n_dof).
+        """Return the time integrals of waves as rows over the coordinates, (2 pieces, n_dof).
 
         Piece by piece: the wave from its left node to the right, and the one from its right node to the left.
         """
@@ -144,7 +148,10 @@ class DelayChain(AbstractSelfStepping):
         return rows
 
     def grid(self) -> Array:
-        """Return the ends and both sides of every inner node [m], where the force or the stress may jump."""
+        """Return the ends and both sides of every inner node [m].
+
+        At an inner node the force or the stress may jump.
+        """
         inner, beside = self.places[1:-1], BESIDE * self._rod.length
         return np.sort(np.concatenate((self.places[[0, -1]], inner - beside, inner + beside)))
 
@@ -175,7 +182,10 @@ class DelayChain(AbstractSelfStepping):
         return 0.5 * (velocity - speed * slopes) - gained, 0.5 * (velocity + speed * slopes[::-1]) - gained
 
     def stepper(self, ports: Array, dt: float) -> Stepper:
-        """Return the chain prepared for a step [s], at most the shortest time between two nodes."""
+        """Return the chain prepared for steps of dt [s].
+
+        The step is at most the shortest time between two nodes.
+        """
         rod, pieces, nodes = self._rod, self.pieces(dt), self.places.size
         check_cells(sum(piece.cells for piece in pieces), rod.name)
         impedances = np.array([0.0, *(piece.segment.impedance for piece in pieces), 0.0])
@@ -217,14 +227,14 @@ class DelayChain(AbstractSelfStepping):
         return stepper_of(chain.free, chain.measure, parameters, state, force_response, ports)
 
     def _load_on(self, end: End) -> float:
-        """Return the constant force on an end [N]: a load, and the weight of a mass."""
+        """Return the constant force on an end [N]: load and weight of a mass."""
         return end.force + (self._gravity * end.value if end.kind == "mass" else 0.0)
 
     def _initial(self, x: Array) -> Array:
         return np.zeros(x.size) if self._rod.displacement is None else np.asarray(self._rod.displacement(x))
 
     def _on_grid(self, dt: float) -> tuple[NDArray[np.int64], Array]:
-        """Return the numbers of cells from the left end to the nodes, and the same before rounding.
+        """Return the cells from the left end to each node, rounded and before rounding.
 
         Both are counted from the middle of the rod, so that the mirrored rod has the mirrored grid; a node half-way
         between two places moves away from the middle.

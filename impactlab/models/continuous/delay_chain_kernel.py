@@ -1,10 +1,12 @@
-"""Kernel of a chain of delays: waves go from node to node, and at each node two arrive and two leave.
+"""Kernel of a chain of delay lines.
+
+Waves travel from node to node, and at each node two arrive and two leave.
 
 Parameters: number of nodes, dt, number of steps so far; then of each node impedance to its left, impedance to its
 right, mean velocity per force, spring, 2 m/dt, load; then of each piece between two nodes its delay in steps, the index
 where its waves stand, the present place there, its impedance, the velocity that gravity gives to either wave in a step;
-then the waves on their way as they were sent, both directions of a step side by side. These, places and the number of
-steps the kernel writes: they are the memory of the body, kept apart from the state that contacts change.
+then the waves on their way as they were sent, both directions of a step side by side. The kernel writes these, the
+places and the number of steps: they are the memory of the body, kept apart from the state that contacts change.
 
 State: of each node the time integral of the velocity that it sends to the left, its displacement, and that of the
 velocity that it sends to the right [m]; then the three velocities.
@@ -21,7 +23,7 @@ SENT_LEFT, MOVED, SENT_RIGHT = 0, 1, 2  # coordinates of a node
 
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: the waves sent in the step before go on their way, others arrive and move the nodes.
+    """Step without contact: waves travel on, and those that arrive move the nodes.
 
     A node between impedances Z1 and Z2 with mass m, spring k, dashpot d and force F, under the waves p from the left
     and q from the right, moves with the mean velocity V of (Z1 + Z2 + d + k dt/2 + 2 m/dt) V = 2 Z1 p + 2 Z2 q - k u +
@@ -61,10 +63,11 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write energy [J], work of loads and momentum [N s] of waves, end springs and end masses.
+    """Write energy [J], work of loads [J] and momentum [N s] of the chain.
 
-    A wave sent j to j + 1 steps ago has gained j to j + 1 times the velocity by gravity in a step. The work of gravity
-    is that of the weight on the displacement, which both waves carry.
+    They are those of waves, end springs and end masses. A wave sent j to j + 1 steps ago has gained j to j + 1 times
+    the velocity by gravity in a step. The work of gravity is that of the weight on the displacement, which both waves
+    carry.
     """
     nodes, dt = int(parameters[0]), parameters[1]
     time = dt * parameters[2]

@@ -1,4 +1,7 @@
-"""Delay line: travelling waves of a uniform rod, stepped, for laws that the exact solver does not support."""
+"""Delay line: travelling waves of a uniform rod, in steps.
+
+It is for laws that the exact solver does not support.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,10 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write energy [J], work of the end forces and momentum [N s] of waves, end springs and end masses."""
+    """Write energy [J], work of the end forces [J] and momentum [N s].
+
+    They are those of waves, end springs and end masses.
+    """
     whole, share, dt, impedance = int(parameters[0]), parameters[1], parameters[2], parameters[3]
     room = whole + 2
     head = int(state[6])

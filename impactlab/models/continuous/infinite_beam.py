@@ -44,7 +44,7 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:  # noqa: ARG001 - the signature of a stepper
-    """Write the work done on the beam [J], that of its load, and its momentum [N s]."""
+    """Write the work on the beam and of its load [J], and momentum [N s]."""
     out[0] = state[5] + (state[3] + state[7]) * (state[0] - state[4])
     out[1] = state[7] * state[0]
     out[2] = state[6]
@@ -52,14 +52,15 @@ def measure(parameters: Array, state: Array, out: Array) -> None:  # noqa: ARG00
 
 @final
 class InfiniteBeam(AbstractSelfStepping):
-    """A uniform Euler-Bernoulli beam without reflections: both ends infinite, or a free tip and the other infinite.
+    """A uniform Euler-Bernoulli beam without reflections.
 
-    Where it is struck, a force F gives the velocity F/(K sqrt(s)) in the domain of Laplace, K = 2 sqrt(2) (EI)^(1/4)
-    (rho A)^(3/4) at an inner point and a quarter of that at a free tip. Its memory 1/sqrt(pi t) is a sum of
-    exponentials, 1/sqrt(s) = 1/pi int p^(-1/2)/(s + p) dp by the trapezoidal rule in ln p: each stands for a mass
-    without spring behind a dashpot, so that the beam never returns more than the work done on it. The sum is exact to
-    1e-8 over 1e9 steps, and exact for a force constant over a step. Its energy is the work done on it, radiated waves
-    included. It is known where it is struck, and nowhere else.
+    Both ends are infinite, or one is a free tip and the other infinite. Where it is struck, a force F gives the
+    velocity F/(K sqrt(s)) in the domain of Laplace, K = 2 sqrt(2) (EI)^(1/4) (rho A)^(3/4) at an inner point and a
+    quarter of that at a free tip. Its memory 1/sqrt(pi t) is a sum of exponentials, 1/sqrt(s) = 1/pi int p^(-1/2)/(s +
+    p) dp by the trapezoidal rule in ln p: each stands for a mass without spring behind a dashpot, so that the beam
+    never returns more than the work done on it. The sum is exact to 1e-8 over 1e9 steps, and exact for a force constant
+    over a step. Its energy is the work done on it, radiated waves included. It is known where it is struck, and nowhere
+    else.
 
     ``points_per_period`` counts 1000 periods in the time (M/K)^2 of a mass that strikes it. A hard contact that holds
     positions is then of second order and keeps the energy: at ten points v/v0 errs by 5e-7 at

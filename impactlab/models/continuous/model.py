@@ -19,12 +19,12 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class Continuous(AbstractRodModel):
-    """Exact travelling waves (continuous): rods from event to event, without mesh or step; beams by characteristics.
+    """Exact travelling waves (continuous), without a mesh: rods from event to event, beams by characteristics.
 
     Rods under hard contacts, constant springs and, without a step, laws that are linear between changes of branch are
-    solved from event to event; under other laws a rod is delays between its ends, the ends of its segments and the
+    solved from event to event. Under other laws a rod is delays between its ends, the ends of its segments and the
     places of its contacts, which are evaluated in each step. A Timoshenko beam steps too, its two families of waves
-    each shifted exactly (`timoshenko`); an Euler-Bernoulli beam has no fronts and is supported where it is infinite, by
+    each shifted exactly (`timoshenko`). An Euler-Bernoulli beam has no fronts and is supported where it is infinite, by
     its exact memory at the place where it is struck (`infinite_beam`).
 
     Where it steps, ``points_per_period`` counts the period of mode d of the uniform body, d = ``modes``, else
@@ -68,7 +68,10 @@ class Continuous(AbstractRodModel):
         return body.length / 100.0
 
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractSelfStepping:
-        """Return a uniform rod without gravity struck at its ends as a pair of delays, any other as a chain of them."""
+        """Return a rod as a delay line or a chain of them.
+
+        One delay line describes a uniform rod without gravity that is struck at its ends; a chain describes any other.
+        """
         if gravity != 0.0 or len(rod.segments) > 1 or any(rod.is_inner(face.x) for face in faces):
             return DelayChain(rod, gravity, faces, self.counted)
         return DelayLine(rod, gravity, self.counted)

@@ -1,4 +1,7 @@
-"""Timoshenko beam by characteristics: two families of waves, each shifted exactly, coupled by shear and rotation."""
+"""Timoshenko beam by characteristics.
+
+Each of its two families of waves is shifted exactly; shear and rotation couple them.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from impactlab.models.continuous.base import (
     under_waves,
     without_mass,
 )
-from impactlab.models.continuous.timoshenko_grids import Coupling, Grid, coupling, factor, in_blocks, transposed
+from impactlab.models.continuous.timoshenko_grids import Grid, coupling, factor, in_blocks, transposed
 from impactlab.models.continuous.timoshenko_kernel import DEFLECTION, ENDS, MOMENT, ROTATION, SHEAR
 from impactlab.numerics.lanes import LANES
 from impactlab.scene.bodies import Beam, End
@@ -47,11 +50,11 @@ class TimoshenkoWaves(AbstractSelfStepping):
     F/(2 sqrt(kGA rho A)), at a tip with twice that.
 
     The step must fit: a beam with two ends takes a whole number of cells of both grids, a contact stands on a node of
-    the first. So a step up to a fifth shorter than the given one is taken, the one that fits best; the rest gives
-    way: contacts move to the nearest node (less than half a cell), the rotary inertia changes (by less than 1e-4 as a
-    rule) so that the bending grid closes. Ends that are infinite are as long as needed for nothing to come back within
-    the run. ``points_per_period`` counts the period of mode ``modes`` of shear waves over the length, as on the delay
-    line; the radius of gyration should hold a cell or more.
+    the first. So a step up to a fifth shorter than the given one is taken, the one that fits best. The rest is
+    adjusted: contacts move to the nearest node (less than half a cell), the rotary inertia changes (by less than 1e-4
+    as a rule) so that the bending grid closes. Ends that are infinite are as long as needed for nothing to come back
+    within the run. ``points_per_period`` counts the period of mode ``modes`` of shear waves over the length, as on the
+    delay line; the radius of gyration should hold a cell or more.
 
     References
     ----------
@@ -185,7 +188,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
             waves = state[at + 2 * shear.cells : at + 2 * shear.cells + 2 * bend.cells]
             half = 0.5 * np.array(moment) / impedances[1]
             waves[: bend.cells], waves[bend.cells :] = -half, half
-        responses = np.array([self._response(row, numbers, shear, ends, impedances[0], dt, couple) for row in ports])
+        responses = np.array([self._response(row, numbers, shear, ends, impedances[0], dt) for row in ports])
         force_response = np.zeros((len(ports), state.size))
         force_response[:, : at + 2 * shear.cells] = responses.reshape(len(ports), at + 2 * shear.cells)
         return stepper_of(characteristics.free, characteristics.measure, parameters, state, force_response, ports)
@@ -199,7 +202,10 @@ class TimoshenkoWaves(AbstractSelfStepping):
         )
 
     def _anchor(self) -> float:
-        """Return the place of a node [m] from which the grids count: an end, or where the beam is struck first."""
+        """Return the node from which the grids count [m].
+
+        It is an end, or the first place at which the beam is struck.
+        """
         if self._beam.left.kind != "infinite":
             return 0.0
         if self._beam.right.kind != "infinite":
@@ -207,7 +213,10 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return self._faces[0] if self._faces else 0.0
 
     def _grid(self, speed: float, dt: float) -> Grid:
-        """Return the cells of a family: over the beam, and beyond infinite ends until nothing can come back."""
+        """Return the cells of a family of waves.
+
+        They cover the beam, and beyond infinite ends so much that nothing returns during the run.
+        """
         length, anchor = self._beam.length, self._anchor()
         if self._closed:
             count = max(1, round(length / (speed * dt)))
@@ -229,7 +238,10 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return count
 
     def _numbered(self, shear: Grid, bend: Grid) -> Array:
-        """Return kind, cell or node, and share of the next one, of each coordinate, (n, 3)."""
+        """Return kind, cell or node, and share of the next one, of each coordinate.
+
+        Shape (n, 3).
+        """
         numbers = []
         for x, quantity in self.coordinates:
             kind = KINDS[quantity]
@@ -246,7 +258,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return np.array(numbers, dtype=float)
 
     def _end(self, end: End, family: int, impedances: tuple[float, float], dt: float) -> tuple[float, ...]:
-        """Return the five parameters of an end, of the deflection (family 0) or of the rotation (1)."""
+        """Return the five parameters of an end, for deflection (family 0) or rotation (1)."""
         if end.kind == "infinite":
             return 1.0, 0.0, 0.0, 0.0, 0.0
         if end.kind == "clamped" or (end.kind == "pinned" and family == 0):
@@ -257,7 +269,10 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return 0.0, *under_waves(end, impedances[0], dt), end.force
 
     def _initial(self, x: float, quantity: str, h: float | None = None) -> float:
-        """Return a quantity of the displacement at t = 0, by differences over h [m]; no shear force."""
+        """Return a quantity of the displacement at t = 0, by differences over h [m].
+
+        The shear force is zero.
+        """
         if self._beam.displacement is None:
             return 0.0
         length = self._beam.length
@@ -271,10 +286,11 @@ class TimoshenkoWaves(AbstractSelfStepping):
             return float((high - low) / (2.0 * h) + (x - middle) * curvature)
         return float(self._beam.segments[0].bending_stiffness * curvature) if quantity == "bending_moment" else 0.0
 
-    def _response(
-        self, row: Array, numbers: Array, shear: Grid, ends: Array, impedance: float, dt: float, couple: Coupling
-    ) -> Array:
-        """Return the change of coordinates and shear waves by a force of 1 N over a step on one coordinate."""
+    def _response(self, row: Array, numbers: Array, shear: Grid, ends: Array, impedance: float, dt: float) -> Array:
+        """Return the change of coordinates and shear waves per newton on a coordinate.
+
+        The force acts over one step.
+        """
         n, count = self.n_dof, shear.cells
         node = int(numbers[int(np.argmax(row)), 1])
         response, at = np.zeros(2 * n + ENDS + 2 * count), 2 * n + ENDS

@@ -1,4 +1,7 @@
-"""Two uniform grids over one beam, and the operator that carries rotations of one to shear strains of the other."""
+"""Two uniform grids of a beam, and the coupling of rotations to shear strains.
+
+The operator takes rotations on one grid to shear strains on the other.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ class Grid(NamedTuple):
 
 
 class Coupling(NamedTuple):
-    """Averages over the cells of a grid of a quantity given on the cells of another."""
+    """Averages over the cells of one grid of a quantity on another."""
 
     first: Array  # (n_to,) the first cell that each row meets
     rows: Array  # (n_to, width)
@@ -67,7 +70,7 @@ def coupling(of_rows: Grid, of_columns: Grid) -> Coupling:
 
 
 def _hats(grid: Array, middle: Array, left: Array, right: Array) -> list[tuple[Any, Array, Array]]:
-    """Return the two hats that live on each interval: number, value at its left and at its right."""
+    """Return the two hat functions of each interval: number, value at left and right."""
     if grid.size == 1:
         return [(np.zeros(middle.size), np.ones(middle.size), np.ones(middle.size))]
     below = np.clip(np.searchsorted(grid, middle) - 1, 0, grid.size - 2)
@@ -92,7 +95,10 @@ def transposed(couple: Coupling, count: int) -> Coupling:
 
 
 def in_blocks(couple: Coupling) -> tuple[int, Array]:
-    """Return how many blocks of eight a row takes, and the coupling flat: first cells, rows padded with zeros."""
+    """Return the blocks of eight in a row, and the coupling as a flat array.
+
+    The array holds the first cells, then the rows padded with zeros.
+    """
     n, width = couple.rows.shape
     blocks = -(-width // LANES)
     rows = np.zeros((n, LANES * blocks))

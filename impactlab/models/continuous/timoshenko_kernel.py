@@ -1,4 +1,6 @@
-"""Kernel of the Timoshenko beam by characteristics: exact shifts on two grids, shear and rotation coupled implicitly.
+"""Kernel of the Timoshenko beam by characteristics.
+
+Waves are shifted exactly on two grids; shear and rotation are coupled implicitly.
 
 Parameters: the header below; then four ends (left and right for the deflection, left and right for the rotation) of
 five entries: 1 where the beam goes on, mean velocity per force, spring, 2 m/dt, load; then kind, cell or node, and
@@ -41,9 +43,10 @@ def row_times(rows: Array, row: int, blocks: int, values: Array, begin: int) -> 
 
 @HELPER
 def couple_shear_and_rotation(parameters: Array, first: Array, back: Array, state: Array) -> None:
-    """Couple shear and rotation over a step: (1 + a P* P) B = 2 b + dt P* V/(rho I).
+    """Couple shear and rotation over a step, implicitly.
 
-    ``first`` are the parameters from the coupling on, ``back`` those from its transpose on.
+    (1 + a P* P) B = 2 b + dt P* V/(rho I). ``first`` are the parameters from the coupling on, ``back`` those from its
+    transpose on.
     """
     n2, n1 = int(parameters[CELLS]), int(parameters[BENT])
     blocks, back_blocks = int(parameters[BLOCKS]), int(parameters[BACK])
@@ -79,7 +82,7 @@ def couple_shear_and_rotation(parameters: Array, first: Array, back: Array, stat
 
 @HELPER
 def shift(right: Array, left: Array, sent_right: float, sent_left: float) -> None:
-    """Move all waves of a family by a cell; the waves that its ends send come in."""
+    """Move all waves of a family by a cell, with those that its ends send."""
     at = right.size
     while at > LANES:
         put_lanes(right, at - LANES, lanes_at(right, at - LANES - 1))
@@ -97,7 +100,7 @@ def shift(right: Array, left: Array, sent_right: float, sent_left: float) -> Non
 
 @HELPER
 def meet(state: Array, coordinates: Array, family: float, right: Array, left: Array) -> None:
-    """Write the mean velocities over the step at inner places: sums of the waves that meet there."""
+    """Write mean velocities over the step at inner places, from waves that meet there."""
     n, cells = coordinates.size // 3, right.size
     for c in range(n):
         if coordinates[3 * c] != family:
@@ -112,10 +115,10 @@ def meet(state: Array, coordinates: Array, family: float, right: Array, left: Ar
 
 @HELPER
 def reflect(parameters: Array, state: Array, coordinates: Array, end: int, arrived: float) -> float:
-    """Return the wave that an end sends under an arriving one; ends 0 and 1 are those of the deflection.
+    """Return the wave that an end sends under an arriving one.
 
-    An end with mass m, spring k, dashpot d and force F moves with the mean velocity V of
-    (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v + F under an arriving wave w, and sends V - w.
+    Ends 0 and 1 are those of the deflection. An end with mass m, spring k, dashpot d and force F moves with the mean
+    velocity V of (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v + F under an arriving wave w, and sends V - w.
     """
     n, at, family = coordinates.size // 3, ENDS_AT + 5 * end, end // 2
     dt, impedance = parameters[DT], parameters[Z2 + family]
@@ -144,7 +147,10 @@ def reflect(parameters: Array, state: Array, coordinates: Array, end: int, arriv
 
 @HELPER
 def shear_at(parameters: Array, first: Array, state: Array, cell: int) -> float:
-    """Return the shear force in a cell at the end of the step [N]: half of the step's coupling is added."""
+    """Return the shear force in a cell at the end of the step [N].
+
+    It includes half of the coupling over the step.
+    """
     n2, n1, blocks = int(parameters[CELLS]), int(parameters[BENT]), int(parameters[BLOCKS])
     at, turned = 2 * int(parameters[COORDINATES]) + ENDS, 0.0
     right, left = window(state, at + 2 * n2, n1), window(state, at + 2 * n2 + n1, n1)
@@ -187,7 +193,10 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy [J] of all waves and ends, those gone to infinity included, work of the loads, momentum."""
+    """Write energy [J], work of the loads [J] and momentum [N s].
+
+    The energy is that of all waves and ends, and of waves gone to infinity.
+    """
     n2, n1, n = int(parameters[CELLS]), int(parameters[BENT]), int(parameters[COORDINATES])
     dt, z2, z1 = parameters[DT], parameters[Z2], parameters[Z1]
     shear, bend = window(state, 2 * n + ENDS, 2 * n2), window(state, 2 * n + ENDS + 2 * n2, 2 * n1)

@@ -1,4 +1,7 @@
-"""Absorbing layers: the elements of a beam, continued at an infinite end with damping that grows."""
+"""Absorbing layers at infinite ends of a beam.
+
+The elements of the beam go on, with damping that grows outwards.
+"""
 
 from __future__ import annotations
 
@@ -84,9 +87,10 @@ def laid_out(beam: Beam, elements: int, lumped: bool, duration: float = 0.0) -> 
 
 
 def _layer(beam: Beam, segment: int, h: float, elements: int, lumped: bool, duration: float) -> Array:
-    """Return the elements of a layer, outwards from one of length h [m]: four rows (4, n).
+    """Return the elements of a layer as four rows (4, n), outwards.
 
-    They are length [m], drag [1/s], drag of the rotation [N s] and retardation [s], of a run of a duration [s].
+    The first follows an element of length h [m]. The rows are length [m], drag [1/s], drag of the rotation [N s] and
+    retardation [s], for a run of a duration [s].
     """
     piece = beam.segments[segment]
     mass, stiffness = piece.density * piece.area, piece.bending_stiffness
@@ -108,7 +112,10 @@ def _layer(beam: Beam, segment: int, h: float, elements: int, lumped: bool, dura
 
 
 def _lengths(beam: Beam, length: float, h: float, elements: int, lumped: bool) -> Array:
-    """Return the lengths [m] of the elements of a layer, outwards from one of length h [m], (n,)."""
+    """Return the lengths [m] of the elements of a layer, outwards, (n,).
+
+    The first follows an element of length h [m].
+    """
     growth = min(GROWTH, GROWTHS / elements)
     found: list[float] = []
     x = 0.0

@@ -1,4 +1,4 @@
-"""Bar elements of any order: nodes of Gauss, Lobatto and Legendre, their polynomials, and an element's matrices."""
+"""Bar elements of any order: Gauss-Lobatto-Legendre nodes, polynomials and element matrices."""
 
 from __future__ import annotations
 
@@ -81,9 +81,10 @@ def _nodes(order: int) -> Array:
 
 
 def assembled(element: Array, scale: Array | float, count: int) -> Array:
-    """Return the banded matrix (order + 1, n_nodes) of a row of ``count`` elements that share their end nodes.
+    """Return the banded matrix (order + 1, n_nodes) of a row of elements.
 
-    ``element`` (order + 1, order + 1) is symmetric and multiplied by ``scale``, (count,) or the same in each.
+    ``count`` elements share their end nodes. ``element`` (order + 1, order + 1) is symmetric and multiplied by
+    ``scale``, (count,) or the same in each.
     """
     order = len(element) - 1
     matrix = np.zeros((order + 1, order * count + 1))
@@ -104,7 +105,10 @@ def assembled_diagonal(weights: Array, scale: Array | float, count: int) -> Arra
 
 @lru_cache(maxsize=256)
 def elements_per_segment(segments: tuple[Segment, ...], elements: int) -> tuple[int, ...]:
-    """Return how many elements each segment gets: at least one, shared out by travel time, ``elements`` in all."""
+    """Return the number of elements of each segment: shared by travel time, at least one.
+
+    They are ``elements`` in all, unless there are more segments.
+    """
     if len(segments) == 1:
         return (max(1, elements),)
     times = np.array([segment.length / segment.wave_speed for segment in segments])
@@ -119,7 +123,7 @@ def elements_per_segment(segments: tuple[Segment, ...], elements: int) -> tuple[
 
 @lru_cache(maxsize=64)
 def spread(segments: tuple[Segment, ...], elements: int) -> tuple[Array, Ints]:
-    """Return the lengths [m] of the elements of a row, and the number of the segment of each, (n_elements,) both."""
+    """Return the lengths [m] and segment numbers of elements in a row, (n_elements,) both."""
     counts = elements_per_segment(segments, elements)
     each = np.array([segment.length / count for segment, count in zip(segments, counts, strict=True)])
     found = each.repeat(counts), np.arange(len(counts)).repeat(counts)
@@ -149,7 +153,10 @@ def laid_out(segments: tuple[Segment, ...], elements: int) -> Elements:
 
 
 def shortest_transit(segments: tuple[Segment, ...], elements: int, order: int) -> float:
-    """Return the shortest time [s] in which a wave goes from a node to the next, each element at its own speed."""
+    """Return the shortest time of a wave from a node to the next [s].
+
+    Each element has its own wave speed.
+    """
     counts = elements_per_segment(segments, elements)
     return min(
         segment.length / count * node_distance(order) / segment.wave_speed

@@ -1,4 +1,7 @@
-"""A rod as a row of bar elements: the mesh that `finite_element` steps and `modal` takes its shapes from."""
+"""A rod as a row of bar elements.
+
+`finite_element` steps this mesh, and `modal` takes its shapes from it.
+"""
 
 from __future__ import annotations
 
@@ -142,7 +145,10 @@ class Mesh(AbstractMesh):
         return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the displacement that a massless node adds at x, per unit force on it [m/N]."""
+        """Return the displacement that a massless node adds at x, per force [m/N].
+
+        The force acts on the node itself.
+        """
         if self._massless is None or quantity == "velocity":
             return 0.0
         at = self._massless.at
@@ -157,7 +163,10 @@ class Mesh(AbstractMesh):
 
     @property
     def borders(self) -> Ints:
-        """The coordinates at the borders of elements, (n,) int: the rod's matrices couple nothing across one."""
+        """Return the coordinates at the borders of elements, (n,) int.
+
+        The rod's matrices couple nothing across one of them.
+        """
         numbers = np.arange(0, len(self.nodes), self.order, dtype=np.int64)
         numbers = numbers[(numbers >= self.free_nodes.start) & (numbers < self.free_nodes.stop)] - self.free_nodes.start
         if self._massless is None:
@@ -215,9 +224,9 @@ class Mesh(AbstractMesh):
         return float(np.sqrt(np.max((stiffness[0] + rows[1]) / (mass[0] - rows[0]))))
 
     def _highest_of_uniform(self) -> float | None:
-        """Return the highest frequency of equal bars of lumped mass [rad/s]: w = 2 c/h sin(k pi/(2 n)).
+        """Return the highest frequency of equal bars of lumped mass [rad/s], else None.
 
-        None where the ends or the nodes are others.
+        It is w = 2 c/h sin(k pi/(2 n)). None where the ends or the nodes are others.
         """
         kinds, pieces = [end.kind for _, end in self.ends], len(self.rod.segments)
         other = pieces > 1 or self._massless is not None or self.rod.softening != 0.0
@@ -228,7 +237,10 @@ class Mesh(AbstractMesh):
         return 2.0 * math.sqrt(segment.young / segment.density) * count / segment.length * shape
 
     def nodal_row(self, x: float, quantity: Quantity) -> Array:
-        """Return the quantity at x [m] as a row over the nodes that are not clamped, massless ones included, (n,)."""
+        """Return the quantity at x [m] as a row over nodes, (n,).
+
+        The nodes are those that are not clamped, massless ones included.
+        """
         row, moves = np.zeros(len(self.nodes)), quantity in ("displacement", "velocity")
         if moves and self.order == 1 and (x == 0.0 or x == self._borders[-1]):  # an end, where contacts mostly are
             row[0 if x == 0.0 else -1] = 1.0
@@ -283,7 +295,7 @@ class Mesh(AbstractMesh):
     def _of_coordinates(
         self, matrices: Sequence[Array], sums: tuple[Array, Array], struck: Ints
     ) -> tuple[list[Array], list[Array]]:
-        """Return mass, damping and stiffness of the coordinates, and their dashpots and springs to the ground.
+        """Return mass, damping and stiffness, and the dashpots and springs to the ground.
 
         Clamped nodes and those without mass, ``struck``, are left out; the centrifugal force softens the rod.
         """
@@ -303,7 +315,10 @@ class Mesh(AbstractMesh):
         return cut, ground
 
     def _cut(self, matrix: Array) -> Array:
-        """Return the matrix of the nodes that are not clamped; no column keeps a coupling to one that was left out."""
+        """Return the matrix of the nodes that are not clamped.
+
+        No column keeps a coupling to a node that was left out.
+        """
         cut = matrix[:, self.free_nodes].copy()
         for offset in range(1, len(cut)):
             cut[offset, max(0, cut.shape[1] - offset) :] = 0.0
@@ -319,7 +334,10 @@ def narrowed(matrix: Array) -> Array:
 
 
 def free_nodes(rod: WaveBody, count: int) -> slice[int, int, int]:
-    """Return which of the nodes of a rod are not clamped; raise `CaseError` where none is left."""
+    """Return the nodes of a rod that are not clamped.
+
+    Raise `CaseError` if all are.
+    """
     first = 1 if rod.left.kind == "clamped" else 0
     last = count - (1 if rod.right.kind == "clamped" else 0)
     if first == last:

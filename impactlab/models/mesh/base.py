@@ -1,4 +1,7 @@
-"""Base class of meshes of bars and of beam elements: statics, bound of the frequencies, cuts of banded matrices."""
+"""Base class of meshes of bars and of beam elements.
+
+It has their statics, a bound of their frequencies and cuts of banded matrices.
+"""
 
 from __future__ import annotations
 
@@ -77,12 +80,16 @@ class AbstractMesh(AbstractDiscreteModel):
 
     @abstractmethod
     def element_matrices(self, number: int) -> tuple[Array, Array]:
-        """Return stiffness and mass of an element cut free, (m, m) each, its coordinates node by node."""
+        """Return stiffness and mass of a single free element, (m, m) each.
+
+        Its coordinates are in the order of nodes.
+        """
 
     def highest_of_elements(self) -> float:
-        """Return the highest frequency of any element alone [rad/s], a bound above that of the mesh.
+        """Return the highest frequency of any single element [rad/s].
 
-        An end's spring is borne by its one element; an end's mass only lowers frequencies.
+        It is a bound above that of the mesh. An end's spring is borne by its one element; an end's mass only lowers
+        frequencies.
 
         References
         ----------
@@ -111,9 +118,10 @@ class AbstractMesh(AbstractDiscreteModel):
         return math.sqrt(squared)
 
     def is_shared(self, element: int, x: float, start: float) -> bool:
-        """Return whether x [m] is the node between an element that starts at ``start`` [m] and the one before it.
+        """Return whether x [m] is the node between an element and the one before.
 
-        Both lie in one segment, and no contact acts there, so that internal forces jump by the error of the mesh alone.
+        The element starts at ``start`` [m]. Both lie in one segment, and no contact acts there, so that internal forces
+        jump by the error of the mesh alone.
         """
         if not 0.0 < x < self.body.length or abs(x - start) > self.near:
             return False
@@ -123,9 +131,10 @@ class AbstractMesh(AbstractDiscreteModel):
     def stated(
         self, highest: float, uniform: Array | float, gravity: float, end_dashpots: Array, **more: Any
     ) -> Operators:
-        """Return the operators of the mesh; ``uniform`` are its velocities where it moves as a whole by 1.
+        """Return the operators of the mesh.
 
-        ``more`` are operators by name that a mesh has beside those of every one.
+        ``uniform`` are its velocities where it moves as a whole by 1. ``more`` are operators by name that a mesh has
+        beside those of every one.
         """
         profile, n_dof = self.body.displacement, self.mass.shape[1]
         velocity = np.zeros(n_dof)
@@ -149,7 +158,10 @@ class AbstractMesh(AbstractDiscreteModel):
         )
 
     def at_ends(self, kind: str) -> Array:
-        """Return masses, dashpots or springs of the ends on the coordinates of all nodes, held ones included."""
+        """Return masses, dashpots or springs of the ends on the coordinates of all nodes.
+
+        Held nodes are included.
+        """
         per = len(self.motions)
         values = np.zeros(per * (self.ends[1][0] + 1))
         for node, end in self.ends:
@@ -179,13 +191,19 @@ class AbstractMesh(AbstractDiscreteModel):
         return np.asarray(displacement - self.rigid @ (inertia.T @ displacement))
 
     def static_compliance(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the quantity at x in statics of the whole mesh, per unit force to the right at ``face`` [m]."""
+        """Return the static quantity at x per unit force on the whole mesh.
+
+        The force acts to the right at ``face`` [m].
+        """
         moved = self.row(x, quantity) @ self.static(self.row(face, "displacement"))
         return float(moved) + self.left_out(x, quantity, face)
 
 
 def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
-    """Return the forces on the ends of a body as loads on the coordinates of its model, shape (n_dof,) [N]."""
+    """Return the forces on the ends of a body as loads, shape (n_dof,) [N].
+
+    They act on the coordinates of its model.
+    """
     if body.left.force == 0.0 == body.right.force:
         return np.zeros(model.momentum_row().size)
     load = body.left.force * model.row(0.0, "displacement")
@@ -193,9 +211,10 @@ def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
 
 
 def sums_without(held: Sequence[int] | Ints, sums: Array, matrix: Array) -> Array:
-    """Return the row sums of a banded matrix (bandwidth + 1, n) without the columns of held coordinates, (n,).
+    """Return the row sums of a banded matrix without the columns of held coordinates.
 
-    ``sums`` are those of whole rows, zero where only differences of displacements count.
+    The matrix is of shape (bandwidth + 1, n), the sums of shape (n,). ``sums`` are those of whole rows, zero where only
+    differences of displacements count.
     """
     sums, n = sums.copy(), sums.size
     for column in held:

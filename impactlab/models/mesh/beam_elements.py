@@ -30,7 +30,10 @@ class ElementMatrices(NamedTuple):
 
 
 def shear_ratio(segment: BeamSegment, h: float) -> float:
-    """Return Phi = 12 EI/(kGA h2) of an element of length h [m]; 0 where nothing shears."""
+    """Return Phi = 12 EI/(kGA h2) of an element; 0 without shear deformation.
+
+    ``h`` is its length [m].
+    """
     return 12.0 * segment.bending_stiffness / (segment.shear_stiffness * h**2)
 
 
@@ -49,7 +52,10 @@ def deflections(place: float, h: float, phi: float) -> Array:
 
 
 def rotations(place: float, h: float, phi: float) -> Array:
-    """Return the rotation of the cross section per coordinate, shape (4,); where nothing shears it is the slope."""
+    """Return the rotation of the cross section per coordinate, shape (4,).
+
+    Without shear deformation it is the slope.
+    """
     s, r = place, 1.0 - place
     bend = 6.0 * s * r / h
     return np.array([-bend, r * (r - 2.0 * s) + phi * r, bend, s * (s - 2.0 * r) + phi * s]) / (1.0 + phi)
@@ -72,9 +78,10 @@ def shear_strain(h: float, phi: float) -> Array:
 
 
 def stretched(segment: BeamSegment, h: float, tensions: Array) -> Array:
-    """Return the stiffness (n, 4, 4) of elements under a tension, given at the four points of Gauss (n, 4) [N].
+    """Return the stiffness (n, 4, 4) of elements under a tension.
 
-    It is the integral of N w'^2, exact for a tension that is a quadratic in x.
+    ``tensions`` are given at the four Gauss points, (n, 4) [N]. It is the integral of N w'^2, exact for a tension that
+    is a quadratic in x.
     """
     phi = shear_ratio(segment, h)
     slopes = np.array([rotations(place, h, phi) for place in GAUSS_PLACES]) + shear_strain(h, phi)
@@ -83,7 +90,9 @@ def stretched(segment: BeamSegment, h: float, tensions: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def matrices(segment: BeamSegment, h: float) -> ElementMatrices:
-    """Return the matrices of an element of length h [m], integrated exactly; they are kept and cannot be written.
+    """Return the exactly integrated matrices of an element of length h [m].
+
+    They are kept and cannot be written.
 
     References
     ----------
@@ -108,9 +117,9 @@ def matrices(segment: BeamSegment, h: float) -> ElementMatrices:
 
 
 def lumped(segment: BeamSegment, h: float) -> Array:
-    """Return the diagonal mass of an element, shape (4,): kg of its deflections, kg m2 of its rotations.
+    """Return the diagonal mass of an element, shape (4,).
 
-    A node has half of the mass, and m h2/78 + rho I h/2.
+    It is in kg for deflections and in kg m2 for rotations. A node has half of the mass, and m h2/78 + rho I h/2.
 
     References
     ----------

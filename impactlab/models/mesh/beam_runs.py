@@ -1,4 +1,7 @@
-"""The stiffness of a beam mesh as runs of equal elements, over which the leapfrog of beams walks."""
+"""The stiffness of a beam mesh as runs of equal elements.
+
+The leapfrog of beams steps along these runs.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,11 @@ from impactlab.types import Array
 
 
 class BeamElements(NamedTuple):
-    """A stiffness in runs of equal beam elements, of which each stores a s^2/2 + b d^2/2.
+    """A stiffness in runs of equal beam elements.
 
-    Here s = w2 - w1 - l (theta1 + theta2) shears the element and d = theta2 - theta1 bends it: a = 12 EI/h^3/(1 + Phi),
-    l = h/2, b = EI/h. Other stiffness stands at single nodes: supports, and under tension springs at the rotations.
+    Each element stores a s^2/2 + b d^2/2. Here s = w2 - w1 - l (theta1 + theta2) shears the element and d = theta2 -
+    theta1 bends it: a = 12 EI/h^3/(1 + Phi), l = h/2, b = EI/h. Other stiffness stands at single nodes: supports, and
+    under tension springs at the rotations.
 
     Of a beam that turns no two elements are equal and the lever arms of their nodes differ: s = w2 - w1 - l1 theta1 -
     l2 theta2. Beside the elements it has -softening times the mass.
@@ -31,7 +35,9 @@ class BeamElements(NamedTuple):
 
 
 def element_runs(beam: Beam, k: Array, turned: Array | None) -> BeamElements | None:
-    """Return the stiffness of a beam between whole nodes; None with less than two of these.
+    """Return the stiffness of a beam between whole nodes.
+
+    It is None with fewer than two of these.
 
     Parameters
     ----------

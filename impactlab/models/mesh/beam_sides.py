@@ -1,4 +1,7 @@
-"""Elements of a beam mesh that give an internal force at a place, and the part that they miss of a force inside one."""
+"""Internal forces of a beam mesh at a place, from the elements beside it.
+
+They lack a part under a force inside an element, which is given here as well.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,12 @@ Side = tuple[int, float, float]  # number of an element, place in it (0 to 1), s
 
 
 def sides_of(mesh: AbstractMesh, nodes: Array, at: tuple[int, float, float], quantity: Quantity) -> list[Side]:
-    """Return the elements, places in them and shares that give a quantity; ``at`` is element, place in it, and x [m].
+    """Return the elements, places in them and shares that give a quantity.
 
-    A bending moment at a node inside a segment is the mean of both sides. The shear force of an element is constant,
-    that of its middle up to the second order of its length. So elsewhere it lies on the line through the middles of
-    two neighbours without a joint or a contact between them: at an end, a joint or a contact it is extrapolated.
+    ``at`` is element, place in it, and x [m]. A bending moment at a node inside a segment is the mean of both sides.
+    The shear force of an element is constant, that of its middle up to the second order of its length. So elsewhere it
+    lies on the line through the middles of two neighbours without a joint or a contact between them: at an end, a joint
+    or a contact it is extrapolated.
     """
     element, place, x = at
     if quantity == "bending_moment" and mesh.is_shared(element, x, float(nodes[element])):
@@ -31,7 +35,7 @@ def sides_of(mesh: AbstractMesh, nodes: Array, at: tuple[int, float, float], qua
 
 
 def missing_inside(mesh: AbstractMesh, sides: list[Side], at: tuple[int, float], quantity: Quantity) -> float:
-    """Return the internal force that ``sides`` miss in statics, per unit force inside an element of the mesh.
+    """Return the static internal force that ``sides`` lack, per force inside an element.
 
     ``at`` is the struck element and the place in it. Its nodes move as they should, and it lacks the forces that it
     would have between held nodes. The first of ``sides`` is the element that holds the place that is read.
@@ -50,7 +54,7 @@ def missing_inside(mesh: AbstractMesh, sides: list[Side], at: tuple[int, float],
 
 
 def _goes_on(mesh: AbstractMesh, nodes: Array, element: int) -> bool:
-    """Return whether the shear force goes on without a jump from the element before this one."""
+    """Return whether the shear force is continuous from the element before this one."""
     if not 0 < element < len(mesh.lengths):
         return False
     x = float(nodes[element])

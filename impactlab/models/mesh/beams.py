@@ -1,4 +1,7 @@
-"""A beam as a row of beam elements: the mesh that `finite_element` steps and `modal` takes its shapes from."""
+"""A beam as a row of beam elements.
+
+`finite_element` steps this mesh, and `modal` takes its shapes from it.
+"""
 
 from __future__ import annotations
 
@@ -111,7 +114,10 @@ class BeamMesh(AbstractMesh):
         self._check_preload()
 
     def for_run(self, duration: float) -> BeamMesh:
-        """Return the mesh with layers as long as a run of a duration [s] needs; itself where no end is infinite."""
+        """Return the mesh with absorbing layers for a run of a duration [s].
+
+        It is the mesh itself if no end is infinite.
+        """
         if not any(end.kind == "infinite" for _, end in self.ends):
             return self
         elements, mass, gravity = self._given
@@ -149,7 +155,10 @@ class BeamMesh(AbstractMesh):
         return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the internal force at x that the elements miss, per unit force at ``face`` between two nodes."""
+        """Return the internal force at x that the elements lack, per unit force.
+
+        The force acts at ``face`` between two nodes.
+        """
         struck, at = self._place(face)
         if quantity not in ("bending_moment", "shear_force") or at in (0.0, 1.0):
             return 0.0
@@ -157,7 +166,7 @@ class BeamMesh(AbstractMesh):
         return missing_inside(self, sides, (struck, at), quantity)
 
     def _place(self, x: float) -> tuple[int, float]:
-        """Return the number of the element that holds x [m], and the place in it (0 to 1)."""
+        """Return the element that holds x [m], and the place in it (0 to 1)."""
         element = int(self.nodes.searchsorted(x + self.near, side="right")) - 1
         element = min(max(element, 0), len(self.lengths) - 1)
         place = (x - float(self.nodes[element])) / float(self.lengths[element])
@@ -170,7 +179,10 @@ class BeamMesh(AbstractMesh):
         return row[self._kept]
 
     def _of_element(self, number: int, place: float, quantity: Quantity) -> Array:
-        """Return a quantity at a place (0 to 1) of an element per coordinate of its nodes, (4,)."""
+        """Return a quantity at a place of an element per coordinate of its nodes.
+
+        The place is from 0 to 1, the result of shape (4,).
+        """
         h, segment = float(self.lengths[number]), self.beam.segments[self.of_segment[number]]
         phi = shear_ratio(segment, h)
         if quantity == "displacement":
@@ -190,7 +202,10 @@ class BeamMesh(AbstractMesh):
         return self.nodes[(self.nodes >= 0.0) & (self.nodes <= self.beam.length)]
 
     def coordinates(self, profile: Profile) -> Array:
-        """Return the coordinates of an initial deflection: a rotation is its slope, as where nothing shears."""
+        """Return the coordinates of an initial deflection.
+
+        A rotation is its slope, as without shear deformation.
+        """
         step = STEP * float(self.lengths.min())
         inside = np.clip(self.nodes, 0.0, self.beam.length)  # in a layer the end's deflection and slope go on
         # Differences of second order, one-sided at the ends.
@@ -234,7 +249,10 @@ class BeamMesh(AbstractMesh):
         return squares
 
     def _centrifugal_tensions(self) -> Array | None:
-        """Return the tension at the points of Gauss of each element, (n_elements, 4) [N]; None of a beam at rest."""
+        """Return the tension at the Gauss points of each element, (n_elements, 4) [N].
+
+        It is None for a beam at rest.
+        """
         if self.beam.rotation is None:
             return None
         return self.beam.steady_beam(self.beam.rotation).tension(
@@ -242,10 +260,11 @@ class BeamMesh(AbstractMesh):
         )
 
     def _softening(self, segment: BeamSegment, h: float) -> Array:
-        """Return the part (4, 4) of an element's mass that the centrifugal force pulls along the motion.
+        """Return the part (4, 4) of an element's mass that the centrifugal force pulls.
 
-        In the plane of rotation that of the deflection: a section that rotates keeps its distances from the axis.
-        Across it that of the rotation, by which the section's fibres move along the radius.
+        The pull is along the motion. In the plane of rotation it is the part of the deflection: a section that rotates
+        keeps its distances from the axis. Across the plane it is the part of the rotation, by which the section's
+        fibres move along the radius.
         """
         whole, moved = (
             np.diag(lumped(each, h)) if self.lumped else matrices(each, h).mass
@@ -254,7 +273,10 @@ class BeamMesh(AbstractMesh):
         return moved if self.beam.softening else whole - moved
 
     def _assembled(self) -> tuple[Array, Array, Array, Array]:
-        """Return mass, damping, stiffness and mass that softens, of all nodes, ends included, (4, 2 n_nodes) each."""
+        """Return mass, damping, stiffness and softening mass of all nodes, (4, 2 n_nodes) each.
+
+        Ends are included.
+        """
         n, beam = 2 * len(self.nodes), self.beam
         mass, damping, stiffness, softened = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
         self._elastic = np.zeros((len(self.lengths), 4, 4))  # stiffness of each element
@@ -290,7 +312,10 @@ class BeamMesh(AbstractMesh):
         return mass, damping, stiffness, softened
 
     def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
-        """Return the motions a + b x without strain or support, mass-normalised, and coordinates that stop them."""
+        """Return the rigid motions a + b x, mass-normalised, and coordinates that stop them.
+
+        They are motions without strain or support.
+        """
         strained = self.beam.tension != 0.0 or self.beam.rotation is not None
         rows = [[0.0, 1.0]] if strained else []  # a string under tension resists its rotation
         for node, end in self.ends:

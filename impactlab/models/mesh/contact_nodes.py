@@ -21,12 +21,13 @@ MAX_STRETCH = 2.0  # of a beam that does not shear: time of a wave through an el
 
 
 def with_nodes_at(body: Deformed, faces: Sequence[Face], elements: int) -> Deformed:
-    """Return a body with segments cut at the contacts that lie inside its elements; itself where none does.
+    """Return a body with segments cut at contacts inside its elements.
 
-    A force kinks the displacement of a bar, and the deflection of a beam that shears. Inside an element there is no
-    kink: its place then moves by F s (1 - s) h/(E A) too little, or h/(k G A), s from 0 to 1 along the element of
-    length h. Of a beam that does not shear the moment has the kink and the shear force a jump of F, which an element
-    does not have. The elements are shared among the pieces as among segments.
+    It is the body itself where no contact lies inside one. A force kinks the displacement of a bar, and the deflection
+    of a beam that shears. Inside an element there is no kink: its place then moves by F s (1 - s) h/(E A) too little,
+    or h/(k G A), s from 0 to 1 along the element of length h. Of a beam that does not shear the moment has the kink and
+    the shear force a jump of F, which an element does not have. The elements are shared among the pieces as among
+    segments.
 
     A contact nearer than a tenth of an element, or half of one where nothing shears, to an end, to a segment's end or
     to another contact gets no node of its own. Elements of a beam that does not shear stay as they are where contacts
@@ -55,7 +56,10 @@ def with_nodes_at(body: Deformed, faces: Sequence[Face], elements: int) -> Defor
 
 
 def _longest_transit(segments: tuple[Segment, ...], elements: int) -> float:
-    """Return the longest time [s] of a wave through an element; inf where segments take more elements than given."""
+    """Return the longest time [s] of a wave through an element.
+
+    It is inf where the segments need more elements than given.
+    """
     counts = elements_per_segment(segments, elements)
     if sum(counts) > elements:
         return float("inf")

@@ -43,14 +43,20 @@ class MasslessNodes:
         self._share_right = np.where(self.at < n_nodes - 1, -below[self.at] / own, 0.0)
 
     def folded(self, row: Array) -> Array:
-        """Return a row over all nodes as a row over those that remain, without the part of the force, (n_kept,)."""
+        """Return a row over all nodes as a row over those that remain.
+
+        Shape (n_kept,). The part of the force is left out.
+        """
         folded = row.copy()
         folded[self._left] += self._share_left * row[self.at]
         folded[self._right] += self._share_right * row[self.at]
         return folded[self.kept]
 
     def unfolded(self, displacement: Array) -> Array:
-        """Return the displacements (n, ...) of all nodes from those that remain, under no force on the others."""
+        """Return the displacements (n, ...) of all nodes from those that remain.
+
+        No force acts on the others.
+        """
         nodal = np.zeros((self.kept.size + self.at.size, *displacement.shape[1:]))
         nodal[self.kept] = displacement
         left, right = nodal[self._left].T * self._share_left, nodal[self._right].T * self._share_right
@@ -58,7 +64,10 @@ class MasslessNodes:
         return nodal
 
     def sums(self, sums: Array, matrix: Array, springs: Array) -> Array:
-        """Return the row sums, shape (n_kept,), of T^t A T from those of A (2, n); ``springs`` are those of K."""
+        """Return the row sums of T^t A T from those of A, shape (n_kept,).
+
+        ``matrix`` is A, in bands (2, n); ``springs`` are the row sums of K.
+        """
         # Neighbours that move by 1 leave a node that a spring holds behind by its share.
         behind = np.zeros(sums.size)
         behind[self.at] = springs[self.at] * self.flexibility
@@ -85,9 +94,10 @@ class MasslessNodes:
 
 
 def struck_nodes(rod: WaveBody, faces: Sequence[tuple[float, Array]]) -> Ints:
-    """Return the numbers of the contacts' nodes among those not clamped; raise where they must keep their mass.
+    """Return the numbers of the contacts' nodes among those not clamped.
 
-    Each face is a place x [m] and the row of its displacement over these nodes, shape (n_nodes,).
+    Raise `CaseError` where they must keep their mass. Each face is a place x [m] and the row of its displacement over
+    these nodes, shape (n_nodes,).
     """
     struck, name = [], rod.name
     for x, row in faces:
@@ -119,10 +129,10 @@ def struck_nodes(rod: WaveBody, faces: Sequence[tuple[float, Array]]) -> Ints:
 
 
 def redistribute(mass: Array, at: Ints) -> None:
-    """Take the mass of nodes and give it to their neighbours, in place; ``mass`` (2, n) is diagonal.
+    """Move the mass of nodes to their neighbours, in place.
 
-    KhenousLabordeRenard2008; HagerHueeberWohlmuth2008. Deviation: the sources also keep the centre of mass and the
-    moment of inertia; here only the sum is kept.
+    ``mass`` (2, n) is diagonal. KhenousLabordeRenard2008; HagerHueeberWohlmuth2008. Deviation: the sources also keep
+    the centre of mass and the moment of inertia; here only the sum is kept.
     """
     last = mass.shape[1] - 1
     for node in at:

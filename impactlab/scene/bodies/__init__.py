@@ -1,4 +1,7 @@
-"""Bodies in SI and in plain frozen records, one kind a file: rods, beams, shafts, masses, walls."""
+"""Bodies in SI units, as frozen records: rods, beams, shafts, masses, walls.
+
+Each kind has its own file.
+"""
 
 from impactlab.scene.bodies.base import Body, ElasticBody, WaveBody
 from impactlab.scene.bodies.beam import Beam, BeamSegment, beams_among

@@ -1,4 +1,4 @@
-"""The facts of every body, and of those that deform, in SI and in plain frozen records.
+"""Facts of every body, and of those that deform, in SI units.
 
 x runs from a body's left end to its right end; displacements and velocities are positive to the right. Of a beam the
 displacement is the deflection, positive up.
@@ -52,7 +52,10 @@ class Body(ABC):
 
     @property
     def gravity(self) -> tuple[float, float]:
-        """Gravity in the plane of a body of large motion, (x, y) [m/s2]; other bodies have that of the scene."""
+        """Gravity in the plane of a body of large motion, (x, y) [m/s2].
+
+        Other bodies have that of the scene.
+        """
         return 0.0, 0.0
 
     @property
@@ -72,12 +75,12 @@ class Body(ABC):
 
     @property
     def modelled_parts(self) -> tuple[str, ...]:
-        """Names of its parts that have a model each; none of a body that is one part."""
+        """Names of its parts that have a model each; empty for a single part."""
         return ()
 
     @property
     def sliding(self) -> str:
-        """Name of the link of a mechanism whose end moves on a slide; empty where none does."""
+        """Name of the link of a mechanism whose end slides, else empty."""
         return ""
 
     @property
@@ -117,7 +120,10 @@ class Body(ABC):
 
     @property
     def ground_drives(self) -> tuple[tuple[str, str], ...]:
-        """Links that a drive on the ground turns past the links before them, each with the one before it."""
+        """Links turned by a ground drive past the links before them.
+
+        Each comes with the link before it.
+        """
         return ()
 
     @property
@@ -127,7 +133,10 @@ class Body(ABC):
 
     @property
     def end_force(self) -> float:
-        """Sum of the constant forces on both ends [N], along +x, of a beam along +u."""
+        """Sum of the constant forces on both ends [N].
+
+        They act along +x, on a beam along +u.
+        """
         return 0.0
 
     @property
@@ -136,7 +145,10 @@ class Body(ABC):
         return tuple([(x, end.load) for x, end in self.ends if end.load is not None])
 
     def is_driven(self, x: float) -> bool:
-        """Return whether a place follows drives alone, so that no force there can change its motion."""
+        """Return whether the motion of a place follows from drives alone.
+
+        No force there can change it.
+        """
         return False
 
     @property
@@ -154,7 +166,10 @@ class Body(ABC):
 
     @property
     def softening(self) -> float:
-        """Centrifugal force per mass and displacement along its motion [1/s2]; 0 of a body that does not turn."""
+        """Centrifugal force per mass and displacement along the motion [1/s2].
+
+        It is 0 for a body that does not rotate.
+        """
         return 0.0 if self.rotation is None else self.rotation.softening
 
     @property
@@ -197,9 +212,10 @@ class Body(ABC):
         return None
 
     def steady_place(self, x: float) -> float:
-        """Return the place [m] of x along the body's motion in its steady state, counted from the axis.
+        """Return the place of x in the steady state, from the axis [m].
 
-        It is the radius of a body that moves along the radius; of a mass minus ``axis_at``, of a beam 0.
+        It is counted along the motion. It is the radius of a body that moves along the radius; of a mass minus
+        ``axis_at``, of a beam 0.
         """
         return 0.0 if self.rotation is None else -self.rotation.axis_at
 
@@ -255,7 +271,7 @@ class ElasticBody(Segmented, Body):
         return ()
 
     def retardation(self, x: float, quantity: Quantity) -> float:
-        """Return by how much of its rate an internal force at x [m] exceeds its elastic part [s].
+        """Return the viscous part of an internal force at x, per its rate [s].
 
         It is viscosity over E, and the factor of the stiffness in Rayleigh damping, which is a viscosity of that factor
         times E. It is 0 of quantities that are no internal force.
@@ -277,11 +293,17 @@ class ElasticBody(Segmented, Body):
     @property
     @abstractmethod
     def is_held_along(self) -> bool:
-        """Whether an end holds the body along its axis, so that it has a steady state under rotation."""
+        """Whether an end holds the body along its axis.
+
+        It then has a steady state under rotation.
+        """
 
     @property
     def limit_rate(self) -> float:
-        """Rate [rad/s] from which on its stiffness does not hold it under rotation; inf where the mesh gives it."""
+        """Rate [rad/s] from which its stiffness does not hold it under rotation.
+
+        It is inf where the mesh gives the limit.
+        """
         return math.inf
 
     @property

@@ -1,4 +1,7 @@
-"""Beams: elastic bodies that deflect across their axis, by the theory of Euler and Bernoulli or of Timoshenko."""
+"""Beams by the theory of Euler and Bernoulli or of Timoshenko.
+
+They deflect across their axis.
+"""
 
 from __future__ import annotations
 

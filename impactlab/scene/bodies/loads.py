@@ -1,4 +1,4 @@
-"""Forces on ends over time: samples with straight lines between them, or a function of time."""
+"""End forces over time: samples joined by straight lines, or a function."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ SAME_TIME = 1e-9  # of the duration: samples may end this much before the run
 
 
 class AbstractLoad(ABC):
-    """A force on an end of a body over time [N], positive along +x, of a beam along +u."""
+    """A force on an end of a body over time [N].
+
+    It is positive along +x, on a beam along +u.
+    """
 
     @abstractmethod
     def at(self, t: Array) -> Array:
@@ -41,15 +44,24 @@ class AbstractLoad(ABC):
 
     @abstractmethod
     def sampled(self, duration: float) -> SampledLoad:
-        """Return the load over [0, duration] as straight lines, `LINES` if it has no samples of its own."""
+        """Return the load over [0, duration] as straight lines.
+
+        There are `LINES` of them if it has no samples of its own.
+        """
 
     @abstractmethod
     def spacing(self, duration: float) -> float:
-        """Return the shortest time [s] in which its slope changes, for the steps of a run of this duration."""
+        """Return the shortest time in which its slope changes [s].
+
+        The steps of a run of this duration follow from it.
+        """
 
     @abstractmethod
     def lines(self, duration: float) -> int | None:
-        """Return the number of straight lines that it is over a run; None of a force of another kind."""
+        """Return the number of straight lines over a run, or None.
+
+        It is None for a force of another kind.
+        """
 
     def largest(self, duration: float) -> float:
         """Return its largest size [N] over [0, duration]."""
@@ -99,16 +111,20 @@ class SampledLoad(AbstractLoad):
         return 1 + int(np.count_nonzero((self.times > 0.0) & (self.times < duration)))
 
     def reaches(self, duration: float) -> tuple[bool, bool]:
-        """Return whether the force is given at the start and at the end of a run: by samples, or by zeros outside.
+        """Return whether the force is given at the start and end of a run.
 
-        A sample of a zero by rounding, as sin(pi) at the end of half a sine, counts as zero.
+        It is given by samples, or by zeros outside them. A sample of a zero by rounding, as sin(pi) at the end of half
+        a sine, counts as zero.
         """
         zero = ZERO * float(np.abs(self.forces).max())
         start = self.t[0] <= 0.0 or abs(self.f[0]) <= zero
         return start, self.t[-1] >= duration * (1.0 - SAME_TIME) or abs(self.f[-1]) <= zero
 
     def impulse(self, t: Array) -> Array:
-        """Return the integral of the force from 0 to times t >= 0 [N s], shape of t."""
+        """Return the impulse of the force from 0 to times [N s].
+
+        It is of the shape of t >= 0 [s].
+        """
         times, forces, slopes, impulse = self._knots
         at = np.clip(np.searchsorted(times, t, side="right") - 1, 0, None)
         after = np.asarray(t) - times[at]

@@ -1,4 +1,7 @@
-"""Mechanisms: planar chains of rigid and flexible links, each hinged to the end of the one before."""
+"""Mechanisms: planar chains of rigid and flexible links.
+
+Each link is hinged to the end of the one before.
+"""
 
 from __future__ import annotations
 
@@ -23,10 +26,10 @@ class Drive(NamedTuple):
 
 @dataclass(frozen=True)
 class Link:
-    """A link of a mechanism: a rigid bar, or a beam that bends and, with axial modes, stretches.
+    """A link of a mechanism: a rigid bar, or a flexible beam.
 
-    Angles are absolute, from +x, positive counterclockwise; a torque acts on the link from the one before it, or from
-    the ground.
+    A beam bends and, with axial modes, stretches. Angles are absolute, from +x, positive counterclockwise; a torque
+    acts on the link from the one before it, or from the ground.
     """
 
     name: str
@@ -49,7 +52,10 @@ class Link:
 
 
 class Mark(NamedTuple):
-    """A place of a link with a direction fixed in space, followed by a contact or a probe."""
+    """A place of a link with a direction fixed in space.
+
+    A contact or a probe follows it.
+    """
 
     link: int
     x: float  # m along the link
@@ -123,9 +129,10 @@ class PartMechanism(MechanismBody):
 @final
 @dataclass(frozen=True)
 class Mechanism(MechanismBody):
-    """A planar chain of links from the ground on, the last end free or on a slide along x.
+    """A planar chain of links from the ground on.
 
-    Its places, the ``x`` of points and probes, are the numbers of its ``marks``.
+    The last end is free or on a slide along x. Its places, the ``x`` of points and probes, are the numbers of its
+    ``marks``.
     """
 
     links: tuple[Link, ...]
@@ -186,7 +193,10 @@ class Mechanism(MechanismBody):
         return f"position:{self._place(int(x))}"
 
     def _place(self, number: int) -> str:
-        """Return the name of a place in channels: that of the face, with the direction where it meets in several."""
+        """Return the name of a place in channels.
+
+        It is that of the face, with the direction where it meets in several.
+        """
         mark = self.marks[number]
         along = {(1.0, 0.0): "x", (0.0, 1.0): "y"}.get(mark.along, f"{mark.along[0]:.4g} {mark.along[1]:.4g}")
         same = {each.along for each in self.marks if each.label == mark.label}
@@ -194,7 +204,10 @@ class Mechanism(MechanismBody):
 
 
 def links_on_hubs(bodies: Iterable[Body]) -> Iterator[tuple[Mechanism, Link]]:
-    """Yield each mechanism of a single link that is clamped to a driven hub, and the link."""
+    """Yield each mechanism of one link on a driven hub, and the link.
+
+    The link is clamped to the hub.
+    """
     for body in bodies:
         if isinstance(body, Mechanism) and len(body.links) == 1:
             (link,) = body.links

@@ -1,4 +1,4 @@
-"""Parts of bodies that deform: uniform segments, supports of ends, damping, tables of a quantity over x."""
+"""Parts of elastic bodies: segments, end supports, damping, tables over x."""
 
 from __future__ import annotations
 
@@ -77,11 +77,10 @@ class Segment:
 class End:
     """The support of an end of a body.
 
-    It is none, a clamp, a grounded spring or dashpot, or a mass that moves with the end.
-
-    A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may be infinite. The
-    infinite end of a rod or shaft is a dashpot of its impedance.
-    A force may act on an end that is not clamped or pinned.
+    The end is free, clamped, or on a grounded spring or dashpot, or it carries a mass that moves with it. The end of a
+    beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may be infinite. The
+    infinite end of a rod or shaft is a dashpot of its impedance. A force may act on an end that is not clamped or
+    pinned.
     """
 
     kind: Literal["free", "clamped", "spring", "dashpot", "mass", "pinned", "infinite"]

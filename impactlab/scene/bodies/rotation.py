@@ -1,4 +1,7 @@
-"""Steady rotation of a body about an axis that it does not touch or is clamped to, seen from the frame that turns."""
+"""Steady rotation of a body about an axis, in the rotating frame.
+
+The body does not touch the axis, or is clamped to it.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,11 @@ Plane = Literal["axial", "chord", "flap"]
 
 @dataclass(frozen=True)
 class Rotation:
-    """A steady rotation; displacements, velocities, stresses and gaps count from the steady state in the turning frame.
+    """A steady rotation of a body.
 
-    A body's plane says in which direction it moves: ``axial`` along the radius, ``chord`` across the radius in the
-    plane of rotation, ``flap`` along the axis.
+    Displacements, velocities, stresses and gaps are counted from the steady state in the rotating frame. A body's plane
+    says in which direction it moves: ``axial`` along the radius, ``chord`` across the radius in the plane of rotation,
+    ``flap`` along the axis.
     """
 
     rate: float  # rad/s
@@ -27,5 +31,8 @@ class Rotation:
 
     @property
     def softening(self) -> float:
-        """Centrifugal force per mass and displacement [1/s2] along the motion: the rate squared, 0 along the axis."""
+        """Centrifugal force per mass and displacement along the motion [1/s2].
+
+        It is the rate squared, and 0 for a motion along the axis.
+        """
         return 0.0 if self.plane == "flap" else self.squared

@@ -13,7 +13,10 @@ PLACE_ROUNDING = 1e-12  # of a length: a place this near to a boundary of segmen
 
 @dataclass(frozen=True)
 class Segmented:
-    """Segments from left to right, x from 0 at the left end, with the supports of both ends."""
+    """Segments from left to right, with the supports of both ends.
+
+    x is 0 at the left end.
+    """
 
     segments: tuple[Segment, ...]
     left: End

@@ -20,9 +20,10 @@ from impactlab.types import Quantity
 @final
 @dataclass(frozen=True)
 class Shaft(WaveBody):
-    """A straight elastic shaft, in the sizes of the rod at its lever arm; `shaft_segment` and `shaft_end` reduce them.
+    """A straight elastic shaft, in the sizes of an equivalent rod.
 
-    Velocity and displacement are those at the arm; momentum is angular momentum over the arm. Gravity does not turn it.
+    The rod is at its lever arm; `shaft_segment` and `shaft_end` give its sizes. Velocity and displacement are those at
+    the arm; momentum is angular momentum over the arm. Gravity does not turn it.
     """
 
     lever_arm: float = 1.0  # m

@@ -1,4 +1,4 @@
-"""The steady state of rods and beams that turn: radii, stretch, tension; the limit rate of rods.
+"""Steady state of rotating rods and beams: radii, stretch, tension; limit rate of rods.
 
 A rod stretched by its own centrifugal force has r'' = -(Omega/c)^2 r, with r(x) the radius at which the section x
 turns: circular functions in each segment, joined by the tension E A (r' - 1). A beam, whose stretch is left out, has
@@ -31,7 +31,7 @@ class SteadyState(NamedTuple):
 
 @dataclass(frozen=True)
 class SteadyRod:
-    """A rod that turns; its ends are clamped, on a spring, free, or carry a mass."""
+    """A rotating rod, its ends clamped, on springs, free, or with masses."""
 
     segments: Sequence[Segment]
     left: End
@@ -64,14 +64,17 @@ class SteadyRod:
         return root if x == 0.0 else self._carried(root, 1.0, x)
 
     def _missed(self, state: tuple[float, float], unstrained: float) -> float:
-        """Return by how much radius and tension miss the condition of the right end, at rest at a radius [m]."""
+        """Return the residual of the condition at the right end, at rest at ``unstrained`` [m]."""
         radius, tension = state
         if self.right.kind == "clamped":
             return radius - unstrained
         return tension + _pull(self.right, self.rate) * (radius - (unstrained if self.right.kind == "spring" else 0.0))
 
     def _carried(self, state: tuple[float, float], pulled: float, x: float) -> tuple[float, float]:
-        """Return radius and tension at x [m] from those at the left end; ``pulled`` times E A is taken off tension."""
+        """Return radius and tension at x [m] from those at the left end.
+
+        ``pulled`` times E A is subtracted from the tension.
+        """
         (radius, tension), start = state, 0.0
         for segment in self.segments:
             length = min(segment.length, x - start)
@@ -85,10 +88,11 @@ class SteadyRod:
         return radius, tension
 
     def limit_rate(self) -> float:
-        """Return the rate [rad/s] at which it loses its steady state, its lowest frequency at rest; 0 if it is free.
+        """Return the rate at which the steady state is lost [rad/s].
 
-        The phase of a standing wave (Pruefer's angle, whose tangent is Z w u over the tension) grows steadily with the
-        frequency, and reaches that of the right end first at the lowest one.
+        It is the lowest frequency at rest; 0 if the rod is free. The phase of a standing wave (Pruefer's angle, whose
+        tangent is Z w u over the tension) grows steadily with the frequency, and reaches that of the right end first at
+        the lowest one.
         """
         from scipy.optimize import brentq
 
@@ -103,7 +107,10 @@ class SteadyRod:
         return float(brentq(self._ahead, RIGID_TOL * highest, highest, xtol=1e-14 * highest, rtol=1e-14))
 
     def _ahead(self, rate: float) -> float:
-        """Return by how much the phase at the right end exceeds that of its support, at a frequency [rad/s]."""
+        """Return the excess of the right end's phase over that of its support.
+
+        ``rate`` is the frequency [rad/s].
+        """
         phase = _phase(self.left, rate, self.segments[0])
         for before, segment in zip((self.segments[0], *self.segments), self.segments, strict=False):
             turns, part = divmod(phase, math.pi)
@@ -118,13 +125,19 @@ def _pull(end: End, rate: float) -> float:
 
 
 def _phase(end: End, rate: float, segment: Segment) -> float:
-    """Return the phase of a standing wave at an end, counted into the body: 0 if clamped, pi/2 if free."""
+    """Return the phase of a standing wave at an end, counted into the body.
+
+    It is 0 if clamped, pi/2 if free.
+    """
     return 0.0 if end.kind == "clamped" else math.atan2(segment.impedance * rate, _pull(end, rate))
 
 
 @dataclass(frozen=True)
 class SteadyBeam:
-    """A beam that turns. Clamped and pinned ends hold it along its axis; where both do, it keeps its length."""
+    """A rotating beam.
+
+    Clamped and pinned ends hold it along its axis; where both do, it keeps its length.
+    """
 
     segments: Sequence[Segment]
     left: End

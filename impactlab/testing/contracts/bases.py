@@ -31,7 +31,10 @@ class BasisContract:
     modes: ClassVar[int] = 12
 
     def mesh(self, kind: str, right: str) -> AbstractMesh:
-        """Return the mesh of a rod or of a Timoshenko beam of two segments, its left end free."""
+        """Return the mesh of a rod or Timoshenko beam of two segments.
+
+        Its left end is free.
+        """
         ends = End("free"), End(right)  # type: ignore[arg-type]
         if kind == "beam":
             return BeamMesh(Beam("beam", (BAR, SOFT_BAR), *ends, theory="timoshenko"), 40, "consistent", 0.0)

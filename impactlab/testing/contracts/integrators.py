@@ -130,7 +130,7 @@ class IntegratorContract:
         )
 
     def growth(self, dt: float) -> float:
-        """Return how many times its start a free motion in the highest mode has grown after `GROWING` steps."""
+        """Return the growth factor of free motion in the highest mode, after `GROWING` steps."""
         frequencies, shapes = self.modes()
         system = self.system()._replace(displacement=shapes[:, -1], velocity=0.1 * frequencies[-1] * shapes[:, -1])
         stepper = self.part.prepare(system, np.zeros((0, system.load.size)), dt)

@@ -23,7 +23,10 @@ MOTIONS = 20  # random ones of a law with branches
 
 
 class LawContract:
-    """Properties of every law, of contacts and of links. Override ``sides`` where the law supports other bodies."""
+    """Properties of every law, of contacts and of links.
+
+    Override ``sides`` where the law supports other bodies.
+    """
 
     part: ClassVar[AbstractContactLaw]
     dt: ClassVar[float] = 1e-7
@@ -37,9 +40,10 @@ class LawContract:
         return hammer, rod._replace(left_out=0.5 / stiffness)
 
     def port(self, random: np.random.Generator, opened: bool = False, apart: bool = False) -> Port:
-        """Return a port with random motions, of faces far away if ``opened``, just apart at both ends if ``apart``.
+        """Return a port with random motions of the faces.
 
-        The force of its scheme acts at the start, in the middle or at the end of the step.
+        They are far away if ``opened``, and just apart at both ends of the step if ``apart``. The force of its scheme
+        acts at the start, in the middle or at the end of the step.
         """
         left, right = self.sides()
         start = type(self.part).begin(self.part, left, right, self.dt)
@@ -124,7 +128,10 @@ class LawContract:
         assert used, f"it has options ({fields}) and no `begin` that returns them as Start(parameters=(...))"
 
     def test_its_branches_answer_as_it_does(self) -> None:
-        """In any motion; of laws that are linear between changes of branch, which the exact solver takes by these."""
+        """Compare the force with that of its branches in random motions.
+
+        It is for laws that are linear between changes of branch, for which the exact solver uses these branches.
+        """
         table = self.part.branches()
         if table is None or table.rigid:
             return
@@ -152,7 +159,10 @@ class LawContract:
                 port.memory[:], last = [*reply.memory], approach
 
     def test_its_power_force_is_its_reply(self) -> None:
-        """Where the force acts at the start of the step; of laws that rows of beads take as K d^n."""
+        """Compare the reply with K d^n for a force at the step's start.
+
+        It is for laws that rows of beads use in this form.
+        """
         start = type(self.part).begin(self.part, *self.sides(), self.dt)
         power = self.part.power_force(start)
         if power is None:
@@ -177,9 +187,10 @@ class LawContract:
             assert reply.dissipated == 0.0
 
     def test_apart_its_reply_is_zero_if_declared(self) -> None:
-        """After any contact, in two steps that begin and end apart: a run does not evaluate it in further ones.
+        """Check that the reply is zero in steps that begin and end apart.
 
-        The first may book the stored energy of the contact.
+        Two such steps follow any contact; a run does not evaluate the law in further ones. The first may book the
+        stored energy of the contact.
         """
         if not self.part.zero_apart:
             return
@@ -250,7 +261,10 @@ class ContactLawContract(LawContract):
             assert math.isfinite(reply.force + reply.impulse + reply.trial)
 
     def test_it_reports_the_contact_of_faces_that_it_presses(self) -> None:
-        """Faces that overlap at both ends of a step are in contact: without this, each step counts as a contact."""
+        """Check that faces that overlap at both ends of a step are in contact.
+
+        Otherwise each step counts as a contact.
+        """
         random = np.random.default_rng(13)
         for _ in range(PORTS):
             port = self.port(random)

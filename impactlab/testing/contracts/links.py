@@ -18,12 +18,13 @@ ROUNDING = 1e-11  # of the largest energy that takes part in a motion
 
 
 class LinkContract(LawContract):
-    """Properties of every link: passive in any motion, its books of energy in balance with its work."""
+    """Properties of every link: passive in any motion, energy balanced with work."""
 
     def walked(self, random: np.random.Generator) -> tuple[list[float], list[float], list[float], float]:
-        """Return work, energy stored and loss of each step of a random motion under a force that is a mean over steps.
+        """Return work, stored energy and loss of each step of a random motion.
 
-        The first stored energy is that at the start. The last number is the largest energy that took part.
+        The force is a mean over steps. The first stored energy is that at the start. The last number is the largest
+        energy that took part.
         """
         port = self.port(random)
         port.gap = port.free_gap = port.gap_rate = port.free_gap_rate = port.in_contact = 0.0
@@ -53,7 +54,7 @@ class LinkContract(LawContract):
         for _ in range(PORTS):
             reply = self.reply_to(self.port(random))
             assert reply.failed == 0.0
-            assert reply.impulse == reply.projection == 0.0, "a link answers by a force"
+            assert reply.impulse == reply.projection == 0.0, "a link replies by a force alone"
             assert reply.unresolved >= 0.0, f"unresolved is {reply.unresolved:.4g} J, and may not be negative"
             assert reply.dissipated >= 0.0, f"dissipated is {reply.dissipated:.4g} J, and may not be negative"
             assert math.isfinite(reply.force + reply.trial + reply.stored)
@@ -76,7 +77,10 @@ class LinkContract(LawContract):
             assert min(stored) >= 0.0, f"it stores {min(stored):.4g} J, and may not store less than 0"
 
     def test_it_shares_its_totals_between_pieces(self) -> None:
-        """Several pieces in one place answer as the whole law; a law without totals refuses."""
+        """Several pieces in one place reply as the whole law.
+
+        A law without totals raises an error.
+        """
         from_whole = self.part
         try:
             piece = from_whole.divided(4)

@@ -1,4 +1,4 @@
-"""Contract suites of mechanisms: of the equations of motion alone, and of a part that a case names."""
+"""Contract suites of mechanisms: equations of motion, and parts named in cases."""
 
 from __future__ import annotations
 
@@ -62,7 +62,10 @@ class EquationsContract:
         return self.part.motion(GRAVITY)
 
     def states(self) -> Iterator[tuple[Array, Array]]:
-        """Yield states about that at t = 0, with as much energy of deformation as of the motion, or of 1 rad/s."""
+        """Yield random states about that at t = 0.
+
+        Their energy of deformation is that of the motion, or of 1 rad/s.
+        """
         motion, random = self.motion(), np.random.default_rng(11)
         n, stiffness = motion.position.size, np.diag(motion.stiffness)
         mass = self.taken(motion, motion.position, motion.velocity).mass
@@ -160,7 +163,10 @@ class EquationsContract:
             assert np.all(np.abs(terms.rates - terms.rows @ v) <= 1e-12 * scale)
 
     def test_adaptive_steps_solve_its_equations(self) -> None:
-        """M p'' = force + rows^T F for all coordinates that no drive holds, under 1 N or N m on each reading."""
+        """Check M p'' = force + rows^T F for all coordinates without a drive.
+
+        1 N or N m acts on each reading.
+        """
         motion = self.motion()
         n, numbers = motion.position.size, numbers_of(self.part, motion, np.zeros((0, 0)), 0.0)
         equations = MechanismEquations("it", numbers, motion.position, motion.velocity)
@@ -181,12 +187,18 @@ class EquationsContract:
         return self.duration or (1.0 / motion.rate if motion.rate > 0.0 else 20.0 * math.pi / motion.frequency)
 
     def bound(self) -> float:
-        """Return the declared bound on the energy that the free motion may gain, by the longer of two steps."""
+        """Return the declared bound on the energy gain of free motion.
+
+        It is for the longer of two steps.
+        """
         motion = self.motion()
         return midpoint_gain(motion, self.whole(motion) / self.steps, impulses=False)
 
     def errors(self) -> tuple[float, float]:
-        """Return the largest change of energy less work in free motion, over the largest of both, by two steps."""
+        """Return the relative energy error of free motion for two steps.
+
+        It is the largest change of energy less work, over the largest of both.
+        """
         motion = self.motion()
         found = []
         for halvings in (0, 1):

@@ -45,7 +45,7 @@ def rigid() -> tuple[AbstractHistory, Scene]:
 
 
 def sound(value: Any) -> bool:
-    """Return whether a metric may have this value: a number that is not negative, or None."""
+    """Return whether a metric may have a value: None, or a number from 0."""
     return value is None or (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0)
 
 

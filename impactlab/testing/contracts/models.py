@@ -20,12 +20,18 @@ HIGHEST = "the highest frequency [rad/s], by its bound,"
 
 
 def is_full(matrix: Array) -> bool:
-    """Return whether a matrix is square and symmetric, as a full one is and bands are not; False of a small one."""
+    """Return whether a matrix is full: square and symmetric, as bands are not.
+
+    It is False for a small one.
+    """
     return matrix.shape[0] == matrix.shape[1] > 2 and bool(np.array_equal(matrix, matrix.T)) and bool(matrix.any())
 
 
 class RodModelContract:
-    """Properties of every description of a rod. ``complete``: it keeps all modes, so nothing is left out."""
+    """Properties of every model of a rod.
+
+    ``complete``: it keeps all modes, so nothing is left out.
+    """
 
     part: ClassVar[AbstractRodModel]
     complete: ClassVar[bool] = False
@@ -180,9 +186,10 @@ class RodModelContract:
                 at_most(left_out, 1e-8, f"the force left out of 1 N at x = {x:.4g} m")
 
     def beam(self, left: str, right: str, gravity: float = 0.0, speed: float = 0.0) -> AbstractDiscreteModel | None:
-        """Return a Timoshenko beam struck by a mass at its left end; None where it is not in coordinates.
+        """Return a Timoshenko beam struck by a mass at its left end.
 
-        A model without beams refuses with a remedy. Options of a rod's mesh alone are refused like that too.
+        It is None where the model steps it by itself. A model without beams refuses with a remedy. Options of a rod's
+        mesh alone are refused like that too.
         """
         ends = End(left), End(right)  # type: ignore[arg-type]
         beam = Beam("beam", (BAR,), *ends, velocity=speed, theory="timoshenko")
@@ -250,7 +257,7 @@ class RodModelContract:
 
 
 def takes_a_push(model: AbstractSelfStepping, x: float) -> None:
-    """Push a body at x [m] and compare its momentum and energy with those of the push."""
+    """Push a body at x [m] and check its momentum and energy."""
     dt = float(model.fitting(0.02 * PIECE.length / PIECE.wave_speed)[0])
     row = model.row(x, "displacement")
     stepper = model.stepper(row[None, :], dt)

@@ -22,7 +22,10 @@ class QuantityContract:
     part: ClassVar[Callable[[Scene, AbstractHistory], Any]]
 
     def found(self, scene: Scene, history: AbstractHistory) -> dict[str, float]:
-        """Return the values by label; that of a quantity of the whole run under an empty label."""
+        """Return the values by label.
+
+        A quantity of the whole run has an empty label.
+        """
         value = type(self).part(scene, history)
         return dict(value) if isinstance(value, Mapping) else {"": value}
 
@@ -37,7 +40,7 @@ class QuantityContract:
         for scene, history in self.runs():
             allowed = {*labels_of(scene, getattr(type(self).part, "over", WHOLE))} or {""}
             for label, value in self.found(scene, history).items():
-                assert label in allowed, f"{label!r} is none of the labels {', '.join(map(repr, sorted(allowed)))}"
+                assert label in allowed, f"{label!r} is not one of the labels {', '.join(map(repr, sorted(allowed)))}"
                 assert isinstance(value, int | float | np.integer | np.floating), f"{value!r} is no number"
 
     def test_it_gives_the_same_value_twice(self) -> None:

@@ -19,7 +19,7 @@ N, BANDWIDTH, DT, BETA, LOAD = range(5)  # places in the parameters; then mass, 
 
 
 def derive(parameters: Array, state: Array) -> None:
-    """Rewrite the last acceleration, M a = load - K u, and the displacements that it belongs to."""
+    """Rewrite the last acceleration, M a = load - K u, and its displacements."""
     n, bandwidth = int(parameters[N]), int(parameters[BANDWIDTH])
     load, mass, springs = parameters[LOAD : LOAD + n], parameters[LOAD + n : LOAD + 2 * n], parameters[LOAD + 2 * n :]
     u, a, before = state[:n], state[2 * n : 3 * n], state[3 * n : 4 * n]
@@ -31,9 +31,10 @@ def derive(parameters: Array, state: Array) -> None:
 
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: a_new = M^-1 (load - K u), then displacements and velocities from a_new and the last a.
+    """Step without contact: a_new = M^-1 (load - K u), then u and v.
 
-    The state holds u, v, the last a and the u that it belongs to.
+    Displacements and velocities follow from a_new and the last a. The state holds u, v, the last a and the u that it
+    belongs to.
     """
     n, bandwidth, dt, beta = int(parameters[N]), int(parameters[BANDWIDTH]), parameters[DT], parameters[BETA]
     load, mass, springs = parameters[LOAD : LOAD + n], parameters[LOAD + n : LOAD + 2 * n], parameters[LOAD + 2 * n :]
@@ -50,12 +51,12 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy [J] that the scheme damps and never raises, and the work of the load so far [J].
+    """Write the energy that the scheme never raises and the load's work [J].
 
-    With D the next step's displacement and P the last one's it is D M D/(2 dt^2) + (u + D) K u/2, the energy that
-    leapfrog conserves, plus (beta - 1)/2 (D K P - D K D/2 + P K P/2). From step to step it falls by
-    (beta - 1)/4 (D - D'') K (D - D''), D'' the displacement two steps before D, as the difference of two such energies
-    shows when the scheme is put into it (our derivation; a test checks it step by step).
+    The work is that so far. With D the next step's displacement and P the last one's it is D M D/(2 dt^2) + (u + D) K
+    u/2, the energy that leapfrog conserves, plus (beta - 1)/2 (D K P - D K D/2 + P K P/2). From step to step it falls
+    by (beta - 1)/4 (D - D'') K (D - D''), D'' the displacement two steps before D, as the difference of two such
+    energies shows when the scheme is put into it (our derivation; a test checks it step by step).
     """
     n, bandwidth, dt, beta = int(parameters[N]), int(parameters[BANDWIDTH]), parameters[DT], parameters[BETA]
     load, mass, springs = parameters[LOAD : LOAD + n], parameters[LOAD + n : LOAD + 2 * n], parameters[LOAD + 2 * n :]
@@ -78,12 +79,12 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
 @final
 @dataclass(frozen=True)
 class ChungLee(AbstractIntegrator):
-    """The explicit scheme of Chung and Lee: diagonal mass, damps high frequencies, beta = 1 is central difference.
+    """Explicit scheme of Chung and Lee: diagonal mass, damping of high frequencies.
 
-    M a_new + K u = load, u_new = u + dt v + dt^2 ((1/2 - beta) a + beta a_new), v_new = v + dt (3 a_new - a)/2: the
-    accelerations lag by a step, so velocities and displacements belong to the same instant and nothing is solved for.
-    Stable up to w dt = 2/sqrt(4 beta - 3), which is 2 for beta = 1 and 1.866 for 28/27; there a mode of w dt = 1.837
-    loses half of itself in each step.
+    beta = 1 is central difference. M a_new + K u = load, u_new = u + dt v + dt^2 ((1/2 - beta) a + beta a_new), v_new =
+    v + dt (3 a_new - a)/2: the accelerations lag by a step, so velocities and displacements belong to the same instant
+    and nothing is solved for. Stable up to w dt = 2/sqrt(4 beta - 3), which is 2 for beta = 1 and 1.866 for 28/27;
+    there a mode of w dt = 1.837 loses half of itself in each step.
 
     Deviations from the source: the contact force is no part of the accelerations carried; constant over its step, it
     adds its exact impulse F dt and its displacement F dt^2/2. Damping is refused.
@@ -111,7 +112,7 @@ class ChungLee(AbstractIntegrator):
     def step(self, system: Operators, dt: float) -> Step:
         if np.any(system.damping):
             raise PairingError(
-                "integrator 'chung_lee' serves bodies without dampers only",
+                "integrator 'chung_lee' supports bodies without dampers only",
                 remedy="Use central_difference or newmark.",
                 path="solve.integrator",
             )

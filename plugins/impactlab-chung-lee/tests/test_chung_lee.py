@@ -1,4 +1,4 @@
-"""The scheme of Chung and Lee keeps the contract of integrators and has the roots of its characteristic cubic."""
+"""The scheme of Chung and Lee: contract of integrators, characteristic cubic."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ MESH = FiniteElement(20, "lumped")
 
 def test_it_refuses_dampers_and_steps_beyond_its_limit() -> None:
     viscous = Rod("rod", (PIECE,), End("free"), End("dashpot", 1.0))
-    with pytest.raises(PairingError, match="serves bodies without dampers only"):
+    with pytest.raises(PairingError, match="supports bodies without dampers only"):
         simulate.run(*simulation("viscous", {"rod": viscous}, (), 1e-4, ChungLee(), StepRule(courant=0.5), model=MESH))
     plain = Rod("rod", (PIECE,), End("free"), End("clamped"))
     # A lumped mesh allows c dt/h up to 1 for beta = 1, so up to 1/sqrt(31/27) = 0.933.

@@ -76,7 +76,7 @@ class LoveRod(AbstractRodModel):
         return LoveBody(self, self.meshed(rod, faces), gravity, faces)
 
     def lateral_length(self, segment: Segment) -> float:
-        """Return nu r_p [m], the length over which waves of a segment feel its lateral inertia."""
+        """Return nu r_p, the length over which lateral inertia acts on waves [m]."""
         # A circle of area A has r_p^2 = R^2/2 = A/(2 pi).
         radius = (
             math.sqrt(segment.area / (2.0 * math.pi)) if self.radius_of_gyration is None else self.radius_of_gyration
@@ -84,7 +84,10 @@ class LoveRod(AbstractRodModel):
         return self.poisson * radius
 
     def exact_frequencies(self, rod: WaveBody, count: int) -> Array:
-        """Return w = c k/sqrt(1 + nu^2 r_p^2 k^2) of a uniform rod with free or clamped ends, shape (count,)."""
+        """Return the frequencies of a uniform rod, free or clamped, (count,) [rad/s].
+
+        w = c k/sqrt(1 + nu^2 r_p^2 k^2).
+        """
         segment = rod.segments[0]
         quarter = (rod.left.kind == "clamped") != (rod.right.kind == "clamped")
         wave_number = (np.arange(1, count + 1) - (0.5 if quarter else 0.0)) * np.pi / rod.length
@@ -137,7 +140,10 @@ class LoveBody(AbstractDiscreteModel):
         return self._mesh.grid()
 
     def _highest_frequency(self) -> float:
-        """Return the highest frequency of any element alone, with loads at its ends: a bound for the rod [rad/s]."""
+        """Return the highest frequency of any single element: a bound [rad/s].
+
+        Loads at its ends are included.
+        """
         mesh = self._mesh
         element_mass = mesh.density * mesh.area * mesh.lengths
         spring = mesh.young * mesh.area / mesh.lengths

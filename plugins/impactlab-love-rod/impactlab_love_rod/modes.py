@@ -1,4 +1,7 @@
-"""The modes of a uniform Love rod, in closed form: those of the bar, slower, and of smaller amplitude."""
+"""Modes of a uniform Love rod, in closed form.
+
+They are those of the bar, slower, and of smaller amplitude.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,10 @@ from impactlab.types import Array, Quantity
 
 @final
 class LoveModes:
-    """The first modes of a uniform Love rod with free or clamped ends, mass-normalised, the rigid one first.
+    """The first modes of a uniform Love rod, mass-normalised, rigid one first.
 
-    A free end has u' = 0 as that of a bar, so the shapes are the bar's. Lateral inertia multiplies the modal mass of
-    wave number k by 1 + (nu r k)^2 and leaves the stiffness.
+    Its ends are free or clamped. A free end has u' = 0 as that of a bar, so the shapes are the bar's. Lateral inertia
+    multiplies the modal mass of wave number k by 1 + (nu r k)^2 and leaves the stiffness.
 
     Parameters
     ----------
@@ -44,7 +47,10 @@ class LoveModes:
         return self._bar.row(x, quantity) * self._smaller
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the exact static answer at x per unit force at ``face``: that of the bar."""
+        """Return the exact static quantity at x per unit force at ``face``.
+
+        It is that of the bar.
+        """
         return self._bar.static(x, quantity, face)
 
     def project(self, profile: Profile) -> Array:
@@ -60,7 +66,7 @@ class LoveModes:
         return self._bar.grid()
 
     def waves(self, segment: Segment) -> Waves:
-        """Return the waves that the modes are made of; the inertia of lateral motion is in the force they carry.
+        """Return the waves of the modes, with lateral inertia in their force.
 
         That force is E A u' + rho A (nu r)^2 u'_tt, of a wave rho A c^2 u' with c its phase speed.
         """

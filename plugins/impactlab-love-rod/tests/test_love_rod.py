@@ -1,4 +1,4 @@
-"""Love's rod keeps the contract of models, has the frequencies of its theory, and its short waves lag."""
+"""Love's rod: contract of models, frequencies of its theory, lag of short waves."""
 
 from __future__ import annotations
 
@@ -151,7 +151,10 @@ def test_modes_in_closed_form_are_those_of_a_fine_mesh(right: str) -> None:
 
 
 def struck(law: AbstractContactLaw, modes: int, duration: float) -> AbstractHistory:
-    """Return the history of a mass of the rod's own that strikes its free end at 1 m/s."""
+    """Return the history of a mass that strikes the rod's free end.
+
+    It weighs as much as the rod, and moves at 1 m/s.
+    """
     model = LoveRod(modes=modes, radius_of_gyration=RADIUS)
     contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod(model)}
@@ -164,7 +167,7 @@ RADIUS = 0.03  # m: its lateral inertia is felt by waves of nu r = 9 mm
 
 
 def slowed(time: float) -> float:
-    """Return the velocity of the mass that strikes the clamped rod, by inversion of its Laplace transform.
+    """Return the velocity of a mass on the clamped rod, by inverse Laplace transform.
 
     The end of the rod resists with Z(s) = rho A sqrt(c^2 + a^2 s^2) coth(s L/sqrt(c^2 + a^2 s^2)), a = nu r.
     """
@@ -219,7 +222,10 @@ def test_the_general_law_serves_the_mesh_too() -> None:
 
 
 def test_a_signal_of_the_rod_moves_with_its_own_dispersion() -> None:
-    """A ball on a 2 m rod: the gauge at 1.5 m, and that at 0.3 m moved there plainly and with Love's speeds."""
+    """A gauge signal moved along a 2 m rod fits Love's dispersion.
+
+    A ball strikes the rod. The signal at 0.3 m is moved to 1.5 m plainly and with Love's speeds.
+    """
     case = il.Case(
         bodies={
             "ball": il.Mass(0.02, velocity=5.0),

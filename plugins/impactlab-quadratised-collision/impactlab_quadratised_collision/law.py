@@ -1,4 +1,7 @@
-"""A power law of contact that needs no iteration: its energy is carried as the square of a variable."""
+"""Energy quadratisation: a power law of contact without iteration.
+
+Its energy is the square of a variable.
+"""
 
 from __future__ import annotations
 
@@ -13,11 +16,12 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 @final
 @dataclass(frozen=True)
 class QuadratisedPowerLaw(AbstractContactLaw):
-    """Power law F = K d^a by energy quadratisation: one linear equation a step, energy kept exactly.
+    """Power law F = K d^a by energy quadratisation: linear steps, exact energy.
 
-    The energy K d^(a+1)/(a+1) of a penetration d is carried as psi^2/2. Over a step psi grows by g times the change of
-    d, with g a slope of psi(d) known before the force is; the force g (psi_old + psi_new)/2 then is linear in itself,
-    and its work is exactly the change of psi^2/2, under forces in the middle of the step and at its start alike.
+    A step solves one linear equation. The energy K d^(a+1)/(a+1) of a penetration d is carried as psi^2/2. Over a step
+    psi grows by g times the change of d, with g a slope of psi(d) known before the force is; the force g (psi_old +
+    psi_new)/2 then is linear in itself, and its work is exactly the change of psi^2/2, under forces in the middle of
+    the step and at its start alike.
 
     Deviations from the source: g is the slope of psi(d) between the depth at the start and the depth that free motion
     would reach, not the derivative at the start, so that the depth of a first touch within a step is counted; and in

@@ -29,7 +29,10 @@ DEEPEST = (5.0 / (4.0 * STIFFNESS)) ** 0.4  # m, of 1 kg at 1 m/s by Hertz: m v0
 
 
 def contact_time(exponent: float) -> float:
-    """How long 1 kg at 1 m/s stays: 2 d_max times the integral of (1 - x^(a+1))^(-1/2) over 0..1, by Euler's beta."""
+    """Return the contact time of 1 kg at 1 m/s, by Euler's beta.
+
+    It is 2 d_max times the integral of (1 - x^(a+1))^(-1/2) over 0..1.
+    """
     share = 1.0 / (exponent + 1.0)
     deepest = (0.5 * (exponent + 1.0) / STIFFNESS) ** share
     return 2.0 * deepest * math.sqrt(math.pi) * math.gamma(1.0 + share) / math.gamma(0.5 + share)
@@ -51,7 +54,10 @@ class TestSteep(ContactLawContract):
 
 
 def bounced(steps: int, integrator: AbstractIntegrator, exponent: float = 1.5) -> AbstractHistory:
-    """A ball thrown at a wall: so many steps in its contact, and the touch within a step."""
+    """Return the history of a ball thrown at a wall.
+
+    Its contact has so many steps, and the touch is within a step.
+    """
     dt = contact_time(exponent) / steps
     law = QuadratisedPowerLaw(STIFFNESS, exponent)
     contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 3.3 * dt)

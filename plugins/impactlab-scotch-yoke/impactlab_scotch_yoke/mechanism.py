@@ -17,9 +17,9 @@ FLYWHEEL, RADIUS, SLIDER, TORQUE, GRAVITY = range(5)  # places in the parameters
 @final
 @dataclass(frozen=True)
 class ScotchYoke(AbstractMechanism):
-    """Scotch yoke: a flywheel with a pin in the slot of a slider, which stands at r cos(angle) along x.
+    """Scotch yoke: a flywheel whose pin moves the slot of a slider.
 
-    Its kinetic energy is (J + m r^2 sin^2(angle)) rate^2/2.
+    The slider is at r cos(angle) along x. Its kinetic energy is (J + m r^2 sin^2(angle)) rate^2/2.
 
     References
     ----------

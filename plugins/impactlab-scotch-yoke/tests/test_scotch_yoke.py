@@ -1,4 +1,4 @@
-"""The Scotch yoke keeps the contract of mechanisms, and turns and strikes as its closed forms."""
+"""The Scotch yoke: contract of mechanisms, closed forms of its motion and impacts."""
 
 from __future__ import annotations
 
@@ -96,7 +96,11 @@ def test_its_options_have_their_units_in_sweeps() -> None:
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 def test_on_a_hard_stop_it_turns_back_with_the_restitution(restitution: float) -> None:
-    """Impulse (1 + e) J(angle) rate/(r |sin angle|), after it -e times the rate: one coordinate, one reading."""
+    """Impulse and rate after a hard stop follow from the restitution.
+
+    The impulse is (1 + e) J(angle) rate/(r |sin angle|), after it the rate is -e times as large: one coordinate, one
+    reading.
+    """
     law = {"kind": "impulse_momentum", "restitution": restitution}
     start, at = -2.0, -math.pi / 3.0
     gap = R * (math.cos(at) - math.cos(start))
@@ -119,7 +123,10 @@ def press(stiffness: float, dt: float, duration: float = 0.06) -> il.Case:
 
 
 def test_a_block_is_struck_as_by_the_effective_mass_of_the_slider() -> None:
-    """A short impact is that of the mass J(angle)/(r sin angle)^2 (Hertz's closed form), more so the harder it is."""
+    """A short impact is that of the mass J(angle)/(r sin angle)^2.
+
+    It is compared with Hertz's closed form, and is the closer the harder it is.
+    """
     at = -math.pi / 3.0
     speed = -R * math.sin(at) * 20.0  # the inertia is that at the start
     slider = inertia(at) / (R * math.sin(at)) ** 2
