@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -31,10 +32,11 @@ def case_of(label: str) -> Case:
 
 @cache
 def labels() -> tuple[str, ...]:
-    """Return every case, and every variant of each."""
+    """Return every case, and every variant of each, found by the text: reading every case takes seconds."""
     found: list[str] = []
     for name in NAMES:
-        variants = [variant for variant in case_of(name).variant_names if variant != "base"]
+        block = re.search(r"^variants:\n((?:(?: .*)?\n)+)", (CASES / f"{name}.yaml").read_text("utf-8"), re.MULTILINE)
+        variants = re.findall(r"^  (\w+):", block[1], re.MULTILINE) if block else []
         found += [name, *(f"{name}/{variant}" for variant in variants)]
     return tuple(found)
 

@@ -41,6 +41,8 @@ def of_links(history: AbstractHistory) -> Iterator[tuple[Contact, float]]:
 
 def test_no_case_is_forgotten() -> None:
     assert set(PROMISES) == set(LABELS)
+    read = [(name, variant) for name in NAMES for variant in case_of(name).variant_names]
+    assert list(LABELS) == [name if variant == "base" else f"{name}/{variant}" for name, variant in read]
     assert len(NAMES) >= 16
 
 
