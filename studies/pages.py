@@ -98,15 +98,17 @@ def small_png(draw: Callable[[], Figure], target: Path) -> None:
     Image.open(buffer).convert("RGB").quantize(COLOURS).save(target, optimize=True)
 
 
-def changes(study: Study, out: Path = DOCS) -> Iterator[str]:
-    """Give the lines of pages in ``out`` that differ from those in docs/."""
-    for name in study.texts:
-        kept, fresh = (study.comparable((folder / name).read_text(encoding="utf-8")) for folder in (DOCS, out))
-        old, new = kept.splitlines(), fresh.splitlines()
+def changes(study: Study) -> Iterator[str]:
+    """Give the lines in which the pages of a study differ from those in docs/; its figures are drawn and not kept."""
+    for name, text in study.texts.items():
+        page = (DOCS / name).read_text(encoding="utf-8")
+        old, new = (study.comparable(each).splitlines() for each in (page, text(page)))
         if len(old) != len(new):
             yield f"{name}: {len(old)} lines, now {len(new)}"
             continue
         yield from (f"{name}:\n- {a}\n+ {b}" for a, b in zip(old, new, strict=True) if not same_to_printed_digits(a, b))
+    for draw in study.figures.values():
+        drawn(draw)()
 
 
 def same_to_printed_digits(one: str, other: str) -> bool:

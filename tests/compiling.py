@@ -14,6 +14,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.modal import Modal
 from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.cache import is_kept
+from impactlab.numerics.law_address import LawAddress
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
 from impactlab.simulate.stepping import located, loop
@@ -33,6 +34,8 @@ def compile_half(number: int) -> None:
         run(*mass_on_rod(Modal(modes=10), *rest, events="located"))
         run(*mass_on_rod(Continuous(), *rest))
     else:
+        for law in matrix.laws().values():  # first, alone: the other half compiles the start of a run meanwhile
+            LawAddress(law.respond, law.compiled)
         cells = [(MODEL, law, SCHEME) for law in matrix.laws()] + [(MODEL, LAW, scheme) for scheme in matrix.schemes()]
         for cell in cells:
             with contextlib.suppress(ImpactlabError):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import signal
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
@@ -23,6 +25,7 @@ settings.load_profile("impactlab")
 os.environ.setdefault("IMPACTLAB_COMPILERS", "1")  # the workers of the tests compile side by side already
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell sets it for what it starts with &
     signal.signal(signal.SIGINT, signal.default_int_handler)  # processes that tests interrupt would ignore it, too
+WAITING = ("test_bench_killed", "test_bench_workers", "test_sweep_cluster", "test_sweeps")
 ALL_SLOW = re.compile(r"^pytestmark = .*\bmark\.slow\b", re.MULTILINE)
 
 
@@ -34,6 +37,22 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     text = collection_path.read_text(encoding="utf-8")
     left_out = ALL_SLOW.search(text) if wanted == "not slow" else "mark.slow" not in text
     return True if left_out else None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with tests that wait for processes: at the end one of them would keep its worker alone for a minute."""
+    items.sort(key=lambda item: item.path.stem not in WAITING)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Keep modules and tests, which stay to the end, out of the garbage collector's walks over all objects."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_sessionstart() -> None:

@@ -1,4 +1,4 @@
-"""A reduced suite of hard cases: all scenes by eight methods; no verdict may be a violation."""
+"""A reduced suite of hard cases: each scene by four of eight methods, in turn; no verdict may be a violation."""
 
 from __future__ import annotations
 
@@ -51,6 +51,13 @@ SHORTER: dict[tuple[str, str], Any] = {
 }
 
 
+def is_run(file: Path, variants: list[str], variant: str, method: str) -> bool:
+    """Return whether a scene is run by a method: scenes of a file in turn by one half and by the other; one by all."""
+    if (file.stem, variant, method) in LONG or (file.stem, variant) in LONGER:
+        return False
+    return len(variants) == 1 or variants.index(variant) % 2 == METHODS.index(method) % 2
+
+
 def test_every_hard_case_says_why_it_exists_what_must_happen_and_what_is_exact() -> None:
     for file in FILES:
         head = file.read_text(encoding="utf-8").split("schema_version")[0]
@@ -71,7 +78,7 @@ def test_no_method_hangs_crashes_or_is_silently_wrong(file: Path, tmp_path: Path
     records = {
         key: row_of(cases[job.variant], job.method, job.settings, references)
         for key, job in jobs.items()
-        if (file.stem, job.variant, job.method) not in LONG and (file.stem, job.variant) not in LONGER
+        if is_run(file, list(cases), job.variant, job.method)
     }
     stored = tmp_path / "table.csv"
     stored.write_text(table.as_csv(table.rows(found, records, {})), encoding="utf-8")

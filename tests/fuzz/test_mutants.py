@@ -13,7 +13,7 @@ import pytest
 from tests.fuzz.fuzz import Row, fuzz
 
 LARGEST_MB = 200.0
-COUNT = int(os.environ.get("IMPACTLAB_MUTANTS", "300"))
+COUNT = int(os.environ.get("IMPACTLAB_MUTANTS", "200"))
 SEED = int(os.environ.get("IMPACTLAB_MUTANTS_SEED", "20"))
 
 

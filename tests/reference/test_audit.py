@@ -142,7 +142,8 @@ def test_fronts_pass_through_closed_contacts() -> None:
     assert found["impulse"] < 1e-5
 
 
-@pytest.mark.parametrize("number", [number for number in range(40) if number not in (17, 20)])  # it stops there
+# In two of them it stops; the truth of number 10 takes half a minute.
+@pytest.mark.parametrize("number", [number for number in range(40) if number not in (10, 17, 20)])
 def test_exact_solver_and_truth_agree(number: int) -> None:
     doc = families.draw("exact", 20, number).doc
     doc["solve"]["tolerance"] = 1e-4
@@ -204,7 +205,7 @@ def test_references_of_the_first_order_do_not_claim_the_second(family: str, numb
     assert 0.0 < row["true"] <= row["claimed"]
 
 
-COSTLY = {"beam": 5, "damped": 6}  # scenes of families whose truth takes seconds
+COSTLY = {"beam": 3, "damped": 4}  # scenes of families whose truth takes seconds
 
 
 @pytest.mark.parametrize("family", list(families.FAMILIES))

@@ -188,14 +188,14 @@ def _opensees():
 
 
 def test_the_package_knows_no_other_program():
-    """Nothing in impactlab imports a package of the extra `peers`."""
+    """Nothing in impactlab imports a package of the extra `peers`; sources without their names are not parsed."""
+    others = {"exudyn", "mujoco", "openseespy", "benchmarks"}
     for path in (ROOT / "impactlab").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        text = path.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(text)) if any(other in text for other in others) else ():
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            assert not {name.partition(".")[0] for name in names} & {"exudyn", "mujoco", "openseespy", "benchmarks"}, (
-                path
-            )
+            assert not {name.partition(".")[0] for name in names} & others, path
 
 
 def test_the_page_is_of_its_numbers(tmp_path):

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from itertools import zip_longest
 from typing import Any
 
@@ -145,6 +146,7 @@ class Struck:
                     object.__setattr__(self, field.name, mpf(value))
 
 
+@cache
 def quantities(scene: Struck, digits: int = DIGITS) -> dict[str, Any]:
     """Return events, impulses and velocities of a scene by name.
 

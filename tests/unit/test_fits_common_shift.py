@@ -40,9 +40,8 @@ def width(fit: il.Fit, path: str) -> float:
     return math.log(fit[path].upper / fit[path].lower) if fit[path].lower > 0.0 else math.inf
 
 
-@pytest.mark.parametrize("samples", [(200, 200), (200, 330)])
-def test_a_common_shift_gives_the_wave_speed(case, samples):
-    signals = measured(case, samples)
+def test_a_common_shift_gives_the_wave_speed(case):
+    signals = measured(case, (200, 330))
     own = il.fit(case, signals, BOUNDS, shift="free", gain="free")
     common = il.fit(case, signals, BOUNDS, shift="common", gain="free")
     assert [each.path for each in common.parameters if each.path.startswith("shift")] == ["shift of all signals"]

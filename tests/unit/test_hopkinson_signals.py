@@ -372,12 +372,14 @@ def test_the_example_of_the_page_reads_a_record_in_microstrain(page_of_shot) -> 
 def test_the_band_of_the_page_is_that_of_the_products(page_of_shot) -> None:
     """The stress rho c^2 (d/ds)^2 t has 0.25, 2 x 0.2, 2 x 0.05, 2 x 0.1 and, of the gain, 0.5 % of deviation.
 
-    That of 100 draws has a standard error of 7 %; the slope of the curve, 0.5 GPa, adds 0.1 % at a strain of 0.08.
+    That of 40 draws, of the 100 of the page, has a standard error of 11 %; the slope of the curve, 0.5 GPa, adds 0.1 %
+    at a strain of 0.08.
     """
     reading, drawing = page_of_shot
     names: dict[str, object] = {}
-    exec(reading.replace("(test, specimen)", "(test, specimen, 1)") + drawing, names)
+    exec(reading.replace("(test, specimen)", "(test, specimen, 1)") + drawing.replace("range(100)", "range(40)"), names)
     stresses = np.array(names["stresses"])
+    assert len(stresses) == 40
     assert np.isfinite(stresses).all()
     share = (stresses.std(axis=0) / stresses.mean(axis=0))[np.searchsorted(names["strain"], 0.08)]
     assert share == pytest.approx(1e-2 * math.sqrt(0.25**2 + 0.4**2 + 0.1**2 + 0.2**2 + 0.5**2), rel=0.25)

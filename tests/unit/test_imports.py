@@ -38,6 +38,13 @@ def modules(root: Path) -> dict[str, Path]:
 parsed = cache(ast.parse)  # a text is looked at for several things
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _forgotten() -> Iterator[None]:
+    """Forget the trees at the end: a million objects, over which the garbage collector would walk in later tests."""
+    yield
+    parsed.cache_clear()
+
+
 @cache
 def imports_of(text: str) -> tuple[Import, ...]:
     """Return all names that a source imports: anywhere, under TYPE_CHECKING too, and by `lazy`."""
