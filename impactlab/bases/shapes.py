@@ -13,6 +13,9 @@ from impactlab.numerics.banded import full, multiply, solve
 from impactlab.numerics.threads import one_thread
 from impactlab.types import Array, Ints
 
+LOW_SHARE = (
+    8  # coordinates of a mesh for each of its lowest eigenvectors: above, (1/8)^4 of the highest frequency squared
+)
 OF_RODS = 2  # bands of the stiffness of rods, whose highest frequencies are too low to matter
 MAX_KEPT = 8  # meshes whose eigenvectors stay in memory
 MAX_KEPT_SIZE = 500_000  # numbers of one of them, 4 MB
@@ -32,21 +35,23 @@ def lowest(mass: Array, stiffness: Array, count: int) -> Array:
 
 
 def rotated(mass: Array, stiffness: Array, shapes: Array) -> Array:
-    """Return Rayleigh-Ritz eigenvectors of two banded matrices, from approximate ones (n_dof, n).
+    """Return eigenvectors of two banded matrices from approximate ones (n_dof, n).
 
-    They are as `lowest` returns them. Solved for all frequencies of a mesh at once, the lowest eigenvectors of a beam
-    hold some of each other, by the rounding of the highest frequency squared over the difference of their own: of 400
-    elements on a soft support some 1e-3. Their space is accurate, so that the matrices in it give them (Rayleigh and
-    Ritz).
+    Solved for all frequencies of a mesh at once, the lowest eigenvectors of a beam hold some of each other, by the
+    rounding of the highest frequency squared over the difference of their own: of 400 elements on a soft support some
+    1e-3. The space of the lowest eighth is accurate, and its own highest frequency is far lower, so that the matrices
+    in it give them (Rayleigh and Ritz). They are as `lowest` returns them.
     """
     from scipy.linalg import eigh
 
-    if len(stiffness) <= OF_RODS or not shapes.shape[1]:
+    count = min(shapes.shape[1], shapes.shape[0] // LOW_SHARE)
+    if len(stiffness) <= OF_RODS or count < 2:
         return shapes
-    reduced = [np.column_stack([multiply(matrix, shape) for shape in shapes.T]) for matrix in (stiffness, mass)]
+    low = shapes[:, :count]
+    reduced = [np.column_stack([multiply(matrix, shape) for shape in low.T]) for matrix in (stiffness, mass)]
     with one_thread():
-        mixed = eigh(*(shapes.T @ each for each in reduced))[1]
-    return upright(shapes @ mixed)
+        mixed = eigh(*(low.T @ each for each in reduced))[1]
+    return np.hstack((upright(low @ mixed), shapes[:, count:]))
 
 
 def upright(shapes: Array) -> Array:

@@ -215,7 +215,7 @@ def strain_of_beam(
 
 
 def _at_start(body: ElasticBody) -> float:
-    """Return the largest strain of a rod, or curvature of a beam [1/m], at t = 0."""
+    """Return a rod's largest strain, or a beam's curvature [1/m], at t = 0."""
     if body.displacement is None:
         return 0.0
     x = np.linspace(0.0, body.length, PLACES + 1)

@@ -340,7 +340,7 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
     ),
     "rotating_beam/slower": (
         Promise("950.983", opened(0), US),
-        *touch(1, US, close="3670.54", impulse="0.0440150"),
+        *touch(1, US, close="3670.54", impulse="0.044015"),
         Promise("0.118965", at("velocity:sphere")),
     ),
     "rotating_beam/at_rest": (

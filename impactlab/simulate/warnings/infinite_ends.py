@@ -34,7 +34,7 @@ def warnings(scene: Scene) -> Iterator[Warned]:
 
 
 def reflected(body: WaveBody, duration: float) -> float:
-    """Return about the largest share of a wave that infinite ends reflect in a run [-]."""
+    """Return an estimate of the largest share of a wave that infinite ends reflect."""
     transit, found = body.front_time(0.0, body.length), 0.0
     for x, end in body.ends:
         if end.unbounded:
