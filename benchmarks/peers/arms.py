@@ -99,10 +99,10 @@ def of_contacts(history: AbstractHistory) -> list[float]:
 def exudyn(arm: Arm, setting: Setting, record: bool) -> Run[list[float]]:
     """Return a run of Exudyn.
 
-    With ``record`` a sensor stores the place of the hand at every step. Cable elements in absolute nodal coordinates,
-    their strain integrated at fewer points (impulses within 1e-5); the hand is a point mass on the last node. The
-    contact is `ObjectContactCoordinate` with exponent 1.5. A hinge to the ground is two fixed coordinates, one between
-    links a joint; the torque is a load on the first element.
+    Cable elements in absolute nodal coordinates, their strain integrated at fewer points (impulses within 1e-5); the
+    hand is a point mass on the last node. The contact is `ObjectContactCoordinate` with exponent 1.5. A hinge to the
+    ground is two fixed coordinates, one between links a joint; the torque is a load on the first element. With
+    ``record`` a sensor stores the place of the hand at every step.
     """
     exu = engine()
     container = exu.SystemContainer()

@@ -251,7 +251,7 @@ def test_what_it_does_not_know_is_refused() -> None:
     case = scene(beam(), 2e-7, 1e-5)
     for change, told in (
         ({"gravity": -9.81}, "does not support gravity"),
-        ({"probes": (Probe("beam", 0.1, "strain"),)}, "has no strain"),
+        ({"probes": (Probe("beam", 0.1, "torque"),)}, "has no torque"),
         ({"step": StepRule(dt=1e-5)}, "beyond the stability limit"),
         ({"events": "located"}, "continuous beam 'beam' has one step length"),
     ):
