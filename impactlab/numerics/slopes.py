@@ -29,7 +29,8 @@ def slopes(middles: Array, means: Array) -> Array:
     before, after = np.append(steepness[1], steepness), np.append(steepness, steepness[-2])
     central = 0.5 * (before + after)
     least = np.minimum(2.0 * np.minimum(np.abs(before), np.abs(after)), np.abs(central))
-    # Beside an end the slope in the cell lies beyond the one to its neighbour by half of their difference.
-    ends, next_ones = np.abs(steepness[[0, -1]]), np.abs(steepness[[1, -2]])
-    least[[0, -1]] = np.clip(1.5 * ends - 0.5 * next_ones, 0.0, 2.0 * ends)
+    # Beside an end the slope in the cell lies beyond the one to its neighbour.
+    ends, next_ones, apart = np.abs(steepness[[0, -1]]), np.abs(steepness[[1, -2]]), np.diff(middles)
+    beyond = apart[[0, -1]] / (apart[[0, -1]] + apart[[1, -2]])
+    least[[0, -1]] = np.clip(ends + beyond * (ends - next_ones), 0.0, 2.0 * ends)
     return np.where(before * after > 0.0, np.copysign(least, central), 0.0)

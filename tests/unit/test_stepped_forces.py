@@ -58,6 +58,14 @@ def test_stairs_and_chatter_keep_their_shape_and_a_ramp_its_slope() -> None:
     np.testing.assert_allclose(slopes(middles, 3.0 * middles), np.full(8, 3.0))
 
 
+@pytest.mark.parametrize("last", [7.0, 6.3])
+def test_slopes_at_both_ends_are_of_the_second_order(last: float) -> None:
+    """Those of a parabola are exact, also in a last cell that is shorter."""
+    middles = np.append(np.arange(1.0, 7.0), last)
+    for t in (middles, middles - 8.0):  # rising, and falling to the end
+        np.testing.assert_allclose(slopes(t, t**2)[[0, -1]], 2.0 * t[[0, -1]], rtol=1e-12)
+
+
 @pytest.mark.parametrize("records", [100_000, 100])
 @pytest.mark.parametrize("duration", [1.0e-4, 1.15e-4])
 def test_peaks_at_the_front_of_a_wave_along_beads_do_not_depend_on_the_records(duration: float, records: int) -> None:

@@ -246,10 +246,15 @@ def _step_at(record: Array, late: float, dt: float, t: float) -> int:
 
 
 @PART
+def _apart(record: Array, step: int, late: float, dt: float) -> float:
+    """Return the time between the middles of a step and the next one [s]."""
+    return float(_mean_middle(record, step + 1, late, dt) - _mean_middle(record, step, late, dt))
+
+
+@PART
 def _steepness(record: Array, column: int, step: int, late: float, dt: float) -> float:
     """Return the slope between the means of consecutive steps [N/s]."""
-    length = _mean_middle(record, step + 1, late, dt) - _mean_middle(record, step, late, dt)
-    steepness: float = (record[step + 1, column] - record[step, column]) / length
+    steepness: float = (record[step + 1, column] - record[step, column]) / _apart(record, step, late, dt)
     return steepness
 
 
@@ -262,8 +267,11 @@ def _sloped(record: Array, column: int, late: float, dt: float, t: float) -> flo
     if 1 < step < last:
         slope = min(2.0 * min(abs(before), abs(after)), 0.5 * abs(before + after))
     else:
-        own, beyond = (abs(after), abs(before)) if step == 1 else (abs(before), abs(after))
-        slope = min(max(1.5 * own - 0.5 * beyond, 0.0), 2.0 * own)
+        own, other = (abs(after), abs(before)) if step == 1 else (abs(before), abs(after))
+        near = 1 if step == 1 else last - 1  # of the end cell and its neighbour, then of the two beside them
+        apart = _apart(record, near, late, dt)
+        beyond = apart / (apart + _apart(record, 2 if step == 1 else last - 2, late, dt))
+        slope = min(max(own + beyond * (own - other), 0.0), 2.0 * own)
     if before * after <= 0.0:
         slope = 0.0
     mean: float = record[step, column]
