@@ -16,6 +16,7 @@ from impactlab.types import Array, Ints
 LOW_SHARE = (
     8  # coordinates of a mesh for each of its lowest eigenvectors: above, (1/8)^4 of the highest frequency squared
 )
+MIN_FINE = 200  # coordinates of a mesh, below which that rounding is 2e-6 at most
 OF_RODS = 2  # bands of the stiffness of rods, whose highest frequencies are too low to matter
 MAX_KEPT = 8  # meshes whose eigenvectors stay in memory
 MAX_KEPT_SIZE = 500_000  # numbers of one of them, 4 MB
@@ -45,12 +46,11 @@ def rotated(mass: Array, stiffness: Array, shapes: Array) -> Array:
     from scipy.linalg import eigh
 
     count = min(shapes.shape[1], shapes.shape[0] // LOW_SHARE)
-    if len(stiffness) <= OF_RODS or count < 2:
+    if len(stiffness) <= OF_RODS or len(shapes) < MIN_FINE or count < 2:
         return shapes
     low = shapes[:, :count]
-    reduced = [np.column_stack([multiply(matrix, shape) for shape in low.T]) for matrix in (stiffness, mass)]
     with one_thread():
-        mixed = eigh(*(low.T @ each for each in reduced))[1]
+        mixed = eigh(*(low.T @ multiply(matrix[..., None], low) for matrix in (stiffness, mass)))[1]
     return np.hstack((upright(low @ mixed), shapes[:, count:]))
 
 

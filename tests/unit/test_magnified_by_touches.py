@@ -12,7 +12,11 @@ from impactlab.contact.penalty import Penalty
 from impactlab.refine.convergence import Level
 from impactlab.refine.descriptions.beam_modes import BeamModesFamily
 from impactlab.refine.errors.distances import difference
-from impactlab.refine.errors.magnification import MAX_UNMAGNIFIED, magnified_by_later_touches, magnified_by_touches
+from impactlab.refine.errors.magnification import (
+    MAX_UNMAGNIFIED,
+    magnified_by_sensitive_touches,
+    magnified_by_touches,
+)
 from impactlab.scene import Beam, End, Wall
 from impactlab.scene.method import COUNTED, Tolerance
 from impactlab.testing.scenes import touching
@@ -51,8 +55,8 @@ def test_as_many_more_modes_are_taken_as_the_error_is_magnified() -> None:
     assert 200.0 * magnified.unseen(300, history) <= 0.5e-3
 
 
-@pytest.mark.parametrize(("duration", "times"), [(4.1e-4, 12.0), (4.15e-4, 2.9), (4.0e-4, 1.0)])
-def test_a_touch_that_begins_as_the_run_ends_magnifies_the_error_of_modes_left_out(duration, times) -> None:
+@pytest.mark.parametrize(("duration", "sensitive"), [(4.088e-4, True), (4.4e-4, False), (4.0e-4, False)])
+def test_a_touch_that_begins_as_the_run_ends_magnifies_the_error_of_modes_left_out(duration, sensitive) -> None:
     """The tip meets a wall at 4.087e-4 s: twenty modes are compared with four hundred under the same steps."""
     beam, law = Beam("beam", (SEGMENT,), End("clamped"), End("free")), Penalty(stiffness=2e6)
     made = ball_on(beam, 0.2, law, duration, mass=0.05, tolerance=Tolerance(1e-2))
@@ -65,5 +69,7 @@ def test_a_touch_that_begins_as_the_run_ends_magnifies_the_error_of_modes_left_o
     fine = simulate.run(coarse.scene, dataclasses.replace(coarse.method, models=finer))
     error = difference(history, fine, made.scene, made.method.laws, COUNTED)
     unseen = description.unseen(1500, history)
-    assert error > times * unseen or times == 1.0  # without a factor it were too small
-    assert error <= unseen * magnified_by_later_touches(description, history, made)
+    factor = magnified_by_sensitive_touches(description, history, made, unseen)
+    assert (factor > 100.0, factor == 1.0) == (sensitive, not sensitive)
+    assert (error > 100.0 * unseen) == sensitive  # without a factor it were too small
+    assert error <= unseen * factor

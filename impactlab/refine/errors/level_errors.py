@@ -18,7 +18,7 @@ from impactlab.refine.convergence import (
 from impactlab.refine.descriptions.cost import ALIKE_S
 from impactlab.refine.descriptions.description import MIN_ORDER_SHARE, RATIO, TWO_LEVEL_SAFETY, Description
 from impactlab.refine.errors.distances import counted, difference, distances
-from impactlab.refine.errors.magnification import magnified_by_later_touches, magnified_by_touches
+from impactlab.refine.errors.magnification import magnified_by_sensitive_touches, magnified_by_touches
 from impactlab.refine.errors.near_misses import may_close
 from impactlab.refine.errors.smooth_touch import order_share
 from impactlab.scene.method import Method, Simulation, laws_of
@@ -98,8 +98,11 @@ def estimate_errors(study: Study, request: Simulation) -> None:
     magnified = magnified_by_touches(description, finest, errors[-1][0])
     if len(levels) >= MIN_FALLING and not _falls(study, finest.fineness, by_order):
         magnified = min(magnified, study.magnified)  # an uneven error, which no touch magnified
-    study.magnified = max(magnified, magnified_by_later_touches(description, finest.history, request))
+    study.magnified = magnified
     unseen = study.magnified * description.unseen(finest.fineness, finest.history)
+    if min(errors)[0] + unseen <= tolerance:
+        study.magnified *= magnified_by_sensitive_touches(description, finest.history, request, unseen)
+        unseen = study.magnified * description.unseen(finest.fineness, finest.history)
     for level, (error, worst) in zip(levels, errors, strict=True):
         level.worst, level.alone = worst if error >= least else "", False
         unseen_here = study.magnified * description.unseen(level.fineness, finest.history)

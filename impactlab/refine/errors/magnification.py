@@ -23,7 +23,7 @@ from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
 MAX_UNMAGNIFIED = 10.0  # error of a run over its predicted one, up to which touches are not taken to magnify it
-MAX_GROWTH = 2.0  # of an error by later touches, up to which the margins on it suffice
+MAX_SIZE = 0.3  # change of a force in a touch over this force, or of a gap that nearly closes over this gap
 
 
 def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
@@ -39,24 +39,27 @@ def magnified_by_touches(description: Description, finest: Level, error: float) 
     return max(1.0, error / (MAX_UNMAGNIFIED * description.error(finest.fineness)))
 
 
-def magnified_by_later_touches(description: Description, history: AbstractHistory, request: Simulation) -> float:
-    """Return the factor by which later touches magnify errors of modes left out.
+def magnified_by_sensitive_touches(
+    description: Description, history: AbstractHistory, request: Simulation, error: float
+) -> float:
+    """Return the factor by which later touches magnify an error of displacements.
 
-    It follows from the linear equation of errors. It is the largest error of a quantity that a tolerance bounds, by a
-    shift of the overlaps, over this shift. A touch with little overlap, as one that begins as the run ends, has a large
-    one.
+    It is 1 where no force or gap changes by more than a share `MAX_SIZE` of its own. A touch with little overlap, as
+    one that begins as the run ends, may change by more: then it is the largest error of a quantity that a tolerance
+    bounds, by a shift of the overlaps, over this shift (`impactlab.refine.errors.error_equation`).
     """
     records = records_of(history)
     again = len(history.contacts) > 1 or len(request.scene.contacts) > 1
-    if not again or not description.alike or math.isinf(stated_alone(request)):
+    if error <= 0.0 or not again or not description.alike or math.isinf(stated_alone(request)):
         return 1.0
     if records is None or not records.of_every_step:
         return 1.0
-    laws, largest = laws_in(request), 0.0
+    laws, largest, size = laws_in(request), 0.0, 0.0
     for shifts in _shifts(history, request, records):
         found = errors_by_shifts(records.record, records.dt, laws, shifts, records.arrays)
+        size = max(size, *(max(each.in_touch, each.missed) for each in found))
         largest += largest_error(history, request, records, found)
-    return max(1.0, largest / MAX_GROWTH) if math.isfinite(largest) else 1.0
+    return max(1.0, largest) if error * size > MAX_SIZE and math.isfinite(largest) else 1.0
 
 
 def _shifts(history: AbstractHistory, request: Simulation, records: Records) -> list[Array]:

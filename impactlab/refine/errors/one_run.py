@@ -30,7 +30,11 @@ from impactlab.refine.errors.level_errors import (
     choosing_s,
     resolves_contacts,
 )
-from impactlab.refine.errors.magnification import magnified_by_later_touches, magnified_by_touches
+from impactlab.refine.errors.magnification import (
+    MAX_SIZE,
+    magnified_by_sensitive_touches,
+    magnified_by_touches,
+)
 from impactlab.refine.errors.near_misses import may_close
 from impactlab.refine.errors.raw_records import records_of
 from impactlab.refine.errors.relative_errors import largest_error, laws_in
@@ -39,8 +43,6 @@ from impactlab.scene.method import Simulation
 
 MIN_SAVING_ALONE = 1.6  # predicted, of a coarser run after one that keeps the tolerance
 MIN_SAVING_OF_SHORT = 2.0  # the same where choosing takes long already
-# Of the error of a force over this force in a touch, or of a gap that nearly closes over this gap:
-MAX_SIZE = 0.3  # a larger one is no small one, and a gap may close
 OF_SECOND_ORDER = 30.0  # share of it by which errors may exceed those of the equation
 
 
@@ -72,11 +74,11 @@ def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
     if math.isinf(description.alone) or not resolves_contacts(level.history, request):
         return False
     by_steps = error_alone(level.history, request)
-    study.magnified = max(
-        magnified_by_touches(description, level, by_steps),
-        magnified_by_later_touches(description, level.history, request),
-    )
+    study.magnified = magnified_by_touches(description, level, by_steps)
     unseen = study.magnified * description.unseen(level.fineness, level.history)
+    if by_steps + unseen <= tolerance:
+        study.magnified *= magnified_by_sensitive_touches(description, level.history, request, unseen)
+        unseen = study.magnified * description.unseen(level.fineness, level.history)
     if not math.isfinite(by_steps + unseen):
         return False
     level.by_steps, error = by_steps, by_steps + unseen
