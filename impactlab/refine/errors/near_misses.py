@@ -31,7 +31,7 @@ def may_close(history: AbstractHistory, request: Simulation, error: float) -> st
         force = records.force(number, hard=False)
         gap = records.record[:, force.column + GAP]
         least = float(gap.min())
-        if not 0.0 < least < gap[0]:
+        if gap[0] <= 0.0 or least >= gap[0]:
             continue
         moving, size = moving_frames(scene, touched_in(history)), 0.0
         for point, moved in zip(contact.faces, force.moved(CELLS), strict=True):
