@@ -14,7 +14,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.frame import touched_in
 from impactlab.refine.convergence import Level
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.errors.error_equation import errors_by_shifts
+from impactlab.refine.errors.error_equation import EXPONENT, STIFFNESS, errors_by_shifts
 from impactlab.refine.errors.moving_frames import CELLS, moving_frames, norm
 from impactlab.refine.errors.raw_records import Records, records_of
 from impactlab.refine.errors.relative_errors import largest_error, laws_in
@@ -24,6 +24,7 @@ from impactlab.types import Array
 
 MAX_UNMAGNIFIED = 10.0  # error of a run over its predicted one, up to which touches are not taken to magnify it
 MAX_SIZE = 0.3  # change of a force in a touch over this force, or of a gap that nearly closes over this gap
+FOLLOWS = 3.0  # of that change, by which it may exceed the one that a shift of the overlap gives at once
 
 
 def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
@@ -44,7 +45,7 @@ def magnified_by_sensitive_touches(
 ) -> float:
     """Return the factor by which later touches magnify an error of displacements.
 
-    It is 1 where no force or gap changes by more than a share `MAX_SIZE` of its own. A touch with little overlap, as
+    It is 1 where no force changes by more than a share `MAX_SIZE` of its own. A touch with little overlap, as
     one that begins as the run ends, may change by more: then it is the largest error of a quantity that a tolerance
     bounds, by a shift of the overlaps, over this shift (`impactlab.refine.errors.error_equation`).
     """
@@ -54,32 +55,36 @@ def magnified_by_sensitive_touches(
         return 1.0
     if records is None or not records.of_every_step:
         return 1.0
-    laws, largest, size = laws_in(request), 0.0, 0.0
-    for shifts in _shifts(history, request, records):
-        found = errors_by_shifts(records.record, records.dt, laws, shifts, records.arrays)
-        size = max(size, *(max(each.in_touch, each.missed) for each in found))
-        largest += largest_error(history, request, records, found)
-    return max(1.0, largest) if error * size > MAX_SIZE and math.isfinite(largest) else 1.0
+    laws, shifts = laws_in(request), _shifts(history, request, records)
+    if error * FOLLOWS * _share_of_overlap(history, request, laws, shifts) <= MAX_SIZE:
+        return 1.0  # so it is of most runs, without a march
+    found = errors_by_shifts(records.record, records.dt, laws, shifts, records.arrays)
+    if not error * max(each.in_touch for each in found) > MAX_SIZE:
+        return 1.0
+    largest = largest_error(history, request, records, found)
+    return max(1.0, largest) if math.isfinite(largest) else 1.0
 
 
-def _shifts(history: AbstractHistory, request: Simulation, records: Records) -> list[Array]:
-    """Return shifts of the overlap of one contact each [m].
+def _share_of_overlap(history: AbstractHistory, request: Simulation, laws: Array, shifts: Array) -> float:
+    """Return the largest share by which the shifts change the force of the weakest touch of a contact."""
+    share = 0.0
+    for contact, law, shift in zip(request.scene.contacts, laws, shifts[:, 0], strict=True):
+        peaks = [span.peak_force for span in history.spans(contact.name) if span.peak_force]
+        if peaks and shift > 0.0:
+            share = max(share, law[EXPONENT] * shift / (min(peaks) / law[STIFFNESS]) ** (1.0 / law[EXPONENT]))
+    return share
 
-    They are as large as its beams move, and begin after a touch at t = 0.
-    """
-    scene, found = request.scene, []
+
+def _shifts(history: AbstractHistory, request: Simulation, records: Records) -> Array:
+    """Return shifts of the overlaps, (contacts, 2): as large as its beams move, after a touch at t = 0."""
+    scene, shifts = request.scene, np.zeros((len(request.scene.contacts), 2))
     moving = moving_frames(scene, touched_in(history))
     for number, contact in enumerate(scene.contacts):
-        moved_by, size = records.force(number, hard=False).moved(CELLS), 0.0
-        for point, moved in zip(contact.faces, moved_by, strict=True):
+        for point, moved in zip(contact.faces, records.force(number, hard=False).moved(CELLS), strict=True):
             body = scene.bodies[point.body]
             if body.elastic is not None:
-                size += norm(moved - moving.drift(body.face_channel(point.x))) / math.sqrt(CELLS)
-        spans, first = history.spans(contact.name), 0.0
+                shifts[number, 0] += norm(moved - moving.drift(body.face_channel(point.x))) / math.sqrt(CELLS)
+        spans = history.spans(contact.name)
         if spans and spans[0].start <= records.dt:
-            first = math.inf if spans[0].end is None else math.ceil(spans[0].end / records.dt)
-        if size > 0.0 and first < math.inf:
-            shifts = np.zeros((len(scene.contacts), 2))
-            shifts[number] = size, first
-            found.append(shifts)
-    return found
+            shifts[number, 1] = math.inf if spans[0].end is None else math.ceil(spans[0].end / records.dt)
+    return shifts
