@@ -66,7 +66,10 @@ def magnified_by_sensitive_touches(
 
 
 def _share_of_overlap(history: AbstractHistory, request: Simulation, laws: Array, shifts: Array) -> float:
-    """Return the largest share by which the shifts change the force of the weakest touch of a contact."""
+    """Return the largest relative change of a force by the shifts.
+
+    It is that of the weakest touch of each contact, at its peak.
+    """
     share = 0.0
     for contact, law, shift in zip(request.scene.contacts, laws, shifts[:, 0], strict=True):
         peaks = [span.peak_force for span in history.spans(contact.name) if span.peak_force]
@@ -76,7 +79,10 @@ def _share_of_overlap(history: AbstractHistory, request: Simulation, laws: Array
 
 
 def _shifts(history: AbstractHistory, request: Simulation, records: Records) -> Array:
-    """Return shifts of the overlaps, (contacts, 2): as large as its beams move, after a touch at t = 0."""
+    """Return shifts of the overlaps [m] and the steps after which they begin.
+
+    They are as large as the beams of a contact move, and begin after a touch at t = 0; shape (contacts, 2).
+    """
     scene, shifts = request.scene, np.zeros((len(request.scene.contacts), 2))
     moving = moving_frames(scene, touched_in(history))
     for number, contact in enumerate(scene.contacts):
