@@ -13,6 +13,7 @@ from typing import Any
 import axe_core_python
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
 
 AXE = Path(axe_core_python.__file__).with_name("axe.min.js")
 ARGUMENTS = (
@@ -58,7 +59,10 @@ def show(
     script: bool = True,
     wait: bool = True,
 ) -> webdriver.Chrome:
-    """Open a page at a width [px], light or dark; of a live page wait until all is drawn."""
+    """Open a page at a width [px], light or dark; of a live page wait until all is drawn.
+
+    Without scripts the browser may return before it has read the whole page: then wait until nothing is added.
+    """
     look(driver, width=width, dark=dark)
     driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not script})
     driver.get_log("browser"), driver.get_log("performance")
@@ -67,6 +71,9 @@ def show(
     while script and wait and not driver.execute_script("return Boolean(window.impactlab && window.impactlab.drawn)"):
         assert time.monotonic() < until, driver.get_log("browser")
         time.sleep(0.02)
+    before = -1
+    while not script and before != (before := len(driver.find_elements(By.CSS_SELECTOR, "section, figure, img"))):
+        time.sleep(0.2)
     return driver
 
 
