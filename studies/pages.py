@@ -99,7 +99,10 @@ def small_png(draw: Callable[[], Figure], target: Path) -> None:
 
 
 def changes(study: Study) -> Iterator[str]:
-    """Give the lines in which the pages of a study differ from those in docs/; its figures are drawn and not kept."""
+    """Yield the lines in which the pages of a study differ from docs/.
+
+    Its figures are drawn and not kept.
+    """
     for name, text in study.texts.items():
         page = (DOCS / name).read_text(encoding="utf-8")
         old, new = (study.comparable(each).splitlines() for each in (page, text(page)))

@@ -40,7 +40,10 @@ def grounded(banded: Array, known: Array | float = 0.0) -> Array:
 
 
 def multiply(banded: Array, vector: Array) -> Array:
-    """Return the product with a vector, shape (n,); of bands with a last axis of length 1 with vectors, (n, count)."""
+    """Return the product with a vector, shape (n,).
+
+    Bands with a last axis of length 1 are multiplied by several vectors at once, shape (n, count).
+    """
     product = banded[0] * vector
     for offset in range(1, banded.shape[0]):
         coupling = banded[offset, :-offset]

@@ -24,7 +24,8 @@ from impactlab.types import Array
 
 MAX_UNMAGNIFIED = 10.0  # error of a run over its predicted one, up to which touches are not taken to magnify it
 MAX_SIZE = 0.3  # change of a force in a touch over this force, or of a gap that nearly closes over this gap
-FOLLOWS = 3.0  # of that change, by which it may exceed the one that a shift of the overlap gives at once
+# Of that change, by which it may exceed the one that a shift gives at once: more in 1 of 200 random beams.
+FOLLOWS = 10.0
 
 
 def magnified_by_touches(description: Description, finest: Level, error: float) -> float:
