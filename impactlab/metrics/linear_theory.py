@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Warned
-from impactlab.metrics.static_shapes import bow, sides_of, stretch
+from impactlab.metrics.static_shapes import Bow, bow, sides_of, stretch
 from impactlab.scene.bodies import Beam, ElasticBody, End, SampledLoad, WaveBody
 from impactlab.scene.bodies.pieces import Segment
 from impactlab.scene.facts import beams_of
@@ -53,8 +54,10 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
     for rod in rods:
         yield from _warned(rod.name, strain_of_rod(history, rod, met[rod.name], links))
     for beam in beams:
-        yield from _warned(beam.name, strain_of_beam(history, beam, met[beam.name], links))
-        yield from _bent(beam.name, shortening_of_beam(history, beam, met[beam.name]))
+        moves = moves_of_beam(history, beam, met[beam.name])
+        yield from _warned(beam.name, strain_of_beam(history, beam, met[beam.name], moves, links))
+        shortening = max((each.way**2 * each.bow.shortening for each in moves), default=0.0)
+        yield from _bent(beam.name, shortening / beam.length)
 
 
 def _limits(scene: Scene) -> dict[str, float] | None:
@@ -183,30 +186,45 @@ def _strain_along(pieces: list[Segment], share: float, lasting: float, is_held: 
     return found
 
 
+class Move(NamedTuple):
+    """How a place of a beam moves in a run."""
+
+    speed: float  # m/s, largest change of its velocity, at most twice the speed of the bodies that meet
+    way: float  # m, largest change of its displacement
+    bow: Bow  # of the beam by a force there
+
+
+def moves_of_beam(history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]]) -> list[Move]:
+    """Return how the places of a beam's contacts move; those without a record are omitted."""
+    channels, short = frozenset(history.channels()) if met else (), 4.0 * _fibre_of(beam) ** 2 / _spread(beam)
+    found = []
+    for contact, x in met:
+        if (name := beam.face_channel(x)) in channels:
+            speed, way = _motion(history, name, beam.velocity, contact, short)
+            found.append(Move(min(speed, 2.0 * _speed(history, contact) or speed), way, bow(beam, x)))
+    return found
+
+
 def strain_of_beam(
-    history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]], links: dict[str, float]
+    history: AbstractHistory,
+    beam: Beam,
+    met: list[tuple[Contact, float]],
+    moves: list[Move],
+    links: dict[str, float],
 ) -> float:
     """Return an estimate of the largest strain of a beam.
 
-    ``met`` are its contacts with their places x [m], ``links`` the forces of links [N]. A place that moves at v across
-    the beam strains waves and modes of any length by v e/(c r), with the outer fibre e and the radius of gyration r; a
-    place that is moved by w strains a held beam by that of its static bow. Of a beam that is not held, which may move
-    as a whole, the strain is at most that of the forces in a lever of its length.
+    ``met`` are its contacts with their places x [m], ``moves`` how these move, ``links`` the forces of links [N]. A
+    place that moves at v across the beam strains waves and modes of any length by v e/(c r), with the outer fibre e and
+    the radius of gyration r; a place that is moved by w strains a held beam by that of its static bow. Of a beam that
+    is not held, which may move as a whole, the strain is at most that of the forces in a lever of its length.
     """
-    fibre = max(_fibre(segment.gyration, segment.height) for segment in beam.segments)
-    slowest = min(segment.wave_speed * segment.gyration for segment in beam.segments)
+    fibre, slowest = _fibre_of(beam), _spread(beam)
     softest = min(segment.bending_stiffness for segment in beam.segments)
-    fastest = abs(beam.velocity) if beam.is_held else 0.0
-    channels = frozenset(history.channels()) if met else ()
-    bent, forces = 0.0, [_force_of(history, contact, links) for contact, _ in met]
-    for contact, x in met:
-        name = beam.face_channel(x)
-        if name not in channels:
-            continue
-        speed, way = _motion(history, name, beam.velocity, contact, 4.0 * fibre**2 / slowest)
-        fastest = max(fastest, min(speed, 2.0 * _speed(history, contact) or speed))
-        bent = max(bent, way * bow(beam, x).curvature)
-    waves = fastest / slowest
+    fastest = max((each.speed for each in moves), default=0.0)
+    forces = [_force_of(history, contact, links) for contact, _ in met]
+    bent = max((each.way * each.bow.curvature for each in moves), default=0.0)
+    waves = max(fastest, abs(beam.velocity) if beam.is_held else 0.0) / slowest
     if not beam.is_held and all(force is not None for force in forces) and not any(e.is_loaded for _, e in beam.ends):
         waves = min(waves, sum(force or 0.0 for force in forces) * beam.length / softest)
     longest = (STEP_LOAD[any(end.kind == "clamped" for _, end in beam.ends)] / PULSE * beam.length) ** 2 / slowest
@@ -248,12 +266,17 @@ def _of_rotation(body: ElasticBody) -> float:
     return abs(body.steady.root_stress) / min(held, default=math.inf)
 
 
-def _fibre(gyration: float, height: float) -> float:
-    """Return the distance of the outer fibre from the neutral axis [m].
+def _fibre_of(beam: Beam) -> float:
+    """Return the largest distance of an outer fibre from the neutral axis [m].
 
     It is that of a rectangle where no height is known.
     """
-    return 0.5 * height if height > 0.0 else math.sqrt(3.0) * gyration
+    return max(0.5 * each.height if each.height > 0.0 else math.sqrt(3.0) * each.gyration for each in beam.segments)
+
+
+def _spread(beam: Beam) -> float:
+    """Return the least c r of a beam [m2/s], by which its waves spread."""
+    return min(segment.wave_speed * segment.gyration for segment in beam.segments)
 
 
 def _motion(
@@ -261,41 +284,30 @@ def _motion(
 ) -> tuple[float, float]:
     """Return the largest change of a place's velocity [m/s] and its displacement [m].
 
-    Velocities are means over ``short`` [s] in the strongest contacts, over more in the rest of a long run.
+    Velocities are means over ``short`` [s], or half the time between two records, in the strongest contacts; over more
+    in the rest of a long run.
     """
-    end = history.duration
-    grids = [np.linspace(0.0, end, math.ceil(min(INSTANTS, max(1.0, end / short))) + 1)]
+    end, rate = history.duration, history.record_rate
+    apart = max(short, 0.5 / rate)
+    grids = [np.linspace(0.0, end, math.ceil(min(INSTANTS, max(1.0, end / apart))) + 1)]
     for span in sorted(history.spans(contact.name), key=lambda span: -abs(span.impulse))[:STRONGEST]:
-        count = min(INSTANTS, (span.until(end) - span.start) / short + 2.0)
-        grids.append(np.minimum(span.start + short * np.arange(count), end))
-    speed = way = 0.0
-    start = history.evaluate(0.0, channel)
-    for times in grids:
-        moved, apart = history.evaluate(times, channel), np.diff(times)
-        speeds = np.diff(moved)[apart > 0.5 * short] / apart[apart > 0.5 * short]
-        speed = max(speed, float(np.abs(speeds - at_start).max(initial=0.0)))
-        way = max(way, float(np.abs(moved - start).max()))
-    if history.record_rate * short < 1.0:  # records are too far apart for means
+        count = min(INSTANTS, (span.until(end) - span.start) / apart + 2.0)
+        grids.append(np.minimum(span.start + apart * np.arange(count), end))
+    times = np.concatenate(grids)
+    moved, steps = history.evaluate(times, channel), np.diff(times)
+    steps[np.cumsum([grid.size for grid in grids[:-1]], dtype=int) - 1] = 0.0  # from one grid to the next
+    whole = steps > 0.5 * apart
+    speed = float(np.abs(np.diff(moved)[whole] / steps[whole] - at_start).max(initial=0.0))
+    if rate * short < 1.0:  # records are too far apart for means
         moving = history.evaluate(grids[0], channel.replace("displacement", "velocity", 1))
         speed = max(speed, float(np.abs(moving - at_start).max()))
-    return speed, way
+    return speed, float(np.abs(moved - moved[0]).max())
 
 
 def _way(history: AbstractHistory, channel: str) -> float:
     """Return the largest displacement of a place in a run [m]."""
     moved = history.evaluate(np.linspace(0.0, history.duration, INSTANTS + 1), channel)
     return float(np.abs(moved - moved[0]).max())
-
-
-def shortening_of_beam(history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]]) -> float:
-    """Return an estimate of the relative shortening of a held beam by bending.
-
-    It is the largest in the run. It is that of the static bow by the displacement of each place of a contact: half the
-    integral of the slope squared.
-    """
-    channels = frozenset(history.channels()) if met else ()
-    ways = {x: _way(history, beam.face_channel(x)) for _, x in met if beam.face_channel(x) in channels}
-    return max((way**2 * bow(beam, x).shortening / beam.length for x, way in ways.items()), default=0.0)
 
 
 def _force_of(history: AbstractHistory, contact: Contact, links: dict[str, float]) -> float | None:

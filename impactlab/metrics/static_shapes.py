@@ -69,12 +69,18 @@ def bow(beam: Beam, x: float) -> Bow:
             stiffness[[first, first + 1], [first, first + 1]] += end.value, end.rotational
         fixed += {"clamped": [first, first + 1], "pinned": [first]}.get(end.kind, [])
     places = np.cumsum([0.0, *(piece.length for piece in pieces)])
-    free, struck = np.setdiff1d(np.arange(size), fixed), 2 * int(np.abs(places - x).argmin())
+    struck = 2 * int(np.abs(places - x).argmin())
     if struck in fixed:
         return Bow(0.0, 0.0)
-    moved = np.zeros(size)
-    moved[free] = np.linalg.solve(stiffness[np.ix_(free, free)], np.where(free == struck, 1.0, 0.0))
+    force = np.zeros(size)
+    force[struck] = 1.0
+    for place in fixed:  # no displacement there
+        stiffness[place, :] = stiffness[:, place] = 0.0
+        stiffness[place, place] = 1.0
+    moved = np.linalg.solve(stiffness, force)
     moved /= moved[struck]
-    moments = [np.abs(one.stiffness @ moved[2 * number :][:4])[[1, 3]].max() for number, one in enumerate(each)]
-    curvature = max(float(moment) / piece.bending_stiffness for moment, piece in zip(moments, pieces, strict=True))
+    curvature = 0.0
+    for number, (one, piece) in enumerate(zip(each, pieces, strict=True)):
+        _, left, _, right = (one.stiffness @ moved[2 * number : 2 * number + 4]).tolist()  # forces and moments
+        curvature = max(curvature, abs(left) / piece.bending_stiffness, abs(right) / piece.bending_stiffness)
     return Bow(curvature, 0.5 * float(moved @ slopes @ moved))
