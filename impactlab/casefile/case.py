@@ -344,6 +344,8 @@ def expect_case(given: object, function: str) -> None:
     what, remedy = f"a {type(given).__name__}", "Give a Case: il.load_case(PATH), or il.Case(bodies=..., ...)."
     if isinstance(given, (str, Path)):
         what, remedy = shown(str(given)), f"Read the file first: il.load_case({str(given)[:60]!r})."
+    elif isinstance(given, Mapping):
+        remedy = "Make the case first: il.Case.from_dict(...)."
     raise CaseError(f"{function}() takes a Case, not {what}", remedy=remedy)
 
 
