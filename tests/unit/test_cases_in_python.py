@@ -249,8 +249,11 @@ def test_a_path_in_place_of_a_case_is_refused_with_the_call_that_reads_it(call):
     with pytest.raises(il.CaseError, match="takes a Case, not") as refused:
         call("my_case.yaml")
     assert "il.load_case('my_case.yaml')" in refused.value.remedy
+
+
+def test_a_dictionary_in_place_of_a_case_is_refused_with_the_call_that_makes_it():
     with pytest.raises(il.CaseError, match="takes a Case, not a dict") as refused:
-        call({"bodies": {}})
+        il.run({"bodies": {}})
     assert "il.Case.from_dict(" in refused.value.remedy
 
 
