@@ -51,7 +51,7 @@ class Blow:
 
     work: float  # J, on the rock at the end of the run
     efficiency: float  # work over the kinetic energy of the hammer
-    first_pass: float  # the same, before the wave that the bit sends back has returned to it
+    first_pass: float  # the same, before the wave that the bit sends back has returned from the nearest joint
     peak_force: float  # N
     deepest: float  # m, largest penetration
     final: float  # m, penetration that stays
@@ -96,8 +96,9 @@ def blow_of(history: AbstractHistory) -> Blow:
 
     Raise and warn as `blow` does.
     """
-    drill = drill_of(history.scene)
-    law = history.method.laws[drill.rock.name]
+    laws = history.method.laws
+    drill = drill_of(history.scene, laws)
+    law = laws[drill.rock.name]
     loop = loop_of(history, drill.rock, law)
     first = _first_force(loop, 0.0 if history.dt is None else MIN_SHARE)
     if history.contacts:
@@ -176,7 +177,7 @@ def _warn_if_too_short(loop: Loop, first: float | None, drill: Drill, left: floa
     elif acts and ends < (first + drill.round_trip) * (1.0 - SAME_TIME):
         texts.append(
             f"the first pass lasts until {first + drill.round_trip:.6g} s, when the wave that the bit sends back "
-            "returns: first_pass has the work up to the end of the run"
+            "returns from the nearest joint: first_pass has the work up to the end of the run"
         )
     if first is not None and np.argmax(loop.penetration) == len(loop.time) - 1:
         texts.append("the bit still goes deeper: work, deepest and final are those up to there")
@@ -201,7 +202,7 @@ def _first_force(loop: Loop, share: float) -> float | None:
 def _first_pass(loop: Loop, first: float | None, drill: Drill) -> float:
     """Return the work on the rock in the first pass [J].
 
-    It lasts until the wave of the first force has gone through the rods and back.
+    It lasts until the wave of the first force has returned from the nearest joint.
     """
     return 0.0 if first is None else float(np.interp(first + drill.round_trip, loop.time, loop.work))
 

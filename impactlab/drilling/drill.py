@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.bonded import Bonded
 from impactlab.errors import CaseError
 from impactlab.scene.problem import Contact, Scene
 
@@ -15,10 +18,10 @@ class Drill(NamedTuple):
     rods: tuple[str, ...]  # all others that can move: rods, couplings, the bit
     rock: Contact
     kinetic_energy: float  # J, of the hammer at t = 0
-    round_trip: float  # s, of a wave through the rods and back
+    round_trip: float  # s, of a wave from the bit to the nearest joint that can open, and back
 
 
-def drill_of(scene: Scene) -> Drill:
+def drill_of(scene: Scene, laws: Mapping[str, AbstractContactLaw]) -> Drill:
     """Return the drill of a scene.
 
     The hammer moves at t = 0, the rock is the wall that the last of the others meets.
@@ -41,5 +44,25 @@ def drill_of(scene: Scene) -> Drill:
             path="contacts",
         )
     kinetic = sum(0.5 * (body := scene.bodies[name]).moving_mass * body.velocity**2 for name in hammer)
-    trip = sum(scene.elastic[name].round_trip for name in rods if name in scene.elastic)
-    return Drill(hammer, rods, walls[0], kinetic, trip)
+    return Drill(hammer, rods, walls[0], kinetic, _round_trip(scene, laws, walls[0], rods))
+
+
+def _round_trip(scene: Scene, laws: Mapping[str, AbstractContactLaw], rock: Contact, rods: tuple[str, ...]) -> float:
+    """Return the round trip of a wave from the bit to the nearest joint that can open [s].
+
+    Rods with a `bonded` joint are one rod; a rigid bit or adapter has no travel time.
+    """
+    trip, joined = 0.0, set[str]()
+    ahead = [face.body for face in rock.faces]
+    while ahead:
+        name = ahead.pop()
+        if name in joined or name not in rods:
+            continue
+        joined.add(name)
+        if name in scene.elastic:
+            trip += scene.elastic[name].round_trip
+        for contact in scene.contacts:
+            bodies = [face.body for face in contact.faces]
+            if contact != rock and name in bodies and (trip == 0.0 or isinstance(laws[contact.name], Bonded)):
+                ahead += bodies
+    return trip

@@ -63,7 +63,7 @@ def sweep(case: Case | Simulation, stiffnesses: Iterable[float | str]) -> Effici
     if not isinstance(case, Simulation):
         expect_case(case, "sweep")
     run = case.simulation() if isinstance(case, Case) else case
-    rock = drill_of(run.scene).rock
+    rock = drill_of(run.scene, run.method.laws).rock
     wanted = np.array([in_si("a stiffness", each, "N/m") for each in listed(stiffnesses)])
     law = run.method.laws[rock.name]
     if not isinstance(law, Bilinear):
