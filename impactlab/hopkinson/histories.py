@@ -10,12 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from impactlab.errors import ImpactlabError
+from impactlab.errors import ImpactlabError, UnusualValue
 from impactlab.history.base import AbstractHistory
 from impactlab.hopkinson.evaluation import Test
 from impactlab.hopkinson.gauges import measured
 from impactlab.hopkinson.windows import THRESHOLD, above
 from impactlab.measurement.dispersion import Bar, Theory
+from impactlab.measurement.inputs import warn
+from impactlab.scene.problem import Probe
 from impactlab.types import Array
 
 OVERSAMPLING = 32  # times the rate of a gauge: fronts are placed to 1/64 of a sample
@@ -92,7 +94,7 @@ def of_history(
     """Return the waves at the specimen of a run from its strain probes.
 
     There is one probe on each of the bars. They end before a wave from the far end of a bar is back at its gauge, as
-    those of `measured`.
+    those of `measured`. The true strains are read: signals of instruments, `history.measured`, are evaluated as arrays.
 
     Parameters
     ----------
@@ -121,13 +123,19 @@ def of_history(
     -----
     DoubtfulResult
         As `measured`.
+    UnusualValue
+        If a gauge is an instrument, whose signal is not read.
     """
     bars = [bar_of(history, name, poisson, dispersion) for name in (incident, transmission)]
     alike = all(
         math.isclose(getattr(bars[0], name), getattr(bars[1], name), rel_tol=BAR_TOL)
         for name in ("diameter", "wave_speed", "density")
     )
-    places = [_gauge(history, name) for name in (incident, transmission)]
+    gauges = [_gauge(history, name) for name in (incident, transmission)]
+    places = [gauge.x for gauge in gauges]
+    if any(gauge.instrument is not None for gauge in gauges):
+        text = "of_history reads the true strains of the bars, and not the signals of the instruments in the case. "
+        warn(f"{text}Evaluate history.measured(probe).values of both gauges with hopkinson.measured.", UnusualValue)
     signals = [
         amplified(history, f"strain:{name}@{x:.6g}", rate, smooth)
         for name, x in zip((incident, transmission), places, strict=True)
@@ -190,12 +198,12 @@ def _check_order(
         )
 
 
-def _gauge(history: AbstractHistory, body: str) -> float:
-    found = [probe.x for probe in history.scene.probes if probe.body == body and probe.quantity == "strain"]
+def _gauge(history: AbstractHistory, body: str) -> Probe:
+    found = [probe for probe in history.scene.probes if probe.body == body and probe.quantity == "strain"]
     if len(found) != 1:
         raise ImpactlabError(
             f"'{body}' has {len(found)} strain probes, and the evaluation reads one",
             remedy="Give the case one; several gauges are evaluated as arrays, by hopkinson.two_gauges.",
             path="probes",
         )
-    return float(found[0])
+    return found[0]

@@ -401,3 +401,17 @@ def test_a_missing_sample_leaves_no_equal_interval() -> None:
     assert signal.width == pytest.approx(3e-7)
     with pytest.raises(il.CaseError, match="not equal"):
         il.Signal("strain:bar@0.5", np.delete(times, 50), 0.0 * times[1:]).interval  # noqa: B018 - it is refused
+
+
+def test_of_history_warns_where_the_gauges_are_instruments() -> None:
+    """Noise, gauge length and converter of the case were left out, and the curve was that of ideal gauges."""
+    bars = ("incident", "transmission")
+    probes = [{"body": bar, "at": 0.75, "quantity": "strain", "noise": 2e-6, "rate": 2e6} for bar in bars]
+    run = il.run(il.load_case("hopkinson_aluminium").with_("probes", probes))
+    with pytest.warns(il.UnusualValue, match="true strains of the bars, and not the signals of the instruments"):
+        ideal = hopkinson.of_history(run)
+    signals = [run.measured(f"strain:{bar}@0.75").values for bar in bars]
+    test = hopkinson.measured(*signals, 0.5e-6, hopkinson.bar_of(run, "incident"), (0.75, 0.75), far_ends=(0.75, 0.75))
+    curves = [evaluated(each).between(320e-6, 390e-6) for each in (ideal, test)]
+    roughness = [np.std(np.diff(curve.stress, 2)) for curve in curves]
+    assert roughness[1] > 100.0 * roughness[0]
