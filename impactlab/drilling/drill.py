@@ -48,9 +48,9 @@ def drill_of(scene: Scene, laws: Mapping[str, AbstractContactLaw]) -> Drill:
 
 
 def _round_trip(scene: Scene, laws: Mapping[str, AbstractContactLaw], rock: Contact, rods: tuple[str, ...]) -> float:
-    """Return the round trip of a wave from the bit to the nearest joint that can open [s].
+    """Return the round trip of a wave from the bit to the nearest joint [s].
 
-    Rods with a `bonded` joint are one rod; a rigid bit or adapter has no travel time.
+    The joint can open: rods with a `bonded` joint are one rod; a rigid bit or adapter has no travel time.
     """
     trip, joined = 0.0, set[str]()
     ahead = [face.body for face in rock.faces]
