@@ -90,6 +90,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
         products=[_product(each, kinds) for each in fit.determined],
         plates=drawn,
         rules=rules,
+        commands=[origin.command] if origin.command else [],
         files=[
             *((name, "a fitted case: it runs") for name in case_files(fit)),
             ("parameters.csv", "the table"),

@@ -98,6 +98,7 @@ def write_page(
         origin=provenance,
         date=provenance.date or now(),
         title=provenance.title or page.table["case"],
+        kicker=page.kicker,
         sketch=sketch(scene),
         mechanism=any(body.changes for body in scene.bodies.values()),
         chained=bool(mechanism.chains(scene)),
