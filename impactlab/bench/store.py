@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from impactlab.errors import CaseError
-from impactlab.jobs.locks import locked
+from impactlab.jobs.files import locked
 
 LOCK = "bench.lock"
 SESSION = "session-"  # a folder that lives as long as one bench

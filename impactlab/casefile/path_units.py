@@ -34,7 +34,7 @@ def unit_of(case: CaseBlock, path: str, registry: Registry) -> str:
             holder, field_name = place, step
             place = getattr(place, step, None)
         else:
-            place = _inside(place, step)
+            place = entry(place, step)
     if isinstance(place, BaseModel) and key in type(place).model_fields:
         found = re.search(r"\[([^\]]+)\]", type(place).model_fields[key].description or "")
         return found[1] if found else ""
@@ -55,7 +55,7 @@ def _unit_in_part(case: CaseBlock, path: str, registry: Registry) -> str:
             continue
         block: Any = case
         for key in keys[:size]:
-            block = getattr(block, key, None) if isinstance(block, BaseModel) else _inside(block, key)
+            block = getattr(block, key, None) if isinstance(block, BaseModel) else entry(block, key)
         if not isinstance(block, dict) or "kind" not in block:
             return ""
         try:
@@ -75,7 +75,7 @@ def _unit_in_part(case: CaseBlock, path: str, registry: Registry) -> str:
     return ""
 
 
-def _inside(block: Any, key: str) -> Any:
+def entry(block: Any, key: str) -> Any:
     """Return an entry of a list or a mapping; None where there is none."""
     if isinstance(block, (list, tuple)):
         return block[int(key)] if key.isdecimal() and int(key) < len(block) else None

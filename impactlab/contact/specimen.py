@@ -15,6 +15,7 @@ from impactlab.contact.branches import one_sided, yielding_both
 from impactlab.errors import CaseError
 from impactlab.types import Array, Branches, Level, SideFacts, Start, option
 
+CURVE_POINTS = 200  # of a loading curve
 MAX_POINTS = 20  # of a table of flow stresses
 
 
@@ -149,13 +150,13 @@ class Specimen(AbstractContactLaw):
             case TabulatedFlow(_, stresses):
                 return stresses[0]
 
-    def loading_curve(self, strain: float, points: int = 200) -> tuple[Array, Array]:
-        """Return nominal strain and stress [Pa] of one slow loading, shape (points + 1,) each.
+    def loading_curve(self, strain: float) -> tuple[Array, Array]:
+        """Return nominal strain and stress [Pa] of one slow loading, shape (n,) each.
 
         ``strain`` is the largest plastic one. The rate of plastic strain is taken as the reference rate of
         `JohnsonCook`, and without the factor of `CowperSymonds`.
         """
-        plastic = np.linspace(0.0, strain, points)
+        plastic = np.linspace(0.0, strain, CURVE_POINTS)
         match self.flow:
             case LinearFlow(first, tangent):
                 stress = first + self.young * tangent / (self.young - tangent) * plastic

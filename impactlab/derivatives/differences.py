@@ -19,11 +19,12 @@ import numpy as np
 
 from impactlab import api
 from impactlab.casefile import Case
-from impactlab.derivatives.parameters import read_parameters
-from impactlab.derivatives.scales import scale_of
+from impactlab.derivatives.parameters import Parameter, read_parameters
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.metrics.grazing import MIN_CONTACT, merged_periods
+from impactlab.scene.facts import field_acceleration
 from impactlab.scene.method import Method, StepRule
+from impactlab.scene.problem import Scene
 from impactlab.sweeps.axes import at_point
 from impactlab.sweeps.quantities import WantedQuantity, values
 from impactlab.types import Array
@@ -270,3 +271,27 @@ def _width(frozen: _Frozen, at: float, scale: float, widest: float, middle: _Run
     needed = EVENT_STEPS * dt / moved[moved * widest > MIN_EVENT_SHIFT * dt]
     reached = np.minimum(needed, widest)
     return float(max([step, *reached])), float(min([step, *reached]))
+
+
+def scale_of(scene: Scene, parameter: Parameter) -> float:
+    """Return the size of a parameter in its scene, in SI units.
+
+    It is NaN where its unit has none. It is made of the lightest mass, the fastest velocity and the round trip.
+    """
+    mass, velocity, time = _scales(scene)
+    scales = {
+        "m": velocity * time, "m/s": velocity, "m/s2": velocity / time, "s": time, "kg": mass,
+        "N": mass * velocity / time, "N/m": mass / time**2, "N s/m": mass / time,
+    }  # fmt: skip
+    scale = scales.get(parameter.unit, math.nan)
+    return scale if 0.0 < scale < math.inf else math.nan
+
+
+def _scales(scene: Scene) -> tuple[float, float, float]:
+    """Return lightest mass [kg], fastest velocity [m/s] and round trip [s] of a scene."""
+    bodies = scene.bodies.values()
+    mass = min((body.moving_mass for body in bodies), default=math.nan)
+    time = scene.round_trip if scene.round_trip > 0.0 else scene.duration
+    force = max((end.largest_force(scene.duration) for body in bodies for _, end in body.ends), default=0.0)
+    speeds = [abs(body.velocity) for body in bodies]
+    return mass, max([*speeds, field_acceleration(scene) * time, force * time / mass]), time

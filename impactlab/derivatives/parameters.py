@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.casefile.edit import numbered, refuse_unknown_body
+from impactlab.casefile.path_units import entry
 from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError
 from impactlab.sweeps.axes import takes_whole
@@ -90,9 +92,11 @@ def _read(case: Case, path: str) -> Parameter:
     refuse_unknown_body(case.document.data, path)
     keys = numbered(case.document.data, path).split(".")
     unit = case.unit_of(path)
-    found = _at(case.resolved(), keys)
+    found: Any = reduce(entry, keys, case.resolved())
     if found is None:
-        found = _in_si(_at(case.document.data, keys), unit)  # such as a diameter, of which the case makes an area
+        found = _in_si(
+            reduce(entry, keys, case.document.data), unit
+        )  # such as a diameter, of which the case makes an area
         if found is None:
             _refuse_whole(case, path)
             case.with_(path, 1.0)  # names the closest paths where there is none
@@ -112,18 +116,6 @@ def _read(case: Case, path: str) -> Parameter:
             "of a material in place of its name.",
         ) from error
     return parameter
-
-
-def _at(data: Any, keys: Sequence[str]) -> Any:
-    """Return the value at a path of plain values; None where there is none."""
-    for key in keys:
-        if isinstance(data, list) and key.isdecimal() and int(key) < len(data):
-            data = data[int(key)]
-        elif isinstance(data, dict):
-            data = data.get(key)
-        else:
-            return None
-    return data
 
 
 def _in_si(given: Any, unit: str) -> float | None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from impactlab.errors import CaseError
 from impactlab.fits.signals import Signal
-from impactlab.numerics.low_pass import REACH, deviation
+from impactlab.history.instruments import REACH, deviation
 from impactlab.types import Array
 
 MAX_UNEVEN = 0.01  # of a sampling interval, by which times may be off an equal spacing

@@ -24,13 +24,11 @@ from impactlab.fits.plots import (
 )
 from impactlab.fits.result import JACOBIAN, KINDS, METHODS, WIDENED, Fit, Fitted, Shown, case_files, in_words
 from impactlab.history.units import UNITS
-from impactlab.jobs.whole_files import write_whole
 from impactlab.printing import counted
 from impactlab.report import facts
 from impactlab.report.figures.figure_files import Plate, saved_plates
-from impactlab.report.page import rendered
+from impactlab.report.page import write_study
 from impactlab.report.provenance import of_case
-from impactlab.report.sketch import sketch
 
 PAGE = "fit.html"
 POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹"
@@ -75,13 +73,13 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
     drawn, rules = saved_plates(folder, plates(fit))
     kinds = [kind for kind in KINDS if any(kind in each.intervals for each in fit.parameters)]
     scene, origin = fit.case.scene(), of_case(fit.case, command)
-    text = rendered(
+    write_study(
+        folder / PAGE,
         "impactlab.fits",
-        "page.html.j2",
+        scene,
+        origin,
         title=origin.title or fit.case.label,
         kicker=f"impactlab · a fit of {counted(len(fit.parameters), 'number')}",
-        origin=origin,
-        sketch=sketch(scene),
         facts=[*_facts(fit), *facts.scene_facts(scene)],
         findings=[_raised(text[:1].upper() + text[1:]) + "." for text in fit.undetermined],
         warnings=[text.partition(": ")[2] for text in fit.warnings],
@@ -90,7 +88,6 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
         products=[_product(each, kinds) for each in fit.determined],
         plates=drawn,
         rules=rules,
-        commands=[origin.command] if origin.command else [],
         files=[
             *((name, "a fitted case: it runs") for name in case_files(fit)),
             ("parameters.csv", "the table"),
@@ -98,7 +95,6 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
             ("figures/", "SVG, PNG"),
         ],
     )
-    write_whole(folder / PAGE, text)
 
 
 def _row(each: Fitted, name: str, kinds: list[str]) -> dict[str, Any]:

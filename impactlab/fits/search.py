@@ -58,11 +58,11 @@ def search(problem: Problem, chosen: Options) -> Any:
     for stage in STAGES:
         problem.smoothed = stage
         kept = _apart(solved(problem, each, tolerance=COARSE_TOL) for each in starts)
-        starts = [place for each in kept for place in triggers(problem, each.x, TRIGGERS)]
+        starts = [place for each in kept for place in triggers(problem, each.x)]
     problem.smoothed = 0.0
     starts = [each.x for each in kept]
     if problem.has_shifts:
-        starts += triggers(problem, kept[0].x, TRIGGERS)
+        starts += triggers(problem, kept[0].x)
     found = polished(problem, _best(solved(problem, each, tolerance=COARSE_TOL) for each in starts).x)
     found = moved_to_effect(problem, found)
     for _ in range(NOISE_ROUNDS if len(problem.signals) > 1 and chosen.noise != "std" else 0):
@@ -163,7 +163,7 @@ def on_both_sides(problem: Problem) -> list[Array]:
     """
     start, (low, high) = problem.start(), problem.bounds()
     if not problem.is_quick:
-        return triggers(problem, start, TRIGGERS)
+        return triggers(problem, start)
     count = len(problem.parameters)
     signs = list(itertools.product((0.0, -1.0, 1.0), repeat=count)) if count <= MAX_FULL else [
         (0.0,) * count, *(tuple(sign * (k == n) for k in range(count)) for n in range(count) for sign in (-1.0, 1.0))
@@ -174,20 +174,20 @@ def on_both_sides(problem: Problem) -> list[Array]:
         for number, sign in enumerate(each):
             room = (high if sign > 0.0 else low)[number] - start[number]
             place[number] += sign * min(START_SPREAD, 0.5 * abs(room))
-        found += scanned(problem, place, TRIGGERS)
+        found += scanned(problem, place)
     found.sort(key=lambda each: each[0])
     return [place for _, place in found[: 2 * KEPT_SOLUTIONS]]
 
 
-def triggers(problem: Problem, start: Array, count: int) -> list[Array]:
+def triggers(problem: Problem, start: Array) -> list[Array]:
     """Return starts with the best trigger times, the best first.
 
     It is the start itself if no shift is free.
     """
-    return [place for _, place in scanned(problem, start, count)]
+    return [place for _, place in scanned(problem, start)]
 
 
-def scanned(problem: Problem, start: Array, count: int) -> list[tuple[float, Array]]:
+def scanned(problem: Problem, start: Array) -> list[tuple[float, Array]]:
     """Return the remaining squares and the starts of the best trigger times.
 
     The best comes first.
@@ -214,7 +214,7 @@ def scanned(problem: Problem, start: Array, count: int) -> list[tuple[float, Arr
         every = np.arange(first, max(last, first + 0.5), stride)
         costs = sum((_scan(problem, number, start, means[number], every * scale) for number in numbers), np.zeros(1))
         inner = np.flatnonzero((costs[1:-1] <= costs[:-2]) & (costs[1:-1] < costs[2:])) + 1
-        ordered = inner[np.argsort(costs[inner])][:count] if len(inner) else np.array([np.argmin(costs)])
+        ordered = inner[np.argsort(costs[inner])][:TRIGGERS] if len(inner) else np.array([np.argmin(costs)])
         best[place] = list(zip(costs[ordered].tolist(), every[ordered].tolist(), strict=True))
     found = []
     for turn in range(max(map(len, best.values()))):

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
-from impactlab.numerics.low_pass import REACH, deviation
 from impactlab.scene.instrument import Instrument
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
@@ -23,6 +22,7 @@ from impactlab.types import Array
 MIN_POINTS = 32  # of the filter's weights in its standard deviation: a jump is placed within 0.7 % of its height
 MAX_POINTS = 1024  # of them
 ROUNDING = 1e-9  # of a rate, by which it may lie above that of the records; of a sample, by which one may end a run
+REACH = 4.0  # standard deviations of a Gaussian weight, to each side
 
 
 class Recorded(Protocol):
@@ -186,3 +186,11 @@ def _over_gauge(history: Recorded, probe: Probe) -> Callable[[Array], Array]:
     left, right = probe.gauge_ends
     length = right.x - left.x
     return lambda times: (history.evaluate(times, left.channel) - history.evaluate(times, right.channel)) / length
+
+
+def deviation(frequency: float) -> float:
+    """Return the standard deviation of a Gaussian low-pass filter [s].
+
+    Its gain at a frequency [Hz] is 1/sqrt(2). The gain at f is exp(-(2 pi f deviation)^2/2).
+    """
+    return math.sqrt(math.log(2.0)) / (2.0 * math.pi * frequency)

@@ -12,6 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from impactlab.jobs.files import write_whole
 from impactlab.report import facts
 from impactlab.report.figures import mechanism
 from impactlab.report.figures.figure_files import FigureFiles, inline, save, with_classes
@@ -161,6 +162,16 @@ def _commands(page: Page, provenance: Provenance) -> list[str]:
     if provenance.case_yaml:
         commands.insert(1, f"impactlab {page.command} case.yaml{page.options} --out DIR")
     return commands
+
+
+def write_study(file: Path, package: str, scene: Scene, origin: Provenance, **values: Any) -> None:
+    """Write the page of a study of one case, such as a sweep, from the template of its package.
+
+    ``values`` are those that the template reads beside scene and origin.
+    """
+    values["commands"] = [origin.command] if origin.command else []
+    text = rendered(package, "page.html.j2", origin=origin, sketch=sketch(scene), **values)
+    write_whole(file, text)
 
 
 def rendered(package: str, template: str, **values: Any) -> str:

@@ -5,8 +5,10 @@ The script of the page draws them.
 
 from __future__ import annotations
 
+import base64
 import json
 import math
+import zlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,7 +20,6 @@ from impactlab.report.figures.named_contacts import with_figures
 from impactlab.report.figures.signals import Panel, panels, sampled, shown
 from impactlab.report.figures.stage import Frames, described, frames
 from impactlab.report.figures.style import DASHES, PALETTE, Trace
-from impactlab.report.packed_arrays import COARSE, Packer
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -32,6 +33,10 @@ COARSER = 1.4  # times `MAX_DATA`, above which fewer values alone would not do: 
 MANY = 4  # bodies with fields, above which each is narrow on the screen and keeps half of its places
 FEW = 30  # places along a body, none of which is left out
 MAX_EVENTS = 4000  # of a history that the page draws; chatter beyond them would fill it
+COARSE = 255  # values of an array that is shown as colours
+MISSING = 65535  # code of NaN
+Packed = tuple[int, int, float, float]
+"""Place of an array in the text: first value, number of values, least value, step between values."""
 
 
 def page_data(traces: Sequence[Trace], scene: Scene, *, compared: bool) -> str:
@@ -161,3 +166,33 @@ def _kept(values: Array, packer: Packer, levels: int, every: int, across: int) -
     """
     thin = values[::every, :: across if values.shape[1] % across == 1 and values.shape[1] > FEW else 1]
     return [*thin.shape, packer.add(thin, levels)]
+
+
+class Packer:
+    """Collects arrays; `text` holds all of them, as `unpack` of page.js reads them."""
+
+    def __init__(self) -> None:
+        self._codes: list[np.ndarray[tuple[int], np.dtype[np.uint16]]] = []
+        self._size = 0
+
+    def add(self, values: Array, levels: int) -> Packed:
+        """Return the place of an array, which loses its shape.
+
+        Its values are kept to (max - min)/(levels - 1).
+        """
+        flat = np.asarray(values, float).ravel()
+        known = flat[np.isfinite(flat)]
+        low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+        step = (high - low) / (levels - 1) or 1.0
+        codes = np.full(flat.size, MISSING, np.uint16)
+        codes[np.isfinite(flat)] = np.rint((known - low) / step)
+        place = (self._size, flat.size, low, step)
+        self._codes.append(np.diff(codes, prepend=np.uint16(0)))  # modulo 65536
+        self._size += flat.size
+        return place
+
+    def text(self) -> str:
+        """Return all arrays: their low bytes, then their high bytes, deflated, in base64."""
+        codes = np.concatenate(self._codes) if self._codes else np.zeros(0, np.uint16)
+        planes = (codes & 0xFF).astype(np.uint8).tobytes() + (codes >> 8).astype(np.uint8).tobytes()
+        return base64.b64encode(zlib.compress(planes, 6)).decode("ascii")

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError
-from impactlab.jobs.whole_files import DRAFT, write_whole
+from impactlab.jobs.files import DRAFT, write_whole
 from impactlab.sweeps.shards import LOCK, SHARD_LOCKS, Shard, held
 from impactlab.types import Array
 

@@ -13,12 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from impactlab.jobs.whole_files import write_whole
 from impactlab.report import facts
 from impactlab.report.figures.figure_files import Plate, saved_plates
-from impactlab.report.page import rendered
+from impactlab.report.page import write_study
 from impactlab.report.provenance import Provenance
-from impactlab.report.sketch import sketch
 from impactlab.scene.problem import Scene
 from impactlab.sweeps.axes import METHOD
 from impactlab.sweeps.chunks import STATUSES
@@ -70,19 +68,18 @@ def write_page(
     (folder / "case.yaml").write_text(origin.case_yaml.rstrip() + "\n", encoding="utf-8")
     (folder / "citations.bib").write_text(origin.citations.rstrip() + "\n", encoding="utf-8")
     every, data = _data(found, names, again, is_drawn=is_drawn)
-    text = rendered(
+    write_study(
+        folder / "index.html",
         "impactlab.sweeps",
-        "page.html.j2",
+        scene,
+        origin,
         title=origin.title or found.attrs["title"],
         kicker=f"impactlab · a sweep of {found['status'].size:,} points",
-        origin=origin,
-        sketch=sketch(scene),
         facts=[*_facts(found), *facts.scene_facts(scene, links)],
         plates=[{**each, "panels": panels[each["name"]]} for each in drawn],
         rules=rules,
         every=every,
         lacking=[name for name in map(str, found.data_vars) if _sampled(found, name)],
-        commands=[origin.command] if origin.command else [],
         files=[
             ("table.csv", "a row for each point"),
             ("sweep.nc", "labelled data, for xarray"),
@@ -92,7 +89,6 @@ def write_page(
         ],
         data=data,
     )
-    write_whole(folder / "index.html", text)
 
 
 def _sampled(found: xarray.Dataset, name: str) -> bool:

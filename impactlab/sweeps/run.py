@@ -18,7 +18,7 @@ import numpy as np
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.errors import CaseError, ImpactlabError, SweepError, expect_whole
-from impactlab.jobs.whole_files import whole
+from impactlab.jobs.files import whole
 from impactlab.report.facts import joined_in
 from impactlab.report.provenance import of_case
 from impactlab.scene.problem import Scene

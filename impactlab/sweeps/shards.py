@@ -17,7 +17,7 @@ from typing import NamedTuple, TypeVar
 
 from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError
-from impactlab.jobs.locks import locked
+from impactlab.jobs.files import locked
 
 LOCK, SHARD_LOCKS = "sweep.lock", "shard-*.lock"
 PATIENCE_S = 10.0  # s that a shard waits for others to open the folder

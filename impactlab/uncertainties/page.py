@@ -6,12 +6,10 @@ import re
 from collections.abc import Collection
 from pathlib import Path
 
-from impactlab.jobs.whole_files import write_whole
 from impactlab.report import facts
 from impactlab.report.figures.figure_files import Plate, saved_plates
-from impactlab.report.page import rendered
+from impactlab.report.page import write_study
 from impactlab.report.provenance import Provenance
-from impactlab.report.sketch import sketch
 from impactlab.scene.problem import Scene
 from impactlab.sweeps import counts
 from impactlab.sweeps.sampled import is_sampled
@@ -35,19 +33,18 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
     ``links`` are the names of the contacts that are joined from the start.
     """
     plates, rules = saved_plates(folder, _figures(found))
-    text = rendered(
+    write_study(
+        folder / "index.html",
         "impactlab.uncertainties",
-        "page.html.j2",
+        scene,
+        origin,
         title=origin.title or f"Uncertainty of {found.case}",
         kicker=f"impactlab · {found.samples:,} samples of {_numbers(len(found.uncertain))}",
-        origin=origin,
-        sketch=sketch(scene),
         facts=[*_facts(found), *facts.scene_facts(scene, links)],
         plates=plates,
         rules=rules,
         tables=found.tables,
         warnings=found.warnings,
-        commands=[origin.command] if origin.command else [],
         files=[
             ("uncertainty.json", "all estimates with their intervals"),
             ("table.csv", "a row for each point"),
@@ -57,7 +54,6 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
             *([("figures/", "SVG, PNG")] if plates else []),
         ],
     )
-    write_whole(folder / "index.html", text)
 
 
 def _figures(found: Uncertainty) -> list[Plate]:

@@ -18,7 +18,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.casefile.text.words import closest, shown
 from impactlab.errors import CaseError, ImpactlabError
-from impactlab.jobs.whole_files import write_whole
+from impactlab.jobs.files import write_whole
 from impactlab.measurement.inputs import in_si, listed
 from impactlab.report.facts import joined_in
 from impactlab.report.provenance import of_case

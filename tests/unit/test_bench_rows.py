@@ -18,7 +18,7 @@ from impactlab.bench import table
 from impactlab.bench.cells import Cell, keys_of
 from impactlab.bench.references import References
 from impactlab.bench.rows import ended, row_of
-from impactlab.bench.timing import repeats_of, summed, times_of
+from impactlab.bench.worker import repeats_of, summed, times_of
 from impactlab.casefile import Case
 from impactlab.errors import StepError
 from impactlab.history import Cost

@@ -10,8 +10,7 @@ from scipy.special import ndtr
 import impactlab as il
 from impactlab.errors import CaseError
 from impactlab.files import write_tables
-from impactlab.history.instruments import Measured, measured_file
-from impactlab.numerics.low_pass import deviation
+from impactlab.history.instruments import Measured, deviation, measured_file
 from impactlab.report.figures.signals import MEASURED, panels
 from impactlab.report.figures.style import PALETTE, Trace
 from tests.solving import in_steps, mesh

@@ -27,8 +27,7 @@ from impactlab.report.figures.figure_files import compact
 from impactlab.report.figures.signals import panels, sampled, shown
 from impactlab.report.figures.stage import frames, layout
 from impactlab.report.figures.style import traces
-from impactlab.report.packed_arrays import MISSING, Packer
-from impactlab.report.page_data import MAX_DATA, page_data
+from impactlab.report.page_data import MAX_DATA, MISSING, Packer, page_data
 from impactlab.report.provenance import Provenance, now, of_case
 from impactlab.report.summary import summarise
 from impactlab.scene import Contact, Mass, Probe, Rod

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.errors import ExtraError, SweepError
-from impactlab.jobs.locks import locked
+from impactlab.jobs.files import locked
 from impactlab.sweeps import axes, chunks, counts, engines, points, result, run, shards
 from tests.cases.support import CASES
 

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import itertools
+from collections import OrderedDict
 from functools import lru_cache
-from typing import cast, final
+from typing import NamedTuple, cast, final
 
 import numpy as np
 
 from impactlab.bases.base import Completable, even_grid, quadrature
-from impactlab.bases.beams.kept import elastic_modes
 from impactlab.bases.beams.roots import Held
-from impactlab.bases.beams.shapes import FieldOrigin, are_sines
+from impactlab.bases.beams.shapes import FieldOrigin, are_sines, found, normalised
 from impactlab.bases.beams.statics import WORDS, BeamStatics
-from impactlab.bases.beams.waves import BeamNumbers, even_odd, field, quantity_of, shapes_at
+from impactlab.bases.beams.waves import BeamNumbers, WavePair, even_odd, field, quantity_of, shapes_at, waves
 from impactlab.errors import CaseError
 from impactlab.models.mesh.beams import no_such
 from impactlab.scene.bodies import Beam, BeamSegment, Profile
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
 STEP = 1e-6  # of the length, over which the slope of an initial deflection is taken
+MAX_KEPT = 16  # beams whose modes stay in memory
 
 
 @final
@@ -184,3 +185,32 @@ def _check(beam: Beam) -> None:
         remedy="Give 'elements' for the eigenvectors of a mesh.",
         path="solve.model",
     )
+
+
+class Elastic(NamedTuple):
+    """Elastic modes of a beam without units, by rising frequency."""
+
+    squared: Array  # B, (modes,)
+    carried: WavePair  # fields of shape (modes,)
+    shares: Array  # (4, modes) of even and odd fields, such that the integral of w2 + r2 theta2 is 1
+
+
+_kept: OrderedDict[tuple[BeamNumbers, tuple[Held, Held]], Elastic] = OrderedDict()
+
+
+def elastic_modes(numbers: BeamNumbers, kinds: tuple[Held, Held], modes: int) -> Elastic:
+    """Return the first elastic modes of a beam, from an earlier run if possible.
+
+    Each mode is found by itself, so that no bit depends on how many were sought with it.
+    """
+    key = numbers, kinds
+    kept = _kept.get(key)
+    if kept is None or kept.squared.size < modes:
+        squared, shares = found(numbers, kinds, modes)
+        carried = waves(numbers, squared)
+        kept = _kept[key] = Elastic(squared, carried, normalised(numbers, carried, shares, FieldOrigin.of(kinds)))
+    _kept.move_to_end(key)
+    while len(_kept) > MAX_KEPT:
+        _kept.popitem(last=False)
+    squares, turning = ((first[:modes], second[:modes]) for first, second in kept.carried)
+    return Elastic(kept.squared[:modes], WavePair(squares, turning), kept.shares[:, :modes])

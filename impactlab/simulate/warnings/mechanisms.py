@@ -1,6 +1,6 @@
 """Warnings of a finished run on mechanisms.
 
-They are of contacts that magnify differences, and of guides and drives on the ground.
+They are of contacts that magnify differences, of guides and drives on the ground, and of links that gravity swings.
 """
 
 from __future__ import annotations
@@ -11,14 +11,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.scene.bodies import links_on_hubs
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import AbstractRecordedHistory
-from impactlab.simulate.warnings import link_sag
 
 SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
 BENT_WARN = 0.01  # of the length, by which an end comes nearer: a deflection of 6 % between hinges, of 13 % of a tip
 TURN_WARN = 0.25  # rad in a step: the place of an end is then off by some thousandths of the length
 ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of its direction
+SWING_WARN = 0.01  # of the motion of a face in the run: the share that the swing has in it, as of other beams
+BEAM_SHARE = 33.0 / 140.0  # of the mass of a cantilever, that a mass at its tip stands for (Rayleigh)
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -29,7 +31,7 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
     yield from _turned_far(history)
     yield from (Warned("large_bending", text) for text in too_bent(history))
     yield from _guided(history.scene)
-    yield from link_sag.warnings(history)
+    yield from _swinging(history)
     yield from _driven_from_the_ground(history.scene)
 
 
@@ -101,3 +103,35 @@ def _driven_from_the_ground(scene: Scene) -> Iterator[Warned]:
                 f"before it; its moment does not act on '{before}', as that of a motor on it would"
             )
             yield Warned("ground_drive", text)
+
+
+def _swinging(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Yield a warning for each link whose swing by gravity matters.
+
+    The link is clamped to a driven hub, is straight at t = 0, and swings about its static sag. None where gravity alone
+    moves it. The sag is that of a cantilever under its weight and that of the mass at its end, at its angle at t = 0.
+    """
+    scene = history.scene
+    for body, link in links_on_hubs(scene.bodies.values()):
+        others = (each for name, each in scene.bodies.items() if name != body.name)
+        turns = link.drive is not None and link.drive.rate != 0.0
+        if link.beam is None or not (turns or any(each.moves for each in others)):
+            continue
+        across = math.cos(link.angle) * body.gravity[1] - math.sin(link.angle) * body.gravity[0]  # m/s2
+        mass, bending, length = link.beam.mass, link.beam.segments[0].bending_stiffness, link.length
+        slowest = math.sqrt(3.0 * bending / (length**3 * (link.end_mass + BEAM_SHARE * mass)))  # rad/s
+        swing = 1.0 - math.cos(min(slowest * history.duration, math.pi))
+        for number, mark in enumerate(body.marks):
+            x, side = mark.x, mark.along[1] * math.cos(link.angle) - mark.along[0] * math.sin(link.angle)
+            of_beam = mass / length * x**2 * (6.0 * length**2 - 4.0 * length * x + x**2) / 24.0
+            sag = across * (of_beam + link.end_mass * x**2 * (3.0 * length - x) / 6.0) / bending
+            moved = float(np.ptp(history.recorded[body.face_channel(number)].values))
+            if swing * abs(side * sag) > SWING_WARN * moved:
+                yield Warned(
+                    "static_sag",
+                    f"'{link.name}' is straight at t = 0, and its weight acts from then on: it swings about its static "
+                    f"sag, {sag:.3g} m at {x:.6g} m, by up to {swing * abs(sag):.3g} m within the run, of {moved:.3g} "
+                    f"m that {mark.label} moves; where it hung at rest, leave gravity out: displacements, gaps and "
+                    "moments then count from the sag",
+                )
+                break

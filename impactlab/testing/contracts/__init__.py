@@ -21,9 +21,8 @@ from impactlab.testing.contracts.integrators import IntegratorContract, face_row
 from impactlab.testing.contracts.laws import ContactLawContract, LawContract
 from impactlab.testing.contracts.links import LinkContract
 from impactlab.testing.contracts.mechanisms import EquationsContract, MechanismContract
-from impactlab.testing.contracts.metrics import MetricContract
+from impactlab.testing.contracts.metrics import MetricContract, QuantityContract
 from impactlab.testing.contracts.models import RodModelContract
-from impactlab.testing.contracts.quantities import QuantityContract
 
 __all__ = [
     "PIECE",

@@ -1,8 +1,9 @@
-"""Files written whole or not at all, by renaming a temporary file."""
+"""Files written whole or not at all, by renaming a temporary file, and their locks."""
 
 from __future__ import annotations
 
 import contextlib
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,3 +22,22 @@ def write_whole(path: Path, text: str) -> None:
     """Write a text as a whole file."""
     with whole(path) as draft:
         draft.write_text(text, encoding="utf-8")
+
+
+def locked(descriptor: int) -> bool:
+    """Take the lock of a file and return whether it was free.
+
+    The system frees it when the process ends.
+    """
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
