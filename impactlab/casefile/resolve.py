@@ -1,17 +1,16 @@
 """A case with all defaults filled in and values in SI.
 
-`impactlab check` prints it.
+`impactlab check` prints it. Blocks made from one are gathered into one block again.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from impactlab.casefile.blocks.beams import BeamBlock, shear_of
-from impactlab.casefile.blocks.gathering import gathered_again
-from impactlab.casefile.blocks.origins import Origins
+from impactlab.casefile.blocks.origins import Origin, Origins
 from impactlab.casefile.blocks.shafts import ShaftBlock, described
 from impactlab.casefile.blocks.shared import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
@@ -221,3 +220,57 @@ def _derived(scene: Scene) -> dict[str, Any]:
     if steady := steady_facts(scene):
         derived["rotation"] = dict(steady)
     return {**derived, "contacts": [contact.name for contact in scene.contacts]}
+
+
+def gathered_again(resolved: Mapping[str, Any], written: Mapping[str, Any], origins: Origins) -> dict[str, Any]:
+    """Return a resolved case with repeated blocks gathered; the scene is the same.
+
+    Values that differ stand as ``{each: [...]}``; faces and bodies as the case names them.
+    """
+    gathered = dict(resolved)
+    gathered["bodies"] = _bodies(resolved["bodies"], origins.bodies)
+    for key in ("contacts", "probes"):
+        if key in origins.lists:
+            gathered[key] = _blocks(resolved[key], written[key], origins.lists[key])
+    return gathered
+
+
+def _bodies(bodies: Mapping[str, Any], origins: Mapping[str, Origin]) -> dict[str, Any]:
+    made: dict[str, list[Any]] = {}
+    for name, block in bodies.items():
+        origin = origins.get(name)
+        made.setdefault(name if origin is None else origin.block.partition(".")[2], []).append(block)
+    counts = {origin.block.partition(".")[2]: origin.count for origin in origins.values()}
+    return {
+        name: {**_one(blocks), "repeat": counts[name]} if name in counts else blocks[0] for name, blocks in made.items()
+    }
+
+
+def _blocks(blocks: Sequence[Any], written: Sequence[Mapping[str, Any]], origins: Sequence[Origin | None]) -> list[Any]:
+    made: dict[str, list[Any]] = {}
+    for block, origin in zip(blocks, origins, strict=True):
+        if origin is not None:
+            made.setdefault(origin.block, []).append(block)
+    found = []
+    for each, block in zip(made.values(), written, strict=True):
+        named = {key: block[key] for key in ("chain", "between", "body", "name") if key in block}
+        if "chain" in block:
+            found.append({**named, **{key: value for key, value in _one(each).items() if key != "between"}, **named})
+        elif "repeat" in block:
+            found.append({**_one(each), **named, "repeat": len(each)})
+        else:
+            found.append(each[0])
+    return found
+
+
+def _one(blocks: Sequence[Any]) -> Any:
+    """Return the one value of several, a block, or ``{each: [...]}``.
+
+    Blocks with the same keys make a block.
+    """
+    first = blocks[0]
+    if all(block == first for block in blocks):
+        return first
+    if isinstance(first, dict) and all(isinstance(block, dict) and block.keys() == first.keys() for block in blocks):
+        return {key: _one([block[key] for block in blocks]) for key in first}
+    return {"each": list(blocks)}

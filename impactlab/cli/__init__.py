@@ -24,10 +24,7 @@ from impactlab.cli import (
     new_cases,
     run_compare,
     saved_runs,
-    schema_plugins,
-    sensitivities,
     sweep,
-    uncertainty,
 )
 from impactlab.cli.reporting import CommandFailed, left_without_output, output_fault, print_failure
 from impactlab.errors import CaseError, ImpactlabError
@@ -93,7 +90,7 @@ for command, summary, examples in (
         ],
     ),
     (
-        sensitivities.sensitivities,
+        sweep.sensitivities,
         "Differentiate results by numbers of a case.",
         ["impactlab sensitivities axial_impact --method continuous --parameters bodies.hammer.mass,contacts.0.gap"],
     ),
@@ -106,7 +103,7 @@ for command, summary, examples in (
         ],
     ),
     (
-        uncertainty.uncertainty,
+        sweep.uncertainty,
         "Propagate uncertain inputs: percentiles, Sobol indices.",
         [
             "impactlab uncertainty axial_impact --method continuous --vary 'bodies.hammer.mass=normal(2.133 kg, 1 %)'",
@@ -131,9 +128,9 @@ for command, summary, examples in (
         "List, print or copy the bundled cases.",
         ["impactlab cases", "impactlab cases hopkinson_chain --copy"],
     ),
-    (schema_plugins.schema, "Print the JSON schema of case files.", ["impactlab schema > case.schema.json"]),
+    (new_cases.schema, "Print the JSON schema of case files.", ["impactlab schema > case.schema.json"]),
     (
-        schema_plugins.plugins,
+        new_cases.plugins,
         "List models, laws, integrators, ...; check one of them.",
         ["impactlab plugins", "impactlab plugins --check hertz"],
     ),

@@ -1,4 +1,4 @@
-"""The command ``sweep``: one case at many points."""
+"""The commands for one case at many points: ``sweep``, ``uncertainty``, and ``sensitivities`` beside one point."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.lazy_modules import axes, console, given_twice, sweeps
+from impactlab.cli.lazy_modules import axes, console, derivatives, given_twice, sweeps, uncertainties
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option
-from impactlab.cli.reporting import CommandFailed, reporting
+from impactlab.cli.reporting import CommandFailed, given_by, reporting
+from impactlab.errors import CaseError
 
 MAX_COLUMNS = 24  # of a table on the screen: more are left out in its middle
 
@@ -101,3 +102,104 @@ def sweep(
             print(f"{found.status.size} points: " + ", ".join(f"{count} {name}" for name, count in counts.items()))
         if set(counts) - {"missing", "completed"} and not counts.get("completed"):
             raise CommandFailed(1)
+
+
+def uncertainty(
+    case: CaseFile,
+    vary: Annotated[
+        list[str],
+        option(
+            "--vary",
+            "PATH=DISTRIBUTION",
+            "An uncertain number: normal(MEAN, DEVIATION), lognormal(MEAN, DEVIATION), uniform(LOW, HIGH), "
+            "table(VALUE: WEIGHT, ...) or table(FILE.csv, COLUMN).",
+        ),
+    ],
+    samples: Annotated[int, typer.Option("--samples", metavar="N", help="Number of samples, a power of two.")] = 4096,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the samples.")] = 1,
+    quantities: Quantities = None,
+    percentiles: Annotated[
+        str, typer.Option("--percentiles", metavar="A,B,...", help="Percentiles, between 0 and 100.")
+    ] = "5,50,95",
+    indices: Annotated[
+        bool, typer.Option("--indices/--no-indices", help="Sobol indices; d numbers take d + 2 times the runs.")
+    ] = True,
+    failed: Annotated[str, typer.Option("--failed", help="How to treat failed points: stop, or leave_out.")] = "stop",
+    sets: Sets = None,
+    method: Method = None,
+    variant: Variant = None,
+    workers: Workers = 0,
+    out: Kept = None,
+    shard: Shard = None,
+    cluster: Cluster = None,
+    as_json: Json = False,
+) -> None:
+    """Run one case at samples of its uncertain numbers, and print the spread.
+
+    Printed are percentiles, probabilities of contacts and Sobol indices.
+    """
+    with reporting(case, as_json):
+        loaded = load(case, sets, method, variant)
+        read = [uncertainties.read_vary(text) for text in vary]
+        given_twice.refuse_twice(loaded, [path for path, _ in read])
+        names = uncertainties.DEFAULT if quantities is None else names_in(quantities)
+        options = [*(f"--vary={text}" for text in vary), f"--samples={samples}", f"--seed={seed}"]
+        options += [f"--quantities={','.join(names)}", f"--percentiles={percentiles}", f"--failed={failed}"]
+        options += [] if indices else ["--no-indices"]
+        console.log_compiling(loaded.simulation())
+        with given_by("--vary", axes.BY_DRAWING), console.progress() as show:
+            found = uncertainties.uncertainty(
+                loaded,
+                dict(read),
+                names,
+                samples=samples,
+                seed=seed,
+                percentiles=[_percent(text) for text in names_in(percentiles)],
+                indices=indices,
+                failed=failed,
+                workers=workers,
+                out=out,
+                shard=shard,
+                cluster=cluster,
+                progress=lambda fraction: show(loaded.label, fraction),
+                repeat=command_line("run", case, sets, method, variant, None).removesuffix(" --out DIR"),
+                command=command_line("uncertainty", case, sets, method, variant, None, *options),
+            )
+        if out is not None:
+            console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
+        console.print_json(found.to_dict()) if as_json else print(found)
+        if not sweeps.counts(found.data).keys() & {"missing", "completed", "tolerance_not_met"}:
+            raise CommandFailed(1)
+
+
+def _percent(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise CaseError(
+            f"the percentile {text!r} is not a number", path="--percentiles", remedy="Write 5,50,95, for example."
+        ) from None
+
+
+def sensitivities(
+    case: CaseFile,
+    parameters: Annotated[str, option("--parameters", "A,B,...", "Paths of numbers of the case.")],
+    quantities: Annotated[
+        str | None, option("--quantities", "A,B,...", "Quantities to differentiate (`impactlab plugins` lists them).")
+    ] = None,
+    sets: Sets = None,
+    method: Method = None,
+    variant: Variant = None,
+    as_json: Json = False,
+) -> None:
+    """Print derivatives of results of a run by numbers of its case.
+
+    Values at which the sequence of contacts changes are printed, too.
+    """
+    with reporting(case, as_json):
+        loaded = load(case, sets, method, variant)
+        console.log_compiling(loaded.simulation())
+        names = derivatives.DEFAULT if quantities is None else names_in(quantities)
+        with given_by("--parameters"):
+            found = derivatives.sensitivities(loaded, names_in(parameters), names)
+        console.print_json(found.to_dict()) if as_json else print(found)

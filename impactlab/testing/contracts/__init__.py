@@ -14,10 +14,9 @@ from typing import Any
 from impactlab import plugins
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractAdaptive
-from impactlab.testing.contracts.adaptive import AdaptiveContract
 from impactlab.testing.contracts.bases import BasisContract
 from impactlab.testing.contracts.common import PIECE, PORTS, STRUCK, described
-from impactlab.testing.contracts.integrators import IntegratorContract, face_row, stepped
+from impactlab.testing.contracts.integrators import AdaptiveContract, IntegratorContract, face_row, stepped
 from impactlab.testing.contracts.laws import ContactLawContract, LawContract
 from impactlab.testing.contracts.links import LinkContract
 from impactlab.testing.contracts.mechanisms import EquationsContract, MechanismContract
