@@ -31,7 +31,7 @@ function ticks(low, high, count) {
 }
 
 // ---- arrays ----
-async function unpack(text) { // as impactlab/report/packed_arrays.py packs them
+async function unpack(text) { // as impactlab/report/page_data.py packs them
   const planes = await inflated(text);
   const count = planes.length / 2;
   return ([first, size, low, step]) => {

@@ -30,7 +30,7 @@ from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.results import readout
 from impactlab.simulate.stepping.setup.assembly import Assembly
-from impactlab.simulate.warnings import approximate_modes, beams, infinite_ends, mechanisms, probes
+from impactlab.simulate.warnings import approximate_modes, beams, ends, mechanisms, probes
 from impactlab.simulate.warnings.closing_times import unplaced
 from impactlab.simulate.warnings.resolvability import unresolved
 from impactlab.types import Array, Level
@@ -69,7 +69,7 @@ def add_warnings(history: AbstractHistory) -> None:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             found.append(Warned("chatter", text))
     found += [*noted_by_laws(history), *closed_within_steps(history)]
-    found += [*mechanisms.warnings(history), *probes.after(history), *infinite_ends.warnings(scene)]
+    found += [*mechanisms.warnings(history), *probes.after(history), *ends.reflecting(scene)]
     found += approximate_modes.warnings(history)
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
     found += never_closed(history, meeting)

@@ -54,7 +54,7 @@ from impactlab.simulate.planning.preparation import (
     self_stepping,
     start_law,
 )
-from impactlab.simulate.warnings import loads, probes, sawtooth
+from impactlab.simulate.warnings import ends, probes, sawtooth
 from impactlab.startup.cached import cached_property
 from impactlab.startup.lazy import lazy
 from impactlab.types import Level, Start
@@ -334,7 +334,7 @@ def _prepared(scene: Scene, method: Method, known: KnownBodies | None) -> Plan:
     if pushes or start_forces:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses, start_forces)
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
-    warnings += [*probes.warnings(scene, built), *loads.warnings(scene, dt)]
+    warnings += [*probes.warnings(scene, built), *ends.short_loads(scene, dt)]
     warnings += sawtooth.warnings(scene, acting, integrator, built, dt)
     parts = scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings)
     return Plan(*parts, start_forces=start_forces, body_numbers=numbers)

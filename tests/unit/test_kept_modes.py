@@ -11,7 +11,7 @@ import pytest
 from impactlab import load_case
 from impactlab.api import physics_of, solve
 from impactlab.bases import shapes
-from impactlab.bases.beams import kept
+from impactlab.bases.beams import modes as kept
 from impactlab.bases.beams.waves import BeamNumbers
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.refine.descriptions.suitable import for_choice

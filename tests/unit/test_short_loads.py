@@ -5,7 +5,7 @@ import pytest
 
 import impactlab as il
 from impactlab.scene.bodies.loads import SampledLoad
-from impactlab.simulate.warnings.loads import shortest_pulse
+from impactlab.simulate.warnings.ends import shortest_pulse
 
 
 def codes(force, step, model=None):
