@@ -11,8 +11,8 @@ from typing import Any
 
 from impactlab.casefile.blocks.beams import BeamBlock, shear_of
 from impactlab.casefile.blocks.origins import Origin, Origins
-from impactlab.casefile.blocks.shafts import ShaftBlock, described
-from impactlab.casefile.blocks.shared import end_values, profile_values
+from impactlab.casefile.blocks.rods import RodBlock
+from impactlab.casefile.blocks.shared import ElasticBlock, end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.contacts import faces_of
 from impactlab.casefile.instruments import given
@@ -123,8 +123,8 @@ def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
         return {"kind": "mass", "mass": body.mass, "velocity": body.velocity, **_rotation(body)}
     if not isinstance(body, ElasticBody):
         return {"kind": "wall"}
-    if isinstance(block, ShaftBlock):
-        return described(block)
+    if isinstance(block, ElasticBlock) and not isinstance(block, RodBlock | BeamBlock):
+        return block.described()
     segments = _pieces(body, block)
     in_segments = len(segments) > 1 or getattr(block, "segments", None) is not None
     shape: dict[str, Any] = {"segments": segments} if in_segments else segments[0]

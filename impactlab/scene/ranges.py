@@ -99,7 +99,7 @@ def hints_of(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
 def odd_speeds(scene: Scene) -> Iterator[str]:
     """Yield a sentence for each body with a wave speed that no solid has."""
     for name, body in scene.elastic.items():
-        if not is_solid(body):
+        if body.waves_of_solid and not is_solid(body):
             odd = [piece.wave_speed for piece in body.segments if not SOLID.least <= piece.wave_speed <= SOLID.most]
             yield (
                 f"bodies.{name}.material: the wave speed is {odd[0]:.4g} m/s, and that of solids lies between "

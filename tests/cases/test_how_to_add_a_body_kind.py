@@ -18,6 +18,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
+from impactlab.scene.ranges import SOLID, odd_speeds
 from impactlab.simulate.driver import run
 from impactlab.testing.scenes import CLAMPED, FREE
 from impactlab.testing.scenes import struck as struck_body
@@ -66,3 +67,13 @@ def test_its_block_gives_the_body(page: dict[str, Any]) -> None:
     assert body.segments == (page["string_segment"](LENGTH, AREA, DENSITY, TENSION),)
     assert body.round_trip == pytest.approx(2.0 * LENGTH / SPEED, rel=1e-12)
     assert (body.left, body.right) == (FREE, CLAMPED)
+    described = block.described()
+    assert described.pop("ends") == {"left": "free", "right": "clamped"}
+    assert page["StringBlock"](**described).body("string", 1.0).segments == body.segments  # it reads what it writes
+    assert described["tension"] == TENSION
+
+
+def test_a_string_has_no_usual_wave_speed(page: dict[str, Any]) -> None:
+    """A hint asked for the unit of a material, which the block of a string does not have."""
+    assert SOLID.least > SPEED
+    assert not list(odd_speeds(struck(page, Continuous()).scene))

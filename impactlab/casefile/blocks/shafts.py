@@ -6,6 +6,7 @@ The shaft is described at its lever arm.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -19,8 +20,6 @@ from impactlab.casefile.blocks.shared import (
     ElasticBlock,
     Inertia,
     Length,
-    end_values,
-    profile_values,
 )
 from impactlab.casefile.text.words import listed
 from impactlab.casefile.values.faults import refuse
@@ -127,6 +126,7 @@ class ShaftBlock(ElasticBlock):
     profile_key: ClassVar[str] = "twist"
     profile_unit: ClassVar[str] = "rad"
     quantities: ClassVar[tuple[str, ...]] = ("twist", "twist_rate", "torque", "displacement", "velocity")
+    end_keys: ClassVar[Mapping[str, str]] = {kind: key for key, (kind, _) in _SUPPORTS.items()} | {"force": "torque"}
 
     def check_piece(self, piece: ShaftSegmentBlock, path: str) -> None:
         if piece.section is not None and math.isnan(piece.section.moments[0]):
@@ -158,10 +158,3 @@ def _at_arm(twist: Profile | None, lever_arm: float, length: float) -> Profile |
     if isinstance(twist, Table):
         return Table(twist.x, tuple(lever_arm * u for u in twist.u))
     return Formula(f"{lever_arm!r}*({twist.text})", length) if isinstance(twist, Formula) else None
-
-
-def described(block: ShaftBlock) -> dict[str, Any]:
-    """Return the block of a shaft in SI, its defaults filled in."""
-    names = {kind: key for key, (kind, _) in _SUPPORTS.items()} | {"force": "torque"}
-    ends = {side: end_values(getattr(block.ends, side), names) for side in ("left", "right")}
-    return block.model_dump(exclude_none=True) | {"ends": ends} | profile_values("twist", block.profile)

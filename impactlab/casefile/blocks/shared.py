@@ -97,6 +97,7 @@ class ElasticBlock(Block):
     profile_unit: ClassVar[str] = "m"
     quantities: ClassVar[tuple[str, ...]] = ()  # that a probe records, unless it is ``lacking``
     both_sides: ClassVar[bool] = False  # True: it can be struck on either side anywhere
+    end_keys: ClassVar[Mapping[str, str]] = {}  # of kinds of ends that have other names in this block
 
     @abstractmethod
     def body(self, name: str, lever_arm: float) -> ElasticBody:
@@ -132,6 +133,11 @@ class ElasticBlock(Block):
         if given is None or isinstance(given, (Formula, Table)):
             return given
         return Formula(str(given), self.total_length)
+
+    def described(self) -> dict[str, Any]:
+        """Return the block in SI, its defaults filled in."""
+        ends = {side: end_values(getattr(self.ends, side), self.end_keys) for side in ("left", "right")}
+        return self.model_dump(exclude_none=True) | {"ends": ends} | profile_values(self.profile_key, self.profile)
 
     @property
     def rayleigh(self) -> Rayleigh:

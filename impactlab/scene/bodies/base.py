@@ -36,6 +36,7 @@ class Body(ABC):
     moves: ClassVar[bool] = True  # False: nothing can move it
     falls: ClassVar[bool] = True  # False: gravity does not act along its motion
     bends: ClassVar[bool] = False  # True: it moves across its axis, and has a face on either side everywhere
+    waves_of_solid: ClassVar[bool] = True  # False: its wave speed is not that of a material, as of a string
     changes: ClassVar[bool] = False  # True: its matrices change as it moves
     coordinates_per_node: ClassVar[int] = 1  # of a finite element mesh
     own_channels: ClassVar[tuple[tuple[str, Quantity], ...]] = ()  # recorded in every run: name and quantity at x = 0
