@@ -233,7 +233,13 @@ def _extrapolated(
     order, safety = description.order, description.safety
     found, by_order = [], []
     histories, least_jump = [level.history for level in levels], allowed(request.method) or MIN_JUMP
-    for of, pairs in distances(histories, *counted(request), PEAK_MARGIN, least_jump) if last else ():
+    apart = distances(histories, *counted(request), PEAK_MARGIN, least_jump) if last else []
+    if last and not apart and not any(history.contacts for history in histories):
+        scene, laws, _ = counted(request)  # nothing that counts: the displacements show whether a contact may close
+        apart = distances(histories, scene, laws, ("displacements",))
+        if not apart:
+            return [(0.0, "")] * len(levels), 0.0  # all bodies stay at rest
+    for of, pairs in apart:
         if last == 1:
             of_two = error_of_two(pairs[0, 1], fineness[0], fineness[1], order, share)
             error = of_two * max(safety, TWO_LEVEL_SAFETY)
