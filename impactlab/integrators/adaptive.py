@@ -53,12 +53,13 @@ class Adaptive(AbstractAdaptive):
     def gains_energy(self) -> float:
         return GAIN_PER_TOLERANCE * max(self.relative_tolerance, self.absolute_tolerance or 0.0)
 
-    def solver(self, problem: Problem) -> Any:
-        from scipy import integrate
+    def load(self) -> None:
+        self._kind()
 
+    def solver(self, problem: Problem) -> Any:
         share = self.relative_tolerance if self.absolute_tolerance is None else self.absolute_tolerance
         implicit = {} if self.method in ("RK45", "DOP853") else {"jac": problem.jacobian}
-        return getattr(integrate, self.method)(
+        return self._kind()(
             problem.rates,
             problem.time,
             problem.state,
@@ -68,3 +69,9 @@ class Adaptive(AbstractAdaptive):
             atol=share * problem.scale,
             **implicit,
         )
+
+    def _kind(self) -> Any:
+        """Return scipy's class of the solver."""
+        from scipy import integrate
+
+        return getattr(integrate, self.method)

@@ -254,6 +254,9 @@ class AbstractAdaptive(AbstractScheme):
 
     most_steps: int  # after which a run ends as failed
 
+    def load(self) -> None:
+        """Import the code of the solver; called in the set-up, so that solving does not include it."""
+
     @abstractmethod
     def solver(self, problem: Problem) -> Any:
         """Return a `scipy.integrate.OdeSolver`: ``step()``, ``status``, ``t``, ``t_old``, ``y``, ``dense_output()``."""

@@ -47,6 +47,7 @@ class March:
 
     def __init__(self, system: System, integrator: AbstractAdaptive, longest: float | None) -> None:
         self.system, self.integrator = system, integrator
+        integrator.load()
         scene = system.scene
         transits = [0.5 * body.round_trip for body in scene.elastic.values()]
         self.longest = min([scene.duration, *transits]) if longest is None else longest
