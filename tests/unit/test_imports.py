@@ -142,7 +142,7 @@ from impactlab.simulate.plan import prepare
 case = il.Case(bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
                contacts=[il.Contact("ball", "wall", {"kind": "hertz", "stiffness": 1e9})],
                solve={"duration": 1e-3, "integrator": {"kind": "adaptive"}})
-prepare(case.scene, case.method)
+prepare(*case.built)
 before = set(sys.modules)
 il.run(case)
 print(*(name for name in set(sys.modules) - before if name.startswith("scipy.integrate")))
