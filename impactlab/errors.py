@@ -151,6 +151,8 @@ def combined(errors: Sequence[ImpactlabError]) -> ImpactlabError:
         for each in (error, *error.others):
             found.setdefault((each.path, each.text), each)
     first, *others = found.values()
+    for each in others:
+        each.others = ()
     first.others = tuple(others)
     return first
 

@@ -115,6 +115,23 @@ def test_a_refusal_shows_three_more_faults_in_a_line_each(tmp_path: Path) -> Non
     assert "`impactlab check FILE` lists all" in str(caught.value)
 
 
+def test_check_lists_each_of_several_wrong_probes_once(tmp_path: Path) -> None:
+    """The second probe was listed with the first, and again."""
+    file = tmp_path / "bad.yaml"
+    file.write_text(
+        "schema_version: 1\n"
+        "bodies: {ball: {kind: mass, mass: 1}, wall: {kind: wall}}\n"
+        "contacts: [{between: [ball, wall], gap: -1e-3, law: {kind: hertz, stiffness: 1e9}}]\n"
+        "probes: [{body: ball, at: 2, quantity: velocity}, {body: ball, quantity: strain}]\n"
+        "solve: {duration: 1e-3}\n",
+        encoding="utf-8",
+    )
+    answered = CliRunner().invoke(app, ["check", str(file)])
+    lines = [line for line in answered.stderr.splitlines() if f"{file}:" in line]
+    assert len(lines) == 3, lines  # the gap and two probes
+    assert "Also " not in answered.stderr
+
+
 def test_a_lone_surrogate_is_refused_with_its_place(tmp_path: Path) -> None:
     file = tmp_path / "bad.json"
     file.write_text(
