@@ -7,11 +7,29 @@ import pytest
 import impactlab as il
 from impactlab.errors import CaseError
 
-PLACES = """
-bodies.rod.kind bodies.rod.length bodies.rod.ends.left bodies.rod.material contacts.0.between contacts.0.gap
-contacts.0.law.kind contacts.0.overlap gravity probes.0.quantity schema_version snapshots solve.duration solve.events
-solve.integrator.kind solve.model.elements solve.model.mass solve.records solve.step.dt solve.tolerance_on title
-""".split()
+PLACES = [
+    "bodies.rod.kind",
+    "bodies.rod.length",
+    "bodies.rod.ends.left",
+    "bodies.rod.material",
+    "contacts.0.between",
+    "contacts.0.gap",
+    "contacts.0.law.kind",
+    "contacts.0.overlap",
+    "gravity",
+    "probes.0.quantity",
+    "schema_version",
+    "snapshots",
+    "solve.duration",
+    "solve.events",
+    "solve.integrator.kind",
+    "solve.model.elements",
+    "solve.model.mass",
+    "solve.records",
+    "solve.step.dt",
+    "solve.tolerance_on",
+    "title",
+]
 
 
 @pytest.mark.parametrize("place", PLACES)
