@@ -26,7 +26,6 @@ from impactlab.scene.ranges import COUNTS, Range, range_of
 from impactlab.types import Relative
 
 _LIMIT_WORDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
-MAX_NUMBER_AS_WORD = 10  # numbers below it may be words, such as 0 of theta
 _LIMIT_KEYS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
 
 
@@ -86,8 +85,9 @@ class Allowed:
                 return int(self._limited(self._whole(value)))
             if self.number:
                 return self._limited(_finite(value))
-            if abs(value) < MAX_NUMBER_AS_WORD and float(value).is_integer() and str(int(value)) in self.words:
-                return str(int(value))  # such as theta: 0
+            given = _as_float(value)
+            if given.is_integer() and str(int(given)) in self.words:  # such as theta: 0
+                return str(int(given))
         elif self.relative and isinstance(value, (Mapping, Relative)):
             return self._relative(value)
         raise self._refused(value, self._hint(value) if isinstance(value, str) else "")
@@ -176,6 +176,14 @@ class Allowed:
     @property
     def _shown_unit(self) -> str:
         return "" if self.unit == "1" else f" {self.unit}"
+
+
+def _as_float(value: numbers.Real) -> float:
+    """Return a number as a float, inf where it is beyond the range of floats."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def _finite(value: numbers.Real) -> float:

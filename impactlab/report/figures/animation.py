@@ -18,7 +18,7 @@ from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import frame_times
 from impactlab.report.figures import mechanism
-from impactlab.report.figures.diagram import MEANING
+from impactlab.report.figures.diagram import MEANING, name_bodies
 from impactlab.report.figures.signals import UNITS
 from impactlab.report.figures.stage import BodyPlace, frames, layout, shown_load
 from impactlab.report.figures.style import GRID, INK, LETTER, MUTED, PALETTE, PAPER, Unit, clock, drawn, scaled
@@ -289,10 +289,10 @@ def _waves(axes: Axes, scene: Scene, loads: Mapping[str, Array], limits: Mapping
         }  # fmt: skip
         axes.imshow(load, alpha=0.16, **where)
         images.append((axes.imshow(load, gid=MOVING, **where), load))
-        axes.text(left, 1.02, name, transform=axes.get_xaxis_transform(), fontsize=7.5, color=MUTED, va="bottom")
     now = axes.axhline(0.0, color=INK, linewidth=1.0, gid=MOVING)
     axes.set_xlim(0.0, whole / place.size)
     axes.set_ylim(0.0, until)
+    name_bodies(axes, scene, loads, place)
     axes.grid(visible=False)
     axes.set_xlabel(f"place  x  [{place.label}]")
     axes.set_ylabel(f"time  t  [{time.label}]")

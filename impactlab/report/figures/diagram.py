@@ -5,6 +5,7 @@ All bodies stand end to end, place to the right and time upwards.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,13 +14,14 @@ from impactlab.history.base import AbstractHistory
 from impactlab.prefixes import Unit, scaled
 from impactlab.report.figures.signals import UNITS
 from impactlab.report.figures.stage import frames, layout, shown_load
-from impactlab.report.figures.style import INK, MUTED, PAPER, Margins, clock, drawn, grid, is_narrow
+from impactlab.report.figures.style import INK, LETTER, MUTED, PAPER, Margins, clock, drawn, grid, is_narrow
 from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+NAME_SIZE, LETTER_SIZE = 7.5, 10.0  # points, of a body's name and of the letter whose width is known
 MEANING = {"stress": "stress σ", "torque": "torque T", "displacement": "deflection u"}
 
 
@@ -59,16 +61,6 @@ def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
                 vmax=largest / unit.size or 1.0,
                 interpolation="none",
             )
-            axis.text(
-                left + 0.5 * elastic[name].length / place.size,
-                1.02,
-                name,
-                transform=axis.get_xaxis_transform(),
-                ha="center",
-                va="bottom",
-                fontsize=7.5,
-                color=MUTED,
-            )
         inches = axis.get_position().width * figure.get_figwidth()
         bar = figure.colorbar(
             image, cax=axis.inset_axes((1.0 + (0.12 + 0.9 * number) / inches, 0.0, 0.11 / inches, 1.0))
@@ -77,10 +69,29 @@ def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
     _draw_contacts(axis, history, scene, place, time)
     axis.set_xlim(0.0, whole / place.size)
     axis.set_ylim(0.0, scene.duration / time.size)
+    name_bodies(axis, scene, loads, place)
     axis.grid(visible=False)
     axis.set_xlabel(f"place  x  [{place.label}]")
     axis.set_ylabel(f"time  t  [{time.label}]")
     return figure
+
+
+def name_bodies(axis: Axes, scene: Scene, names: Iterable[str], place: Unit) -> None:
+    """Write the names of bodies above a diagram whose limits are set, each over the middle of its body.
+
+    The longest bodies come first; a name without room beside those before it is left out.
+    """
+    spots, letter = layout(scene), LETTER * NAME_SIZE / LETTER_SIZE
+    low, high = axis.get_xlim()
+    letter *= (high - low) / (axis.get_window_extent().width / axis.figure.dpi)
+    taken: list[tuple[float, float]] = []
+    for name in sorted(names, key=lambda each: -scene.bodies[each].length):
+        middle = (spots[name].x + 0.5 * scene.bodies[name].length) / place.size
+        half = 0.5 * letter * (len(name) + 1)
+        if all(middle + half <= begin or end <= middle - half for begin, end in taken):
+            taken.append((middle - half, middle + half))
+            where = axis.get_xaxis_transform()
+            axis.text(middle, 1.02, name, transform=where, ha="center", va="bottom", fontsize=NAME_SIZE, color=MUTED)
 
 
 def _draw_contacts(axis: Axes, history: AbstractHistory, scene: Scene, place: Unit, time: Unit) -> None:
