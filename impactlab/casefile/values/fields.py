@@ -187,10 +187,7 @@ def _as_float(value: numbers.Real) -> float:
 
 
 def _finite(value: numbers.Real) -> float:
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
+    number = _as_float(value)
     if not math.isfinite(number):
         raise refuse(f"{shown(value)} is not a finite number")
     return number
