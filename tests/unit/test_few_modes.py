@@ -88,3 +88,16 @@ def test_of_a_rod_the_force_is_wrong_by_less_than_the_share_and_as_many_modes_as
 
 def test_a_spring_that_is_taken_from_a_mesh_stands_for_a_hard_contact_and_is_not_compared():
     assert warned(on_rod(40, {"kind": "penalty", "stiffness": {"relative": 0.8}}, elements=100)) == []
+
+
+def test_of_a_contact_that_is_nearly_hard_no_number_of_modes_is_named():
+    """The message had named 9e12 modes, and an error of 7e10 %."""
+    rod = il.Rod(length=0.3, area=9e-4, material="steel", ends={"right": "clamped"})
+    found = run_case(
+        bodies={"hammer": il.Mass(2.133, velocity=1.0), "rod": rod},
+        contacts=[il.Contact("hammer", "rod.left", law={"kind": "penalty", "stiffness": 1e20})],
+        solve=in_steps(1e-4, "newmark", {"kind": "modal", "modes": 20}, dt=1e-7),
+    )
+    (text,) = warned(found)
+    assert "give a law of hard contact" in text
+    assert not re.search(r"give about \d+ modes|wrong by up to", text)

@@ -21,6 +21,7 @@ COMPLIANCE_WARN = 0.05  # of the bodies' own compliance, for a spring in place o
 # Flexibility that the modes kept leave out at a contact, of that of the contact, with which it stands in series. Peak
 # forces on beams are wrong by 0.4 to 0.7 of this share, on rods by 0.1 to 0.3.
 LEFT_OUT_WARN, LEFT_OUT_WANTED = 0.03, 0.003
+MAX_MODES_ADVISED = 10_000  # more are no remedy
 # First force of a dashpot on a mesh over that of the waves, and transits of an element after a touch in which it is the
 # peak: the end nodes of mass m give way as the rods of impedance Z do after m/Z, half of such a transit.
 FIRST_FORCE_WARN, FIRST_FORCE_TIME = 1.1, 4.0
@@ -174,8 +175,11 @@ def _few_modes(
             enough = math.ceil(kept * (share / LEFT_OUT_WANTED) ** (1.0 / falls_as))
             sheared = body.bends and not body.unbounded_first_force
             advice = f"give many more modes than {kept}" if sheared else f"give about {enough} modes"
+            wrong = "and the force is wrong by up to as much"
+            if enough > MAX_MODES_ADVISED:
+                wrong, advice = "so its force is that of a hard contact on the modes kept", "give a law of hard contact"
             yield Warned(
                 "few_modes",
                 f"{contact.name}: the modes left out of '{point.body}' have {100 * share:.2g} % of the flexibility of "
-                f"the contact, and the force is wrong by up to as much; {advice}, or a basis with a static shape there",
+                f"the contact, {wrong}; {advice}, or a basis with a static shape there",
             )
