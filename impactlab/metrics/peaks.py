@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.power_law import AbstractHystereticLaw
 from impactlab.history.base import AbstractHistory, Event
 from impactlab.metrics.fronts import MIN_JUMP, Samples, jumps_at, returns
 from impactlab.metrics.norms import NEAR_JUMP, largest, midpoints
@@ -158,11 +159,12 @@ def near_jumps(
     if history.dt is None and history.cost.rhs_evaluations is None:
         return _around(history.jumps(f"force:{contact.name}"), NEAR_JUMP * unit)
     reach = NEAR_JUMP * unit
-    if not laws[contact.name].force_jumps:
+    law, touches = laws[contact.name], _lasting(history, laws, reach)
+    by_fronts = isinstance(law, AbstractHystereticLaw) and (touches or scene.fronts_at_start)
+    if not law.force_jumps and not by_fronts:
         return np.zeros((0, 2))
     if samples is None:
         samples = _samples(history, f"force:{contact.name}")
-    touches = _lasting(history, laws, reach)
     plain, further = _fronts(history, scene, touches, contact), _echoes(history, scene, touches, contact)
     at = np.concatenate((plain, further))
     jumps, seen = jumps_at(samples, at, reach, least)
