@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import gc
 import os
 import re
@@ -10,6 +11,7 @@ from collections.abc import Generator
 from pathlib import Path
 
 import pytest
+import typer.testing
 from hypothesis import HealthCheck, settings
 
 # In CI the same examples every time; elsewhere new ones at each run.
@@ -25,6 +27,8 @@ settings.load_profile("impactlab")
 os.environ.setdefault("IMPACTLAB_COMPILERS", "1")  # the workers of the tests compile side by side already
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell sets it for what it starts with &
     signal.signal(signal.SIGINT, signal.default_int_handler)  # processes that tests interrupt would ignore it, too
+# Commands are made of their functions once in a process, as at a terminal; each call in a test would take 30 ms for it.
+typer.testing._get_command = functools.cache(typer.testing._get_command)
 WAITING = ("test_bench_killed", "test_bench_workers", "test_sweep_cluster", "test_sweeps")
 ALL_SLOW = re.compile(r"^pytestmark = .*\bmark\.slow\b", re.MULTILINE)
 

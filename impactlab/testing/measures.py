@@ -32,7 +32,7 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate.planning.pairing import energy_bound
 from impactlab.testing.contracts import PIECE, AdaptiveContract, IntegratorContract, MechanismContract
 from impactlab.testing.scenes import mass_on_rod, simulation
-from impactlab.testing.trace import run_in_cuts, trace
+from impactlab.testing.trace import run_in_cuts, run_sampled
 
 ROUNDING = 1e-11  # of the energy, in a thousand steps of some coordinates
 REPEATS = 3  # of a timed run, the least of which counts
@@ -206,7 +206,7 @@ def of_law(part: AbstractContactLaw) -> Iterator[Measured]:
     def energy(gained: bool) -> Measured:
         integrator, model = partners(part)
         impact = struck(model, part, integrator)
-        book, bound = trace(impact).history.energy, energy_bound(*impact, integrator)
+        book, bound = run_sampled(impact).energy, energy_bound(*impact, integrator)
         remark = f"mass on a clamped rod, alpha 1, {kind_of(model)}, {kind_of(integrator)}"
         if not gained:
             return Measured("", book.largest_loss, remark=remark + "; beyond the booked losses")

@@ -97,6 +97,17 @@ def trace(simulation: Simulation) -> Trace:
     return Trace(plan.scene, plan, history, assembly.dt, np.array(states), *replies)
 
 
+def run_sampled(simulation: Simulation) -> RecordedHistory:
+    """Return the history that `trace` returns, with energies at each step, from one call of the loop.
+
+    It raises as `trace` does.
+    """
+    plan, assembly, history = begun(simulation, with_beads=False)
+    walk_to(assembly, history, plan.steps, sample_stride=1)
+    history.finish()
+    return history
+
+
 def forces_after(traced: Trace) -> Array:
     """Return the forces of contacts in the step after a run [N].
 

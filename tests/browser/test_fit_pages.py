@@ -11,7 +11,7 @@ from selenium import webdriver
 from selenium.webdriver.common.by import By
 
 import impactlab as il
-from tests.browser.support import chromium, console, faults, requests, show
+from tests.browser.support import chromium, console, faults, made_once, requests, show
 from tests.cases.support import CASES
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -26,11 +26,12 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     times = np.linspace(1e-6, 3.4e-4, 200)
     noise = np.convolve(np.random.default_rng(0).standard_normal(209), np.full(10, 150.0), mode="valid")
     signal = il.Signal(FORCE, times, il.run(case).evaluate(times, FORCE) + noise)
-    folder = tmp_path_factory.mktemp("fit")
-    il.fit(case, signal, BOUNDS, shift="free", intervals="profile,bootstrap", resamples=40).write(
-        folder, "impactlab fit"
-    )
-    return folder / "fit.html"
+
+    def make(folder: Path) -> None:
+        found = il.fit(case, signal, BOUNDS, shift="free", intervals="profile,bootstrap", resamples=40)
+        found.write(folder, "impactlab fit")
+
+    return made_once(tmp_path_factory, "fit_page", make) / "fit.html"
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from impactlab.bench.report.write import write_bench
 from impactlab.cli import app
-from tests.browser.support import chromium, console, faults, look, requests, show
+from tests.browser.support import chromium, console, faults, look, made_once, requests, show
 from tests.cases.support import CASES
 from tests.unit.test_bench_report import HAND, written
 
@@ -31,10 +31,12 @@ COMMANDS = {
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    folder = tmp_path_factory.mktemp("pages")
-    for name, (command, case, *others) in COMMANDS.items():
-        written = CliRunner().invoke(app, [command, str(CASES / case), *others, "--out", str(folder / name)])
-        assert written.exit_code == 0, written.stderr
+    def make(folder: Path) -> None:
+        for name, (command, case, *others) in COMMANDS.items():
+            written = CliRunner().invoke(app, [command, str(CASES / case), *others, "--out", str(folder / name)])
+            assert written.exit_code == 0, written.stderr
+
+    folder = made_once(tmp_path_factory, "pages", make)
     return {name: folder / name / "index.html" for name in COMMANDS}
 
 
@@ -259,10 +261,12 @@ def test_paper_shows_the_static_figures_and_no_controls(pages, browser):
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of a small bench; one of its cases has a variant."""
-    folder = tmp_path_factory.mktemp("bench")
-    varied = [row | {"variant": "steep"} for row in HAND if row["case"] == "b"]
-    write_bench(folder, written(folder, [*HAND, *varied]))
-    return folder / "index.html"
+
+    def make(folder: Path) -> None:
+        varied = [row | {"variant": "steep"} for row in HAND if row["case"] == "b"]
+        write_bench(folder, written(folder, [*HAND, *varied]))
+
+    return made_once(tmp_path_factory, "bench_page", make) / "index.html"
 
 
 def chosen(driver: webdriver.Chrome) -> tuple[str, int]:

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab.cli import app
-from tests.browser.support import chromium, console, faults, look, requests, show
+from tests.browser.support import chromium, console, faults, look, made_once, requests, show
 from tests.cases.support import CASES
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -36,11 +36,13 @@ ARGUMENTS = {
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    folder = tmp_path_factory.mktemp("pages")
-    for name, arguments in ARGUMENTS.items():
-        case = str(CASES / "axial_impact.yaml")
-        written = CliRunner().invoke(app, ["sweep", case, *arguments, "--out", str(folder / name)])
-        assert written.exit_code == 0, written.stderr
+    def make(folder: Path) -> None:
+        for name, arguments in ARGUMENTS.items():
+            case = str(CASES / "axial_impact.yaml")
+            written = CliRunner().invoke(app, ["sweep", case, *arguments, "--out", str(folder / name)])
+            assert written.exit_code == 0, written.stderr
+
+    folder = made_once(tmp_path_factory, "sweep_pages", make)
     return {name: folder / name / "index.html" for name in ARGUMENTS}
 
 

@@ -34,7 +34,7 @@ from impactlab.simulate import prepare
 from impactlab.simulate.planning.pairing import energy_bound
 from impactlab.testing.scenes import CLAMPED, FREE, STEEL, UNIT, in_a_row, mass_on_rod, simulation
 from impactlab.testing.strategies import log_uniform, scenes
-from impactlab.testing.trace import trace
+from impactlab.testing.trace import run_sampled, trace
 from impactlab.types import Relative
 
 penalties = st.builds(
@@ -52,21 +52,21 @@ ROUNDING = 2e-12
 @settings(max_examples=20)
 @given(scenes(laws=st.one_of(penalties, impulses), integrators=st.sampled_from([Newmark(), ExactModal()])))
 def test_lossless_pairings_gain_no_energy(scene: Simulation) -> None:
-    book = trace(scene).history.energy
+    book = run_sampled(scene).energy
     assert book.largest_gain < ROUNDING * book.rounding
 
 
 @settings(max_examples=15)
 @given(scenes(laws=st.just(Penalty(stiffness=Relative(1.0))), integrators=st.sampled_from([Newmark(), ExactModal()])))
 def test_undamped_penalty_neither_gains_nor_loses(scene: Simulation) -> None:
-    book = trace(scene).history.energy
+    book = run_sampled(scene).energy
     assert max(book.largest_gain, book.largest_loss) < 2.0 * ROUNDING * book.rounding
 
 
 @settings(max_examples=20)
 @given(scenes())
 def test_booked_losses_never_fall(scene: Simulation) -> None:
-    book = trace(scene).history.energy
+    book = run_sampled(scene).energy
     for values in book.booked.values():
         assert (values[1:] >= values[:-1]).all()
         assert (values >= 0.0).all()
@@ -113,7 +113,7 @@ def models_of_bars() -> st.SearchStrategy[AbstractRodModel]:
 )
 def test_wave_identification_gains_within_its_bound(scene: Simulation) -> None:
     assert scene.method.integrator is not None
-    assert trace(scene).history.energy.largest_gain <= energy_bound(*scene, scene.method.integrator)
+    assert run_sampled(scene).energy.largest_gain <= energy_bound(*scene, scene.method.integrator)
 
 
 @settings(max_examples=15)
@@ -126,7 +126,7 @@ def test_wave_identification_gains_within_its_bound(scene: Simulation) -> None:
     )
 )
 def test_hard_contact_under_central_difference_gains_nothing(scene: Simulation) -> None:
-    book = trace(scene).history.energy
+    book = run_sampled(scene).energy
     assert book.largest_gain < ROUNDING * book.rounding
 
 
@@ -146,7 +146,7 @@ def test_wave_identification_with_ten_modes_gains_less_than_one_percent(
     model: AbstractRodModel, alpha: float, far: str
 ) -> None:
     for points in (10.0, 20.0):
-        assert trace(struck(model, WaveIdentification(), alpha, far, points)).history.energy.largest_gain < 0.01
+        assert run_sampled(struck(model, WaveIdentification(), alpha, far, points)).energy.largest_gain < 0.01
 
 
 def periodic_bar(elements: int, courant: float) -> Simulation:
@@ -159,7 +159,7 @@ def periodic_bar(elements: int, courant: float) -> Simulation:
 @pytest.mark.parametrize("elements", [25, 50, 100])
 def test_newmark_with_a_hard_constraint_is_the_known_exception(elements: int) -> None:
     scene = periodic_bar(elements, 0.25)
-    assert trace(scene).history.energy.largest_gain > 1.0
+    assert run_sampled(scene).energy.largest_gain > 1.0
     assert math.isinf(energy_bound(*scene, Newmark()))
     assert [warned.code for warned in prepare(*scene).warnings] == ["constraint_energy"]
 
@@ -168,7 +168,7 @@ def test_newmark_with_a_hard_constraint_is_the_known_exception(elements: int) ->
 def test_wave_identification_with_as_many_modes_as_elements_gains_more_where_they_are_few(alpha: float) -> None:
     # The stress of the first element stands for that at the messenger: measured 1.9 % at 10/10 and 0.95 % at 20/20.
     gains = [
-        trace(struck(Modal(n, n), WaveIdentification(), alpha, "clamped", 10.0)).history.energy.largest_gain
+        run_sampled(struck(Modal(n, n), WaveIdentification(), alpha, "clamped", 10.0)).energy.largest_gain
         for n in (10, 20)
     ]
     assert gains[0] < 0.02
@@ -178,7 +178,7 @@ def test_wave_identification_with_as_many_modes_as_elements_gains_more_where_the
 def test_touch_late_in_a_step_under_a_damped_penalty_gains_no_energy() -> None:
     scene = struck(FiniteElement(30), Penalty(Relative(1.0), Relative(0.3)), 1.0, "clamped", 20.0)
     # Energies of 2000 steps, each rounded once.
-    assert trace(scene).history.energy.largest_gain < 2000 * 2.3e-16
+    assert run_sampled(scene).energy.largest_gain < 2000 * 2.3e-16
 
 
 def test_strongly_damped_contact_that_lets_go_while_pressed_gains_no_energy() -> None:
@@ -188,7 +188,7 @@ def test_strongly_damped_contact_that_lets_go_while_pressed_gains_no_energy() ->
     law, step = Penalty(Relative(0.4), Relative(3.0)), StepRule(points_per_period=8.9)
     scene = in_a_row(rods, models, law, Newmark(), step)
     # Once it gained 7e-4 here. Some hundred steps, each rounded a few times.
-    assert trace(scene).history.energy.largest_gain < 1e-13
+    assert run_sampled(scene).energy.largest_gain < 1e-13
 
 
 def test_free_rod_far_from_home_keeps_its_energy() -> None:
@@ -197,7 +197,7 @@ def test_free_rod_far_from_home_keeps_its_energy() -> None:
     mesh, step, duration = FiniteElement(100, "lumped"), StepRule(courant=0.5), 20.0 * rod.round_trip
     for integrator in (Newmark(), CentralDifference()):
         scene = simulation("far", {"rod": rod}, (), duration, integrator, step, model=mesh)
-        book = trace(scene).history.energy
+        book = run_sampled(scene).energy
         # 4000 steps, 100 coordinates; rounding of the energy's own sum, 100 eps, and a walk of 4000 steps.
         assert max(book.largest_gain, book.largest_loss) < 4e-13 * book.rounding
 
@@ -211,14 +211,14 @@ composite = st.builds(Bathe, first_part=st.floats(0.2, 0.8))
 @given(scenes(laws=st.one_of(penalties, impulses), integrators=st.one_of(conserving, thetas, composite)))
 def test_these_gain_nothing_with_springs_dashpots_and_kicks(scene: Simulation) -> None:
     # A step that never gains energy under a constant load, taken about the load's own rest, gives F times the path.
-    book = trace(scene).history.energy
+    book = run_sampled(scene).energy
     assert book.largest_gain < ROUNDING * book.rounding
 
 
 @settings(max_examples=20)
 @given(scenes(laws=st.just(Penalty(Relative(1.0))), integrators=conserving))
 def test_conserving_schemes_lose_nothing_either(scene: Simulation) -> None:
-    book = trace(scene).history.energy
+    book = run_sampled(scene).energy
     assert book.largest_loss < 2.0 * ROUNDING * book.rounding
 
 
@@ -232,7 +232,7 @@ def test_conserving_schemes_lose_nothing_either(scene: Simulation) -> None:
 )
 def test_hard_contact_whose_force_holds_the_jump_gains_nothing(scene: Simulation) -> None:
     # The gap ends at zero and began open, so that the force takes energy or gives none.
-    book = trace(scene).history.energy
+    book = run_sampled(scene).energy
     assert book.largest_gain < ROUNDING * book.rounding
 
 
@@ -249,7 +249,7 @@ def test_hard_contact_whose_force_holds_the_jump_gains_nothing(scene: Simulation
 )
 def test_damping_schemes_gain_within_their_bound(scene: Simulation) -> None:
     assert scene.method.integrator is not None
-    assert trace(scene).history.energy.largest_gain <= energy_bound(*scene, scene.method.integrator)
+    assert run_sampled(scene).energy.largest_gain <= energy_bound(*scene, scene.method.integrator)
 
 
 @settings(max_examples=15)

@@ -13,9 +13,10 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.scene import Mass, Rod
 from impactlab.scene.method import Simulation, StepRule, laws_of, sides
+from impactlab.simulate import run
 from impactlab.testing.scenes import in_a_row
 from impactlab.testing.strategies import log_uniform, scenes
-from impactlab.testing.trace import trace
+from impactlab.testing.trace import run_sampled, trace
 from impactlab.types import Relative
 
 # As for the springs (test_stepped_energy): some hundred roundings of energies of the size of the initial one, and as
@@ -52,7 +53,7 @@ scenes_of_power_laws = st.builds(
 @settings(max_examples=60)
 @given(scenes_of_power_laws)
 def test_energy_closes_to_rounding(scene: Simulation) -> None:
-    book = trace(scene).history.energy
+    book = run_sampled(scene).energy
     assert max(book.largest_gain, book.largest_loss) < ROUNDING * book.rounding
     if isinstance(laws_of(*scene)[0], Hertz):
         # A lossless law books no loss except that of rounding.
@@ -73,14 +74,14 @@ def test_it_never_pulls(scene: Simulation) -> None:
     )
 )
 def test_khulief_shabana_neither_gains_nor_loses_what_it_does_not_book(scene: Simulation) -> None:
-    book = trace(scene).history.energy
+    book = run_sampled(scene).energy
     assert book.largest_gain < ROUNDING * book.rounding
 
 
 def test_between_two_masses_the_momentum_is_shared_as_it_must() -> None:
     law = HuntCrossley(1e9, restitution=0.5)
     bodies = Mass("a", 2.0, 1.0), Mass("b", 3.0, -0.5)
-    history = trace(in_a_row(bodies, None, law, Newmark(), StepRule(dt=1e-7), gaps=1e-5, duration=4e-3)).history
+    history = run(*in_a_row(bodies, None, law, Newmark(), StepRule(dt=1e-7), gaps=1e-5, duration=4e-3))
     a, b = (float(history.evaluate(np.array([4e-3]), f"velocity:{name}")[0]) for name in "ab")
     # 1e4 forces of some rounding each; the restitution to second order in a few thousand steps of contact.
     assert abs(2.0 * a + 3.0 * b - 0.5) < 1e-12

@@ -88,14 +88,14 @@ def test_the_second_contact_of_two_links_is_settled() -> None:
     """Its times within 1 ns in the tolerance; shapes move them by 0.2 us from 20 to 36, and by 10 ns beyond."""
     case = il.load_case(CASES / "two_link_arm.yaml")
     found = {}
-    for modes, axial, tolerance in ((20, 6, 1e-8), (20, 6, 1e-11), (36, 12, 1e-10)):
+    for modes, axial, tolerance in ((20, 6, 1e-8), (20, 6, 1e-11), (36, 12, 1e-8)):
         shapes = {"solve.model": {"kind": "modal", "elements": 160, "modes": modes}}
         settings = shapes | {"mechanisms.robot.links.1.axial_modes": axial}
         _, second = il.run(adaptively(case.with_settings(settings), tolerance)).contacts
         found[modes, axial, tolerance] = second.start, second.end
     assert found[20, 6, 1e-8] == pytest.approx(found[20, 6, 1e-11], abs=1e-9)
     assert found[20, 6, 1e-11] == pytest.approx((9.663606e-3, 10.017736e-3), abs=1e-9)
-    assert found[36, 12, 1e-10] == pytest.approx((9.663763e-3, 10.017896e-3), abs=1e-9)
+    assert found[36, 12, 1e-8] == pytest.approx((9.663763e-3, 10.017896e-3), abs=1e-9)
 
 
 def test_a_run_by_the_midpoint_rule_is_measured_against_it_when_asked() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import functools
 import math
 from typing import Any
 
@@ -118,8 +119,13 @@ def test_row_says_silent_and_warned_apart() -> None:
     assert cells[4:6] == ["1", "1"]
 
 
+@functools.cache
+def of_masses_that_touch_at_rest() -> dict[str, Any]:
+    return references.claimed(families.draw("rigid", 303, 38))
+
+
 def test_references_that_claim_too_much_are_counted() -> None:
-    row = references.claimed(families.draw("rigid", 3, 0))
+    row = of_masses_that_touch_at_rest()
     assert references.is_judged(row)
     boast = {**row, "claimed": 1e-9, "true": 1e-4, "uncertainty": 1e-10}
     assert references.line("rigid", [boast])[4] == "0"
@@ -192,7 +198,7 @@ def test_truths_that_do_not_come_nearer_to_each_other_are_less_well_known(monkey
 
 def test_a_reference_ends_where_touches_at_rest_make_adaptive_steps_tiny() -> None:
     """Masses in a row that touch at rest: the damping of Flores, over the least speed, is stiff."""
-    row = references.claimed(families.draw("rigid", 303, 38))
+    row = of_masses_that_touch_at_rest()
     assert row["uncertainty"] < 0.1 * row["claimed"]
     assert row["true"] < row["claimed"] < 1e-5
 

@@ -78,9 +78,14 @@ def test_rows_between_walls_move_as_contacts_that_are_solved(law: Hertz | Penalt
     same(ours, theirs)
 
 
-@pytest.mark.parametrize("count", [1, 6, 7, 8, 9, 15, 16, 17, 126, 127, 128, 129])
-@pytest.mark.parametrize("walls", ["near", "far", "both"])
-def test_rows_of_any_length_are_stepped_by_eight(count: int, walls: str) -> None:
+@pytest.mark.parametrize(
+    ("walls", "count"),
+    [
+        *itertools.product(["near", "far", "both"], [1, 6, 7, 8, 9, 15, 16, 17]),
+        *(("both", count) for count in (126, 127, 128, 129)),
+    ],
+)
+def test_rows_of_any_length_are_stepped_by_eight(walls: str, count: int) -> None:
     random = np.random.default_rng(count)
     masses, speeds = random.uniform(0.5, 2.0, count), random.normal(size=count)
     bodies: list[Any] = [Mass(f"m{i}", float(m), float(v)) for i, (m, v) in enumerate(zip(masses, speeds, strict=True))]

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab.cli import app
+from impactlab.fits.problem import Problem
 
 YOUNG, MASS = "bodies.bar.material.young", "bodies.mass.mass"
 BOUNDS = {YOUNG: (1.5e11, 3e11), MASS: (0.1, 1.0)}
@@ -59,16 +60,25 @@ def test_of_one_signal_it_is_the_free_one(case):
     assert [each.lower for each in own.parameters] == [each.lower for each in common.parameters]
 
 
+def shifts(problem: Problem) -> list[str]:
+    return [each.path for each in problem.unknowns if each.path.startswith("shift")]
+
+
 def test_each_experiment_has_its_own_clock_and_a_signal_may_have_another(case):
     faster = case.with_("bodies.mass.velocity", 3.0)
     pairs = [(case, measured(case)), (faster, measured(faster, seed=1))]
-    found = il.fit(pairs, parameters=BOUNDS, shift="common")
-    names = [each.path for each in found.parameters if each.path.startswith("shift")]
-    assert names == ["shift of all signals (1)", "shift of all signals (2)"]
+    problem = il.fit_problem(pairs, parameters=BOUNDS, shift="common")
+    assert shifts(problem) == ["shift of all signals (1)", "shift of all signals (2)"]
+    moved = problem.jacobian(problem.start())[:, -2:] != 0.0  # residuals of 200 samples of each signal
+    assert [moved[rows].any(axis=0).tolist() for rows in np.split(np.arange(800), 4)] == [[True, False]] * 2 + [
+        [False, True]
+    ] * 2
     first, second = measured(case)
     known = il.Signal(second.channel, second.times, second.values, shift=LATE)
-    one = il.fit(case, [first, known], BOUNDS, shift="common")
-    assert len([each for each in one.parameters if each.path.startswith("shift")]) == 1
+    problem = il.fit_problem(case, [first, known], BOUNDS, shift="common")
+    assert len(shifts(problem)) == 1
+    moved = problem.jacobian(problem.start())[:, -1] != 0.0
+    assert [moved[:200].any(), moved[200:].any()] == [True, False]
 
 
 def test_the_command_takes_it(case, tmp_path, monkeypatch):

@@ -49,18 +49,19 @@ def _forgotten() -> Iterator[None]:
 def imports_of(text: str) -> tuple[Import, ...]:
     """Return all names that a source imports: anywhere, under TYPE_CHECKING too, and by `lazy`."""
 
-    def walk(node: ast.AST, inside: bool) -> Iterator[Import]:
-        for child in ast.iter_child_nodes(node):
-            match child:
-                case ast.Import(names=names):
-                    yield from (Import(each.name, inside) for each in names)
-                case ast.ImportFrom(module=str(module), names=names):
-                    yield from (Import(f"{module}.{each.name}", inside) for each in names)
-                case ast.Call(func=ast.Name(id="lazy"), args=[ast.Constant(value=str(name))]):
-                    yield Import(name, inside)
-            yield from walk(child, inside or isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda))
-
-    return tuple(walk(parsed(text), False))
+    found, ahead = [], [(parsed(text), False)]
+    while ahead:
+        node, inside = ahead.pop()
+        match node:
+            case ast.Import(names=names):
+                found += [Import(each.name, inside) for each in names]
+            case ast.ImportFrom(module=str(module), names=names):
+                found += [Import(f"{module}.{each.name}", inside) for each in names]
+            case ast.Call(func=ast.Name(id="lazy"), args=[ast.Constant(value=str(name))]):
+                found.append(Import(name, inside))
+        inside = inside or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        ahead += [(child, inside) for child in ast.iter_child_nodes(node)]
+    return tuple(found)
 
 
 def needed(name: str, known: dict[str, Path], by: str) -> set[str]:

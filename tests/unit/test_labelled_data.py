@@ -140,8 +140,9 @@ def test_a_file_opened_again_is_the_same_run(tmp_path: Path, name: str, method: 
     )
     assert again.case.to_yaml() == history.case.to_yaml()
     assert (again.case.label, again.case.method_name) == (history.case.label, history.case.method_name)
-    again.to_netcdf(tmp_path / "again.nc")
-    assert il.open_netcdf(tmp_path / "again.nc").to_xarray().identical(again.to_xarray())
+    if name in ("axial_impact", "hopkinson_aluminium"):  # NaN, and a link
+        again.to_netcdf(tmp_path / "again.nc")
+        assert il.open_netcdf(tmp_path / "again.nc").to_xarray().identical(again.to_xarray())
 
 
 def test_summary_texts_and_reference_are_kept(tmp_path: Path) -> None:

@@ -31,10 +31,14 @@ def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
+    fault: Any = None
     try:
-        return _Composer(YAML(typ="rt", pure=True).parse(text), lines).document()
-    except MarkedYAMLError as error:
-        raise _marked(error, text.splitlines()) from error
+        for reader in ("safe", "rt"):  # the second is slower by a third, looks further ahead and knows more of a fault
+            try:
+                return _Composer(YAML(typ=reader, pure=True).parse(text), lines).document()
+            except MarkedYAMLError as error:
+                fault = error
+        raise _marked(fault, text.splitlines()) from fault
     except YAMLError as error:
         raise CaseError(
             f"not YAML: {str(error)[:120]}", remedy="Remove the characters that are not printable."
