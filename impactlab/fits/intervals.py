@@ -169,7 +169,7 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
     """Return a solution with its spread, and warnings about its residuals."""
     residuals, freedom, warnings = problem.residuals(x), problem.count - problem.size, []
     spread = max(_size(residuals, problem, chosen), MIN_SPREAD)
-    jacobian = with_effects(problem.jacobian(x), spread)
+    jacobian = with_effects(problem.jacobian(x, both_sides=not problem.is_quick), spread)
     jacobian = secants(problem.residuals, x, problem.bounds(), jacobian, spread)
     if chosen.loss == "huber":
         jacobian = jacobian * (np.abs(residuals) <= HUBER * spread)[:, None]
