@@ -364,6 +364,19 @@ def test_derivatives_of_steps_do_not_contain_the_jump_beside_a_solution():
     assert np.linalg.norm(problem.jacobian(beside, both_sides=True)) == pytest.approx(before, rel=0.5)
 
 
+def test_profiles_of_runs_that_jump_are_warned_of():
+    """A profile ends at the first jump, where an event passes to another step: here below the true mass of 2.133 kg."""
+    clean = measured(il.load_case("axial_impact").method("continuous"))
+    signal = replace(clean, values=clean.values + noise(clean))
+    hard = il.load_case("axial_impact")
+    soft = hard.with_("contacts.0.law", {"kind": "penalty", "stiffness": 2e9})
+    for case, said in ((hard, True), (soft, False)):
+        found = il.fit(case, signal, {MASS: (1.0, 4.0)}, intervals="profile")
+        assert said is any("the signals of this stepped run jump as mass changes" in text for text in found.warnings)
+        if said:
+            assert found[MASS].intervals["profile"][1] < 2.133 < found[MASS].upper
+
+
 def test_a_signal_that_is_rounding_is_no_signal():
     """Nothing reaches the rod: the stress in it is zero for any length, and the run gives the rounding of two waves."""
     rod = il.Rod(length=0.2, area=5e-4, material={"young": 6.5e10, "density": 6000.0}, velocity=0.2)
