@@ -16,6 +16,17 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' if number != 1 else ''}"
 
 
+def at_most(limit: float, digits: int = 6) -> str:
+    """Return the largest number of some digits that is not above a positive limit.
+
+    A user who types it stays within the limit.
+    """
+    shown = float(f"{limit:.{digits}g}")
+    if shown > limit:
+        shown -= 10.0 ** (math.floor(math.log10(shown)) - digits + 1)
+    return f"{shown:.{digits}g}"
+
+
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows of texts as lines whose columns begin below each other."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

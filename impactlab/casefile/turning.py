@@ -56,7 +56,9 @@ def turning(case: CaseBlock, bodies: Mapping[str, Body], contacts: tuple[Contact
             raise CaseError(
                 f"gravity acts along the motion of '{name}', which lies in the plane of rotation: its direction would "
                 "change with the angle",
-                remedy="Leave gravity out, or let the beam bend across the plane of rotation (plane: flap).",
+                remedy="Leave gravity out, or let the beam bend across the plane of rotation (plane: flap)."
+                if any(isinstance(each, Beam) for each in found.values())
+                else "Leave gravity out.",
                 path="gravity",
             )
     return found

@@ -92,7 +92,8 @@ def sweep(
         if out is not None:
             console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
         if as_json:
-            console.print_json({"schema_version": 1, "points": int(found.status.size), "status": counts})
+            made = {"schema_version": 1, "points": int(found.status.size), "status": counts}
+            console.print_json(made if out is not None else {**made, "rows": sweeps.rows(found).to_dict("records")})
         elif out is None:
             table = sweeps.rows(found)
             print(table.to_string(max_rows=60, max_cols=MAX_COLUMNS))

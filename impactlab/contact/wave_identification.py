@@ -10,6 +10,7 @@ from typing import final
 
 from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
+from impactlab.printing import at_most
 from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, option
 
 WAVE_ROUNDING = 1e-9  # of 1/Z, by which a face on a stepped delay line moves
@@ -49,7 +50,7 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
         raise PairingError(
             f"the messenger of wave_identification would lie {distance:.6g} m from the face, beyond the "
             f"first segment ({facts.room:.6g} m)",
-            remedy=f"Give a step of {facts.room / facts.wave_speed:.6g} s or less.",
+            remedy=f"Give a step of {at_most(facts.room / facts.wave_speed)} s or less.",
             path="solve.step",
         )
     if facts.velocity_per_force * facts.impedance > MAX_VELOCITY_PER_FORCE:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +47,10 @@ SWITCHES = {
     "contacts": "a number of periods of contact has no derivative",
     "near_grazing": "a warning that is on or off has no derivative",
 }
+
+
+Whole = Callable[[float], int]
+"""Rounding of a number to a whole one."""
 
 
 class Difference(NamedTuple):
@@ -85,13 +89,13 @@ class _Frozen:
     chosen: Method | None  # by the automatic choice, at its own value
     dt: float | None  # s; None of a run without steps
 
-    def run(self, value: float, coarser: float = 1.0) -> _Run:
+    def run(self, value: float, coarser: float = 1.0, whole: Whole = round) -> _Run:
         """Return a run at a value of the parameter.
 
-        Elements and steps are ``coarser`` times longer.
+        Elements and steps are ``coarser`` times longer. ``whole`` makes a whole number of the number of elements.
         """
         scene, method = at_point(self.case, {self.path: value}).simulation()
-        history = api.solve(scene, self._solved(method, coarser))
+        history = api.solve(scene, self._solved(method, coarser, whole))
         periods, events = [], []
         for contact in scene.contacts:
             quiet = 0.0 if history.dt is None else max(10.0 * history.dt, MIN_CONTACT * scene.round_trip)
@@ -101,7 +105,7 @@ class _Frozen:
         rows = values(scene, history, self.wanted, self.case.registry)
         return _Run(np.array([each for row in rows for each in row]), tuple(periods), np.array(events))
 
-    def _solved(self, method: Method, coarser: float) -> Method:
+    def _solved(self, method: Method, coarser: float, whole: Whole) -> Method:
         if self.chosen is not None:
             own = self.case.simulation().method.laws
             laws = {name: self.chosen.laws[name] if law == own[name] else law for name, law in method.laws.items()}
@@ -113,18 +117,18 @@ class _Frozen:
         models = {}
         for name, model in method.models.items():
             counts = {field: getattr(model, field, None) for field in ("elements", "modes")}
-            fewer = {field: max(1, round(count / coarser)) for field, count in counts.items() if count is not None}
+            fewer = {field: max(1, whole(count / coarser)) for field, count in counts.items() if count is not None}
             models[name] = dataclasses.replace(model, **fewer) if fewer else model  # type: ignore[type-var]
         return dataclasses.replace(method, models=models)
 
-    def fit(self, at: float, width: float, periods: object, coarser: float = 1.0) -> _Fit | None:
+    def fit(self, at: float, width: float, periods: object, coarser: float = 1.0, whole: Whole = round) -> _Fit | None:
         """Return fits over the places about a value, or None.
 
         It is None where the sequence of contacts differs at one of them.
         """
         rows = []
         for place in PLACES:
-            run = self.run(at + place * width, coarser)
+            run = self.run(at + place * width, coarser, whole)
             if run.periods != periods:
                 return None
             rows.append(run.values)
@@ -241,11 +245,13 @@ def _fits(frozen: _Frozen, at: float, scale: float, widest: float, middle: _Run)
     refused = "the sequence of contacts changes with the mesh and the step"
     fits = [fine]
     for coarser in (MESH_RATIO, MESH_RATIO**2, 1.0 / MESH_RATIO):
-        try:
-            other = frozen.fit(at, width, middle.periods, coarser)
-        except ImpactlabError as error:
-            refused = f"a run with another mesh is not possible: {error.text}"
-            continue
+        other = None
+        for whole in (round, math.floor):  # one element more is too short for a step at the stability limit
+            try:
+                other = frozen.fit(at, width, middle.periods, coarser, whole)
+                break
+            except ImpactlabError as error:
+                refused = f"a run with another mesh is not possible: {error.text}"
         if other is not None:
             fits.append(other)
         if len(fits) == 3:

@@ -24,7 +24,7 @@ from impactlab.fits.loss import Loss, from_median
 from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
-from impactlab.fits.secants import secants
+from impactlab.fits.secants import jumping, secants
 from impactlab.fits.unknowns import Unknown
 from impactlab.types import Array
 
@@ -158,6 +158,17 @@ def _loose_fronts(problem: Problem, x: Array, halves: Array) -> list[str]:
     return warnings
 
 
+def _rough(paths: Sequence[str]) -> list[str]:
+    """Return a warning about unknowns with which residuals jump, if there are any."""
+    if not paths:
+        return []
+    return [
+        f"warning: the signals of this stepped run jump as {', '.join(short_names(paths))} changes, where events pass "
+        "from step to step: intervals by profile or bootstrap may end at a jump, and are then too narrow. Use those "
+        "from the derivatives, or give a smaller step or the exact solver (solve.model: {kind: continuous})"
+    ]
+
+
 def _size(residuals: Array, problem: Problem, chosen: Options) -> float:
     """Return the standard deviation of residuals, from their median where some are far off."""
     if chosen.loss == "huber":
@@ -169,7 +180,10 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
     """Return a solution with its spread, and warnings about its residuals."""
     residuals, freedom, warnings = problem.residuals(x), problem.count - problem.size, []
     spread = max(_size(residuals, problem, chosen), MIN_SPREAD)
-    jacobian = with_effects(problem.jacobian(x), spread)
+    jacobian = with_effects(problem.jacobian(x, both_sides=not problem.is_quick), spread)
+    if not problem.is_quick and {PROFILE, BOOTSTRAP} & set(chosen.intervals):
+        rough = jumping(problem.residuals, x, problem.bounds(), jacobian, spread)
+        warnings += _rough([problem.unknowns[number].path for number in rough])
     jacobian = secants(problem.residuals, x, problem.bounds(), jacobian, spread)
     if chosen.loss == "huber":
         jacobian = jacobian * (np.abs(residuals) <= HUBER * spread)[:, None]

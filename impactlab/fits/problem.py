@@ -181,16 +181,25 @@ class Problem:
     def _check_moved(self) -> None:
         """Raise `CaseError` for a signal that no parameter moves."""
         start = self.start()
-        jacobian, at = self.jacobian(start), 0
+        jacobian, at = self.jacobian(start, both_sides=not self.is_quick), 0
         for number, (each, mean) in enumerate(zip(self.measured, self.means(start) or [], strict=True)):
             rows = jacobian[at : at + each.kept, : len(self.parameters)]
             at += each.kept
             shown = self.filtered(number, mean.over(each.edges, self.setting(start, number)[2]))
             size = float(np.max(np.abs(shown)))
-            if not MIN_EFFECT * size < float(np.max(np.abs(rows))) < MAX_EFFECT * size:
+            largest = float(np.max(np.abs(rows)))
+            is_rough = not largest < MAX_EFFECT * size
+            if not MIN_EFFECT * size < largest or (is_rough and self.is_quick):  # exact runs have rounding alone
                 raise CaseError(
                     f"no parameter moves the signal {each.label}",
                     remedy="Leave it out, measure longer, or fit a number on which it depends.",
+                )
+            if is_rough:
+                path = self.parameters[int(np.argmax(np.max(np.abs(rows), axis=0)))].path
+                raise CaseError(
+                    f"a change of {path} by {STEP:g} of its value changes the signal {each.label} by more than a tenth "
+                    "of it: such runs scatter, and no fit to them converges",
+                    remedy="Give a method without chatter: solve.model: {kind: continuous}, or a softer law.",
                 )
 
     def start(self) -> Array:
@@ -304,10 +313,12 @@ class Problem:
             found[self.left_out[number]] = 0.0
         return found
 
-    def jacobian(self, scaled: Array) -> Array:
+    def jacobian(self, scaled: Array, *, both_sides: bool = False) -> Array:
         """Return the derivatives of the residuals, (residuals, unknowns), by differences.
 
-        Samples of an exact scene are integrals, so that a difference over a millionth is right to six digits.
+        Samples of an exact scene are integrals, so that a difference over a millionth is right to six digits. Those of
+        steps jump where an event passes into another step: with ``both_sides`` the smaller of two differences, to
+        larger and to smaller values, is taken, which does not contain the jump beside a solution.
         """
         base = self.parts(scaled)
         found = np.zeros((self.count, self.size))
@@ -316,13 +327,17 @@ class Problem:
             return found
         whole, (_, high) = np.concatenate(base), self.bounds()
         for number in range(len(self.parameters)):
+            slopes = []
             for step in (-STEP, STEP) if scaled[number] + STEP > high[number] else (STEP, -STEP):
                 moved = scaled.copy()
                 moved[number] += step
                 parts = self.parts(moved)
                 if parts is not None:  # else there is no such run: the other side
-                    found[:, number] = (np.concatenate(parts) - whole) / step
-                    break
+                    slopes.append((np.concatenate(parts) - whole) / step)
+                    if not both_sides:
+                        break
+            if slopes:
+                found[:, number] = min(slopes, key=lambda slope: float(slope @ slope))
         at = 0
         for number, part in enumerate(base):
             for name in SETTINGS:

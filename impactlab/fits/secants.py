@@ -48,3 +48,25 @@ def secants(
         if np.linalg.norm(secant) <= MAX_STEEPER * size:
             along[:, number] = secant
     return np.where(np.any(jacobian, axis=0), along @ ways * norms, 0.0)  # an unknown without an effect keeps none
+
+
+def jumping(
+    residuals: Callable[[Array], Array], x: Array, bounds: tuple[Array, Array], jacobian: Array, spread: float
+) -> list[int]:
+    """Return the unknowns with which residuals jump, by number.
+
+    Over a standard deviation of such an unknown they change by far more than its derivative times that. Parameters are
+    those of `secants`.
+    """
+    found = []
+    for number, size in enumerate(np.linalg.norm(jacobian, axis=0).tolist()):
+        if size <= 0.0 or not spread / size <= MAX_STEP:
+            continue
+        moved = x.copy()
+        moved[number] = min(x[number] + spread / size, bounds[1][number])
+        below = x.copy()
+        below[number] = max(x[number] - spread / size, bounds[0][number])
+        changed = float(np.linalg.norm(residuals(moved) - residuals(below)))
+        if changed > MAX_STEEPER * size * (moved[number] - below[number]):
+            found.append(number)
+    return found

@@ -23,6 +23,7 @@ from impactlab.types import Array
 HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\]|\((?P<in_round>[^()]+)\))\s*")
 TIME = re.compile(r"(?:t(?![a-z])|time)", re.IGNORECASE)  # beginning of the heading of the times
 NETCDF = (".nc", ".nc4", ".cdf")
+NUMBER_ALONE = "Write a number alone, with a decimal point; its unit is that of the heading."
 STD = "std "  # before the name of a column: its standard deviations
 
 
@@ -172,7 +173,7 @@ class _Csv:
             except ValueError:
                 text = row[number].strip() if number < len(row) else ""
                 why = f"{shown(text)} is not a finite number" if text else "the cell is empty"
-                remedy = "Leave that line out." if not text or text.lower() == "nan" else "Write a decimal point."
+                remedy = "Leave that line out." if not text or text.lower() == "nan" else NUMBER_ALONE
                 if len(row) != count:
                     why = f"{len(row)} cells, {count} columns"
                     remedy = "Give a cell in each column; numbers have decimal points where commas divide the columns."

@@ -125,7 +125,7 @@ def _number(given: Any, unit: str, path: str) -> float:
             found = to_si(str(given), unit)
         except ValueError as error:
             raise CaseError(
-                f"{shown(str(given))}: {error}", path=path, remedy="Give a number, or a string such as 10 us."
+                f"{shown(str(given))}: {error}", path=path, remedy="Give a number in SI units, or a text with its unit."
             ) from None
     if not math.isfinite(found):
         raise CaseError(f"{given} is not finite", path=path, remedy="Give a finite number, or 'free'.")
@@ -142,4 +142,4 @@ def settings(signal: Signal, given: dict[str, Any], label: str) -> dict[str, flo
 
 def frequency(given: float | str) -> float:
     """Return a bandwidth [Hz] of a number, or of a text such as ``100 kHz``."""
-    return _number(given, "1/s", "bandwidth")
+    return _number(given, "Hz", "bandwidth")

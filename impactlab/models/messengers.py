@@ -18,6 +18,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from impactlab.errors import PairingError
+from impactlab.printing import at_most
 from impactlab.scene.bodies import Beam, BeamSegment, ElasticBody
 from impactlab.types import Array, Quantity
 
@@ -132,7 +133,7 @@ def beyond(body: ElasticBody, mode: int, face: float, distance: float, delay: fl
     return PairingError(
         f"the messenger of mode {mode + 1} of '{body.name}' would stand {distance:.6g} m from the face, beyond the "
         f"body ({room:.6g} m): a wave that is still to be reflected cannot be read",
-        remedy=f"Give a step of {delay * room / distance:.3g} s or less.",
+        remedy=f"Give a step of {at_most(delay * room / distance, 3)} s or less.",
         path="solve.step",
     )
 

@@ -26,8 +26,8 @@ def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
     shares = PageFigure(
         "energy",
         "Shares of the energy",
-        "Stacked: bodies, contacts, booked losses. The dashed line is the energy at the start; a gap below it "
-        "is lost without a booking, a rise above it is gained.",
+        "Stacked: bodies, contacts, booked losses. The dashed line is the energy at the start and the work of loads "
+        "and drives since then; a gap below it is lost without a booking, a rise above it is gained.",
         partial(balance.energy_shares, trace, scene),
     )
     along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if answer == 'exact' else ''}")

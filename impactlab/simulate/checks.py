@@ -232,7 +232,8 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
             path = f"contacts.{number}.law"
         raise failure(text, remedy=remedy, path=path) from raised
     if (stuck := out_of_reach(history)) is not None:
-        raise failure(stuck, remedy=REACH_FURTHER)
+        step = round(clock.step * stuck.time / clock.time)  # the steps after it are not numbers
+        raise failure(stuck.text, remedy=REACH_FURTHER, time=stuck.time, step=step)
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
         own = own_laws(laws)
@@ -274,6 +275,8 @@ def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
     cut = assembly.method.events == "dated" and assembly.integrator.any_dt
     laws = laws_of(assembly.scene, assembly.acting)
     of_laws = " ".join(dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy))
+    if of_laws and cut and any(isinstance(body.model, MechanismModel) for body in assembly.layout.built.values()):
+        of_laws = "Give events: located, or a law with a stiffness, such as hertz."  # it takes no other scheme or mesh
     remedy = of_laws or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
     if own := own_laws(laws):
         remedy += f" Law {own} must report what it holds as `stored`, and declare what it may gain as `gains_energy`."

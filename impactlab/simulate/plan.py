@@ -20,6 +20,7 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.numerics.ahead import Kernel, ahead
 from impactlab.plugins import kind_of
+from impactlab.printing import at_most
 from impactlab.scene.method import Method, is_exact, laws_of, modelled
 from impactlab.scene.precision import beyond, in_precision, quietly
 from impactlab.scene.problem import Scene
@@ -249,7 +250,7 @@ def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, bu
         raise CaseError(
             f"a step of {dt:.6g} s is beyond the stability limit {limits[name]:.6g} s of integrator "
             f"'{kind_of(integrator)}' for body '{name}'",
-            remedy=f"Give dt: {limits[name]:.6g} or less, fewer elements or modes, or integrator newmark.",
+            remedy=f"Give dt: {at_most(limits[name])} or less, fewer elements or modes, or integrator newmark.",
             path="solve.step",
         )
     for name, body in built.items():
@@ -367,7 +368,8 @@ def _started(
         with placed_at(path):
             law = laws[contact.name] = given.acting(*facts)
         if integrator.load_point == 0.0:
-            check_explicit_spring(law, facts, dt, path)
+            highest = max(built[face.body].system.highest_frequency for face in contact.faces)
+            check_explicit_spring(law, facts, dt, highest, path)
         found.append(start_law(law, facts, contact.name, path, dt))
         alike[key] = law, found[-1]
     as_given = len(laws) == len(method.laws) and all(law is method.laws[name] for name, law in laws.items())

@@ -6,6 +6,7 @@ A slide is out of reach where a link stands across it.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +27,15 @@ def slid(scene: Scene) -> Iterator[tuple[str, float]]:
             yield name, next(x for channel, x, _ in body.recorded if channel == f"angle:{body.sliding}")
 
 
-def out_of_reach(history: AbstractRecordedHistory, *, ended: bool = False) -> str | None:
-    """Return as text when and where a slide came out of reach.
+class OutOfReach(NamedTuple):
+    """Where and when a slide came out of reach."""
+
+    text: str
+    time: float  # s, of the last known angle
+
+
+def out_of_reach(history: AbstractRecordedHistory, *, ended: bool = False) -> OutOfReach | None:
+    """Return when and where a slide came out of reach.
 
     A link of a mechanism reached no further; None where none did. Only angles that are no longer finite count; of a run
     that ``ended`` early, also the last ones.
@@ -41,8 +49,6 @@ def out_of_reach(history: AbstractRecordedHistory, *, ended: bool = False) -> st
             number = -1 if known.all() else int(np.argmin(known)) - 1
             angle = float(angles.values[number])
             if abs(np.sin(angle)) > MIN_SINE:
-                return (
-                    f"the slide of '{name}' is out of reach: link '{body.sliding}' stood across it, "
-                    f"at {angle:.6g} rad, at t = {angles.times[number]:.6g} s"
-                )
+                stood = f"link '{body.sliding}' stood across it, at {angle:.6g} rad"
+                return OutOfReach(f"the slide of '{name}' is out of reach: {stood}", float(angles.times[number]))
     return None

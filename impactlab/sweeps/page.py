@@ -20,7 +20,7 @@ from impactlab.report.provenance import Provenance
 from impactlab.scene.problem import Scene
 from impactlab.sweeps.axes import METHOD
 from impactlab.sweeps.chunks import STATUSES
-from impactlab.sweeps.plots import ENDED, PANEL, fitted, places, plot_sweep
+from impactlab.sweeps.plots import ENDED, PANEL, fitted, in_order, places, plot_sweep
 from impactlab.sweeps.result import ABOUT, TIME_OF, counts
 from impactlab.types import Array
 
@@ -182,8 +182,10 @@ def _unit(variable: Any) -> str:
 
 def _shares(found: xarray.Dataset, axis: str) -> list[float]:
     """Return the places of an axis's values, as shares of a panel's width or height."""
-    place = places(found, axis)
+    place, values = places(in_order(found), axis), found[axis].values
     x, edges = (np.log(place.x), np.log(place.edges)) if place.is_logarithmic else (place.x, place.edges)
+    if not place.words:
+        x = x[np.unique(values, return_inverse=True)[1]]
     return [round(share, 5) for share in ((x - edges[0]) / (edges[-1] - edges[0])).tolist()]
 
 

@@ -80,6 +80,7 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     if quantity not in names:
         text = f"the sweep has no quantity {shown(quantity)}.{closest(quantity, map(str, names))}"
         raise CaseError(text, remedy=f"It has {listed(map(str, names))}.")
+    found = in_order(found)
     axes = [str(dim) for dim in found["status"].dims]
     if axes == ["point"] or len(axes) > 2:
         text = "listed points" if axes == ["point"] else f"{len(axes)} axes"
@@ -95,8 +96,19 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     return _lines(found, tables, labels, axes[0]) if len(axes) == 1 else _maps(found, tables, labels, axes)
 
 
+def in_order(found: xarray.Dataset) -> xarray.Dataset:
+    """Return a sweep whose numbers increase along each axis, without values that are given twice."""
+    for axis in map(str, found["status"].dims):
+        if axis in found.coords and found[axis].dtype.kind in "iuf":
+            found = found.isel({axis: np.unique(found[axis].values, return_index=True)[1]})
+    return found
+
+
 def places(found: xarray.Dataset, axis: str) -> Places:
-    """Return the places of an axis's values: linear, logarithmic or words."""
+    """Return the places of an axis's values: linear, logarithmic or words.
+
+    The numbers of an axis increase, as those of `in_order`.
+    """
     coordinate = found[axis]
     if coordinate.dtype.kind not in "iuf":
         x = np.arange(coordinate.size, dtype=float)

@@ -89,10 +89,26 @@ def check_channel(channel: str, scene: Scene, method: Method) -> None:
     if quantity not in UNITS:
         text = f"{shown(channel)} is not a channel.{closest(quantity, UNITS)}"
         raise CaseError(text, remedy=f"A channel begins with one of: {listed(UNITS)}.")
+    _check_inside(channel, label, scene)
     known = list(dict.fromkeys(channels(scene)))
     if channel not in known and not _anywhere(quantity, label, scene, method):
         text = f"no run has the channel {shown(channel)}.{closest(channel, known)}"
         raise CaseError(text, remedy=f"Channels: {', '.join(known)}. Another place needs a probe in the case.")
+
+
+def _check_inside(channel: str, label: str, scene: Scene) -> None:
+    """Raise `CaseError` for a channel at a place outside its body."""
+    name, _, place = label.rpartition("@")
+    body = scene.elastic.get(name)
+    try:
+        x = float(place)
+    except ValueError:
+        return
+    if body is not None and not 0.0 <= x <= body.length:
+        raise CaseError(
+            f"{shown(channel)}: x = {x:.6g} m lies outside the body '{name}'. Allowed: 0 to {body.length:.6g} m",
+            remedy="x runs from the left end of a body to its right end.",
+        )
 
 
 def channels(scene: Scene) -> Iterator[str]:

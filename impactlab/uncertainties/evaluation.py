@@ -82,7 +82,7 @@ def evaluated(
     warnings += [f"No linear estimate of {few(names)}: {reason}." for reason, names in withheld.items()]
     text = "holds on one side of the means alone"
     warnings += [f"The linear estimate of {few(names)} {text}: {words}." for words, names in sided.items()]
-    warnings += _open_words(spreads, percents)
+    warnings += _open_words(spreads, percents, made.samples)
     if lacking:
         warnings.append(f"No value at some samples: {few(lacking)}. Estimates are those of the other samples.")
     if any(math.isnan(each.total.value) for each in found) and (lacking or not ended.all()) and not leave_out:
@@ -94,14 +94,18 @@ def evaluated(
     )  # fmt: skip
 
 
-def _open_words(spreads: Sequence[Spread], percents: Sequence[float]) -> list[str]:
-    """Return sentences on percentiles with open intervals, and the samples they need."""
+def _open_words(spreads: Sequence[Spread], percents: Sequence[float], samples: int) -> list[str]:
+    """Return sentences on percentiles with open intervals, and the samples they need.
+
+    As many of these are taken to fail, in proportion, as of those of this evaluation.
+    """
     words = []
     for number, percent in enumerate(percents):
-        names = [each.name for each in spreads if math.isinf(each.percentiles[number].error)]
+        is_open = [each for each in spreads if each.samples and math.isinf(each.percentiles[number].error)]
+        names = [each.name for each in is_open]
         if names:
-            least = needed_samples(percent)
-            needed = max(MIN_SAMPLES, 1 << (least - 1).bit_length())
+            least, fewest = needed_samples(percent), min(each.samples for each in is_open)
+            needed = max(MIN_SAMPLES, 1 << (math.ceil(least * samples / fewest) - 1).bit_length())
             words.append(
                 f"The {percent:g} % percentile of {few(names)} has an interval that is open at an end: a closed one "
                 f"takes {least:,} samples with a value, and there are fewer. Give --samples {needed} or more."

@@ -99,6 +99,15 @@ def test_a_step_at_the_limit_is_shortened_where_a_shifted_run_is_beyond_it():
         )
 
 
+def test_a_step_at_the_limit_has_coarser_meshes_for_its_error():
+    """Of 200/1.618 elements the nearest whole number, 124, is too large for a step 1.618 times as long."""
+    model = {"kind": "finite_element", "elements": 200, "mass": "lumped"}
+    hard = stepped({"kind": "addition_deletion"}, gap=0.0, model=model, step={"courant": 1.0})
+    each = found(hard, MASS, ["first_opening"])["first_opening"]
+    assert each.reason == ""
+    assert each.derivative * 0.5 / each.value == pytest.approx(0.392155560966, rel=1e-3)
+
+
 def test_counts_and_switches_have_no_derivative():
     given = found(stepped(), MASS, ["contacts", "near_grazing", "impulse"])
     assert math.isnan(given["contacts"].derivative)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 from dataclasses import replace
@@ -324,6 +325,56 @@ def test_a_signal_that_no_parameter_moves_is_named(case):
     quiet = il.Signal("strain:rod@0.25", early, 0.0 * early)
     with pytest.raises(CaseError, match=r"no parameter moves the signal strain:rod@0\.25"):
         il.fit(case, [measured(case), quiet], BOUNDS)
+
+
+def test_runs_that_scatter_are_not_called_without_an_effect():
+    """The constraint chatters under this scheme: a millionth of the mass puts its forces into other steps."""
+    rough = il.load_case("axial_impact").with_(
+        "solve",
+        {
+            "model": {"kind": "finite_element", "elements": 100},
+            "integrator": {"kind": "newmark"},
+            "step": {"points_per_period": 10},
+        },
+    )
+    signal = measured(il.load_case("axial_impact").method("continuous"))
+    with pytest.raises(CaseError, match=r"a change of bodies\.hammer\.mass by 1e-06 .* such runs scatter"):
+        il.fit(rough.with_("contacts.0.law", {"kind": "addition_deletion"}), signal, {"bodies.hammer.mass": (1.0, 4.0)})
+
+
+def test_derivatives_of_steps_do_not_contain_the_jump_beside_a_solution():
+    """Residuals jump where an event passes to another step, and the least loss lies there more often than not."""
+    stepped, exact = il.load_case("axial_impact"), il.load_case("axial_impact").method("continuous")
+    problem = il.fit_problem(stepped, measured(exact), {"bodies.hammer.mass": (1.0, 4.0)})
+
+    def at(x: float) -> np.ndarray:
+        return problem.residuals(np.array([x]))
+
+    places = np.linspace(0.0, 0.02, 21)
+    changes = [float(np.linalg.norm(at(high) - at(low))) for low, high in itertools.pairwise(places)]
+    number = int(np.argmax(changes))
+    low, high = float(places[number]), float(places[number + 1])
+    before = np.linalg.norm(problem.jacobian(np.array([low - 1e-5])))
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        upper = np.linalg.norm(at(high) - at(middle)) > np.linalg.norm(at(middle) - at(low))
+        low, high = (middle, high) if upper else (low, middle)
+    beside = np.array([low])
+    assert np.linalg.norm(problem.jacobian(beside)) > 100.0 * before
+    assert np.linalg.norm(problem.jacobian(beside, both_sides=True)) == pytest.approx(before, rel=0.5)
+
+
+def test_profiles_of_runs_that_jump_are_warned_of():
+    """A profile ends at the first jump, where an event passes to another step: here below the true mass of 2.133 kg."""
+    clean = measured(il.load_case("axial_impact").method("continuous"))
+    signal = replace(clean, values=clean.values + noise(clean))
+    hard = il.load_case("axial_impact")
+    soft = hard.with_("contacts.0.law", {"kind": "penalty", "stiffness": 2e9})
+    for case, said in ((hard, True), (soft, False)):
+        found = il.fit(case, signal, {MASS: (1.0, 4.0)}, intervals="profile")
+        assert said is any("the signals of this stepped run jump as mass changes" in text for text in found.warnings)
+        if said:
+            assert found[MASS].intervals["profile"][1] < 2.133 < found[MASS].upper
 
 
 def test_a_signal_that_is_rounding_is_no_signal():

@@ -276,7 +276,7 @@ OTHER = "stop: {kind: wall}\n  other: {kind: mass, mass: 1.0, rotation: {rate: 5
          "bodies.other.rotation.rate", ["'other' meets no body whose rate is known"]),
         (ROD, [(", axis_at: 0.0}", "}")], "bodies.rod.rotation.axis_at", ["this key is missing", "0 at its left end"]),
         (ROD, [("solve:", "gravity: 9.81\nsolve:")], "gravity",
-         ["gravity acts along the motion of 'rod'", "plane of rotation"]),
+         ["gravity acts along the motion of 'rod'", "plane of rotation", "Leave gravity out."]),
         (ROD, [("[hammer, stop]", "[other, stop]"), ("stop: {kind: wall}", OTHER)],
          "bodies.other.rotation.axis_at", ["'other' meets no body whose distance from the axis is known"]),
         (ROD, [("{kind: finite_element, elements: 40}", "{kind: continuous}"), ("penalty", "hertz")],

@@ -225,6 +225,19 @@ def test_the_exit_velocity_has_a_kink_where_the_second_contact_vanishes():
     assert slopes[1] == pytest.approx(-0.0912, abs=1e-4)
 
 
+def test_a_hammer_that_just_grazes_the_rod_is_at_an_edge():
+    """The second contact vanishes here, to the last digit: the velocity has a derivative on one side alone."""
+    low, high = 1.0107, 1.0108  # of the mass of the rod over that of the hammer: two contacts, and one
+    while (middle := 0.5 * (low + high)) not in (low, high):
+        touches = len(il.run(il.Case.from_dict(struck(0.5 / middle))).contacts)
+        low, high = (middle, high) if touches == 2 else (low, middle)
+    for alpha in (low, high):
+        row = il.sensitivities(il.Case.from_dict(struck(0.5 / alpha)), [MASS], ["final_velocity"]).rows[0]
+        assert math.isnan(row.below) or math.isnan(row.above)
+        assert "one-sided" in row.reason
+        assert 0.5 / alpha == pytest.approx(row.lower if math.isnan(row.below) else row.upper, abs=1e-11)
+
+
 def degrees(document: dict[str, Any], scale: str) -> dict[str, float]:
     """Return the powers of each number under a change of the scale of mass, time or length along the axis."""
     mass, time, length = ({"mass": (1.0, 0.0, 0.0), "time": (0.0, 1.0, 0.0), "length": (0.0, 0.0, 1.0)})[scale]

@@ -88,6 +88,16 @@ def test_refused_before_the_first_step(scene: Simulation, kind: type[ImpactlabEr
     assert refused.value.remedy
 
 
+def test_the_step_for_a_stiff_contact_spring_is_stable() -> None:
+    """The spring acts on a node that swings on its element, too, and touches inside a step add energy."""
+    penalty = Penalty(stiffness=1e13)
+    with pytest.raises(CaseError, match="too stiff for an explicit step") as refused:
+        run(*paper(LUMPED, penalty, CentralDifference(), StepRule(courant=0.9)))
+    step = float(refused.value.remedy.split("a step of ")[1].split()[0])
+    history = run(*paper(LUMPED, penalty, CentralDifference(), StepRule(dt=step)))
+    assert history.energy.largest_gain < 0.05
+
+
 def test_the_stability_limit_itself_is_allowed() -> None:
     prepare(*paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=1.0)))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,34 @@ def test_the_legend_of_many_contacts_stands_inside_the_figure_and_counts_the_oth
     box = axes.get_legend().get_window_extent()
     assert box.y1 <= figure.bbox.y1
     assert box.y0 >= axes.get_window_extent().y1 - 1.0
+
+
+def test_axes_whose_values_are_unsorted_or_repeated_are_drawn_in_order(ball, tmp_path):
+    """The sweep keeps the order that is given; its figures and the marks of the page stand at the values."""
+    masses, gaps = [0.03, 0.002, 0.01, 0.002], ["2 mm", "0 mm", "1 mm"]
+    found = il.sweep(ball, {MASS: masses, "contacts.0.gap": gaps}, quantities=["impulse"], out=tmp_path)
+    assert found[MASS].values.tolist() == masses
+    line = il.plot_sweep(found.isel({"contacts.0.gap": 1}), "impulse").axes[0]
+    assert np.all(np.diff(line.lines[0].get_xdata()) > 0.0)
+    low, high = line.get_xlim()
+    assert low < line.lines[0].get_xdata()[0] < line.lines[0].get_xdata()[-1] < high
+    panel = il.plot_sweep(found, "impulse").axes[0]
+    assert np.all(np.diff([*panel.get_xlim()]) > 0.0)
+    assert np.all(np.diff([*panel.get_ylim()]) > 0.0)
+    [mesh] = panel.collections
+    expected = found["impulse"].values[np.ix_([1, 2, 0], [1, 2, 0])][:, :, 0]
+    drawn = np.asarray(mesh.get_array()).reshape(3, 3).T
+    assert drawn / drawn.max() == pytest.approx(expected / expected.max())
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    along = [json.loads(each) for each in re.findall(r'"along":(\[[^]]*\])', page)]
+    assert [np.argsort(shares, kind="stable").tolist() for shares in along] == [[1, 3, 2, 0], [1, 2, 0]]
+    assert all(0.0 < share < 1.0 for shares in along for share in shares)
+
+
+def test_an_axis_with_one_value_twice_is_a_point(ball, tmp_path, recwarn):
+    found = il.sweep(ball, {MASS: [0.01, 0.01]}, quantities=["impulse"], out=tmp_path)
+    assert len(il.plot_sweep(found, "impulse").axes[0].lines[0].get_xdata()) == 1
+    assert not [each for each in recwarn if "singular" in str(each.message) or "invalid value" in str(each.message)]
 
 
 def test_a_sweep_without_any_value_is_still_drawn(pile):

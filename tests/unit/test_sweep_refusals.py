@@ -114,7 +114,7 @@ def sampled(channel: str, times: list[float], methods: str = "continuous") -> No
     [
         ("force:hamer|rod.left", [1e-5], "Did you mean 'force:hammer|rod.left'?"),
         ("forc:hammer|rod.left", [1e-5], "Did you mean 'force'?"),
-        ("velocity:rod@9", [1e-5], "no run has the channel 'velocity:rod@9'"),
+        ("velocity:rod@9", [1e-5], "x = 9 m lies outside the body 'rod'"),
         ("energy:nobody", [1e-5], "Did you mean 'energy:"),
         ("force:hammer|rod.left", [], "is requested at no time of a run"),
         ("force:hammer|rod.left", [float("nan")], "is requested at no time of a run"),

@@ -305,6 +305,17 @@ def test_a_killed_sweep_goes_on_and_gives_the_same_bits(tmp_path, case):
         il.sweep(case, {MASS: [1.0]}, quantities=["restitution"], out=killed)
 
 
+def test_a_sweep_without_a_folder_prints_its_rows_as_json():
+    arguments = ["--over", f"{MASS}=1,2", "--quantities", "impulse,first_opening", "--json"]
+    short = ["--set", "solve.duration.round_trips=1"]  # the contact does not open
+    result = CliRunner().invoke(app, ["sweep", str(PAPER), "--method", "continuous", *arguments, *short])
+    first, second = json.loads(result.stdout)["rows"]
+    assert first[f"{MASS} [kg]"] == 1.0
+    assert first["impulse of hammer|rod.left [N s]"] == pytest.approx(1.0 - np.exp(-2.0 * 2.133), rel=1e-9)
+    assert second["status"] == "completed"
+    assert second["first_opening of hammer|rod.left [s]"] is None
+
+
 def test_workers_give_the_bits_of_one_process_and_the_command_the_same_file(case, tmp_path, monkeypatch):
     monkeypatch.setattr(run, "size_of_chunk", lambda *_: 3)
     masses = np.linspace(1.0, 2.0, 7)

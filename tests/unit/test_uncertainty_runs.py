@@ -272,6 +272,17 @@ def test_both_forms_of_the_page_give_what_it_says(monkeypatch, tmp_path, capsys)
     assert of[MASS].total.lower > of[MASS].first.upper  # mass and area act together
 
 
+def test_the_samples_that_a_percentile_takes_are_counted_with_those_that_fail(case):
+    """Half of the gaps are negative, so twice as many samples are needed."""
+    few, enough = (
+        il.uncertainty(case, {GAP: "normal(0 mm, 0.1 mm)"}, ["impulse"], samples=samples, percentiles=[5.0])
+        for samples in (128, 256)
+    )
+    [words] = [text for text in few.warnings if "percentile" in text]
+    assert "takes 72 samples with a value, and there are fewer. Give --samples 256 or more." in words
+    assert not any("percentile" in text for text in enough.warnings)
+
+
 def test_a_case_without_a_contact_spreads_too():
     case = il.load_case("step_loaded_rod")
     found = il.uncertainty(case, {"bodies.rod.length": "normal(1 m, 1 %)"}, samples=64)

@@ -27,6 +27,8 @@ MAX_EDGE_DISTANCE = 1.0e8  # of the size of a parameter: an edge beyond is one o
 ZERO_TOL = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
 NO_GAP = 1.0e-12  # of the way at the largest velocity: faces with a smaller gap touch
 NO_MOTION = 1.0e-10  # the same, of a change of the gap over that of the parameter: a smaller one is rounding
+INSIDE = 0.999  # of a piece: a minimum at zero nearer to its end may belong to an event there
+MIN_HEIGHT = 1.0e-3  # of the largest force or gap, of a piece with such a minimum: less are faces that rest
 SAME_VALUE = 1.0e-12  # of the largest force or gap of a piece: a minimum less deep, beside its end, is rounding
 END_SLACK = 4.0  # merge tolerances between the end of a run and a front that counts as at the end
 SAME_MOTION = 1.0e-9  # of the duration: a smaller distance of front and end for a change of the size of a parameter
@@ -174,18 +176,21 @@ def _misses(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
     pieces = _pieces(solved, parameter, contact)
     events, scale = solved.log.events[: int(solved.log.state["events"])], float(solved.tangents.scale[parameter])
     times = events["time"][events["contact"] == contact]
-    floors = {
-        closed: ZERO_TOL * max((float(np.max(np.abs(p.f))) for p in pieces if p.closed == closed), default=0.0)
+    largest = {
+        closed: max((float(np.max(np.abs(p.f))) for p in pieces if p.closed == closed), default=0.0)
         for closed in (True, False)
     }
     before: Piece | None = None
     for piece in pieces:
-        floor, what = floors[piece.closed], "a further opening" if piece.closed else "a further closing"
+        floor, what = ZERO_TOL * largest[piece.closed], "a further opening" if piece.closed else "a further closing"
+        is_high = float(np.max(np.abs(piece.f))) > MIN_HEIGHT * largest[piece.closed]
         for y in _minima(piece.f):
-            value = float(chebyshev.chebval(y, piece.f))
+            value, tangent = (float(chebyshev.chebval(y, of)) for of in (piece.f, piece.tangent))
+            time = piece.start + 0.5 * (y + 1.0) * (piece.stop - piece.start)
             if value > floor:
-                change = _change(value, float(chebyshev.chebval(y, piece.tangent)))
-                yield Edge(change, contact, piece.start + 0.5 * (y + 1.0) * (piece.stop - piece.start), what)
+                yield Edge(_change(value, tangent), contact, time, what)
+            elif is_high and abs(y) < INSIDE and abs(tangent) * scale > floor:
+                yield Edge(0.0, contact, time, what)  # it just reaches zero: the value of the parameter is the edge
         if before is not None and before.closed == piece.closed and not np.any(times == piece.start):
             least, tangent = _at_joint(before, piece, floor)
             if least > floor:

@@ -19,6 +19,7 @@ from impactlab.models.continuous import delay_chain_kernel as chain
 from impactlab.models.continuous.base import MODES, AbstractSelfStepping, stepper_of, under_waves, without_mass
 from impactlab.models.continuous.delay_chain_kernel import MOVED, SENT_LEFT, SENT_RIGHT
 from impactlab.models.continuous.delay_line import dispersed
+from impactlab.printing import at_most
 from impactlab.scene.bodies import End, Segment, WaveBody
 from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.sizes import check_cells
@@ -87,7 +88,7 @@ class DelayChain(AbstractSelfStepping):
             f"a step of {dt:.6g} s is longer than a wave takes from {near:.6g} m to {far:.6g} m of '{self._rod.name}', "
             f"{self.longest_step:.6g} s. Allowed: up to the shortest time between its ends, the ends of its segments "
             "and the places of its contacts",
-            remedy=f"Give dt: {self.longest_step:.6g} or less, or finite_element.",
+            remedy=f"Give dt: {at_most(self.longest_step)} or less, or finite_element.",
             path="solve.step",
         )
 

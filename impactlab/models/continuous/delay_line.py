@@ -16,6 +16,7 @@ from impactlab.models.base import Operators
 from impactlab.models.continuous.base import MODES, AbstractSelfStepping, stepper_of, under_waves, without_mass
 from impactlab.numerics.sums import sum_of, sum_of_squares
 from impactlab.numerics.windows import window
+from impactlab.printing import at_most
 from impactlab.scene.bodies import End, WaveBody
 from impactlab.scene.sizes import check_cells
 from impactlab.types import Array, Quantity
@@ -119,7 +120,7 @@ class DelayLine(AbstractSelfStepping):
     def too_long(self, dt: float) -> CaseError:
         return CaseError(
             f"a step of {dt:.6g} s is longer than the transit {self.transit:.6g} s of '{self._rod.name}'",
-            remedy=f"Give dt: {self.transit:.6g} or less.",
+            remedy=f"Give dt: {at_most(self.transit)} or less.",
             path="solve.step",
         )
 

@@ -69,7 +69,7 @@ def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
 def energy_shares(trace: Trace, scene: Scene) -> Figure:
     """Return the energy of a run by place as stacked areas.
 
-    They are each body, contacts, and booked losses.
+    They are each body, contacts, and booked losses. A dashed line is the energy at the start and the work since then.
     """
     book, time = trace.history.energy, clock(scene)
     parts = {name: values for name, values in drawn_energies(book).items() if np.any(values)}
@@ -85,9 +85,9 @@ def energy_shares(trace: Trace, scene: Scene) -> Figure:
         axis.plot(book.time / time.size, above, color=colour, linewidth=1.1)
         ends.append((float(below[-1] + above[-1]) / 2.0, name, colour))
         below = above
-    initial = float(book.total[0]) / unit.size
-    axis.axhline(initial, color=INK, linewidth=0.9, linestyle=(0, (4, 2)))
-    axis.set_ylim(0.0, 1.12 * max(float(below.max()), initial, 1e-30))
+    given = (book.total[0] + book.work) / unit.size
+    axis.plot(book.time / time.size, given, color=INK, linewidth=0.9, linestyle=(0, (4, 2)))
+    axis.set_ylim(0.0, 1.12 * max(float(below.max()), float(given.max()), 1e-30))
     axis.set_ylabel(f"energy  [{unit.label}]")
     time_axis(axis, scene)
     label_lines(axis, [end for end in ends if end[1] in names])

@@ -176,10 +176,10 @@ class March:
         self.history.cost.factorisations = self.factorisations
 
     def _fail(self, text: str, remedy: str = "", cause: BaseException | None = None) -> NoReturn:
-        history = None
+        history, time = None, self.time
         if self.record.begun:
             self._finish()
             history = self.history
             if remedy and (stuck := out_of_reach(history, ended=True)) is not None:
-                text, remedy = stuck, REACH_FURTHER
-        raise StepError(text, time=self.time, step=self.steps, history=history, remedy=remedy) from cause
+                text, remedy, time = stuck.text, REACH_FURTHER, stuck.time
+        raise StepError(text, time=time, step=self.steps, history=history, remedy=remedy) from cause

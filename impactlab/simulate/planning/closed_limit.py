@@ -16,6 +16,7 @@ from impactlab.errors import CaseError
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.banded import multiply
+from impactlab.printing import at_most
 from impactlab.scene.problem import Scene
 from impactlab.simulate.planning.preparation import BuiltBody, Push
 from impactlab.types import Array, Start
@@ -60,7 +61,7 @@ def check_closed(
             raise CaseError(
                 f"a step of {dt:.6g} s is beyond the stability limit {reach / highest:.6g} s of the bodies of "
                 f"{contact.name} with the contact closed",
-                remedy=f"Give dt: {share * reach / highest:.6g} or less, or integrator newmark.",
+                remedy=f"Give dt: {at_most(share * reach / highest)} or less, or integrator newmark.",
                 path="solve.step",
             )
 
