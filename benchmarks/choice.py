@@ -41,7 +41,7 @@ import impactlab as il
 from impactlab import api, simulate
 from impactlab.api import physics_of
 from impactlab.bases import shapes
-from impactlab.bases.beams import kept
+from impactlab.bases.beams import modes
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bench.environment import processor
 from impactlab.contact.addition_deletion import AdditionDeletion
@@ -310,7 +310,7 @@ def fastest(rivals: list[Rival], timed: dict[Run, float]) -> Run | None:
 
 def chosen_anew(asked: Simulation) -> AbstractHistory:
     """Return the run that is chosen without modes and bodies of earlier choices."""
-    kept._kept.clear()
+    modes._kept.clear()
     shapes._kept.clear()
     stepped_run.Prepared.bodies = None
     return api.solve(*asked)

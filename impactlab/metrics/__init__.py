@@ -1,6 +1,7 @@
 """Distances between two histories, and the velocities, impulses and collisions of one."""
 
 from impactlab.metrics.events import Matches, event_times, events_extra, events_missed, match_events
+from impactlab.metrics.force_graphs import force_graph, graph
 from impactlab.metrics.norms import (
     Metric,
     displacement_error,
@@ -10,8 +11,6 @@ from impactlab.metrics.norms import (
     force,
     force_away_from_jumps,
     force_channels,
-    force_graph,
-    graph,
     impulse,
     installed,
     mass_channels,

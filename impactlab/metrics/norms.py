@@ -27,8 +27,6 @@ CELLS = 6000  # equal cells of the midpoint rule
 ON_JUMP = 1e-6  # of a cell: a midpoint this near to a jump lies on it, and only rounding puts it on one side
 NEAR_JUMP = 0.05  # T around a jump of the exact force that `force_away_from_jumps` leaves out
 MIN_AWAY = 1e-9  # of a whole force: a smaller rest away from its jumps is the tail of a decay, no force to compare with
-COLUMNS = 2000  # of the graphs whose Hausdorff distance is taken
-GRAPH_POINTS = 400_000  # most points of one graph; only a force that chatters wildly needs more
 
 
 def midpoints(duration: float, cells: int = CELLS) -> Array:
@@ -196,91 +194,6 @@ def distances(t: Array, instants: Array) -> Array:
     after = np.searchsorted(ordered, t)
     before, next_ = ordered[np.maximum(after - 1, 0)], ordered[np.minimum(after, len(ordered) - 1)]
     return np.asarray(np.minimum(np.abs(t - before), np.abs(t - next_)))
-
-
-def force_graph(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the Hausdorff distance between the force graphs in (t/T, F/peak).
-
-    The peak is that of the exact force. A jump belongs to its graph as a vertical line, so a small shift of a jump
-    costs its shift and not its height. Before t = 0 there is no force: a contact that starts closed begins with a jump
-    like any other. See `graph` for the accuracy. None in a scene without a rod, which has no T.
-    """
-    if not np.isfinite(scene.round_trip):
-        return None
-    return largest(_graph_distance(history, reference, scene, name) for name in force_channels(scene))
-
-
-def _graph_distance(history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str) -> float | None:
-    peak = float(np.max(np.abs(reference.evaluate(midpoints(scene.duration), name))))
-    if peak == 0.0:
-        return None
-    one, other = (graph(h, name, scene.duration, (scene.round_trip, peak), before=0.0) for h in (history, reference))
-    if not np.all(np.isfinite(one)):
-        return float("nan")
-    if np.array_equal(one, other):
-        return 0.0
-    return max(_farthest(one, other), _farthest(other, one))
-
-
-STRIDE = 16  # points of a graph between two of the first search
-
-
-def _farthest(points: Array, others: Array) -> float:
-    """Return the largest distance of points (n, 2) from the nearest of others.
-
-    The distances of two points differ by no more than the points are apart: the search begins with every sixteenth, and
-    of the rest takes only those that may be farther than the farthest of these. The result is that of all points.
-    """
-    from scipy.spatial import KDTree
-
-    tree = KDTree(others, balanced_tree=False, compact_nodes=False)
-    first = points[::STRIDE]
-    known = tree.query(first)[0]
-    farthest = float(known.max())
-    away = points - np.repeat(first, STRIDE, axis=0)[: len(points)]
-    left = points[np.repeat(known, STRIDE)[: len(points)] + np.hypot(away[:, 0], away[:, 1]) > farthest]
-    return max(farthest, float(tree.query(left)[0].max())) if len(left) else farthest
-
-
-def graph(
-    history: AbstractHistory, channel: str, duration: float, units: tuple[float, float], before: float | None = None
-) -> Array:
-    """Return points (n, 2) of the graph of a channel, its jumps as vertical lines.
-
-    The graph is connected, so over a narrow column of time it takes every value between its least and its largest:
-    each of the 2000 columns becomes a vertical line of points as far apart as the column is wide. A Hausdorff distance
-    between two such clouds is right to one width, duration/2000 in units of T (0.0015 for 3 T). Only where that would
-    need more than 400 000 points, a force that chatters over its whole range, are the points further apart.
-
-    Parameters
-    ----------
-    units : (float, float)
-        Scales of time [s] and value [unit of the channel].
-    before : float, optional
-        Value before t = 0; if given, the jump from it at t = 0 belongs to the graph.
-    """
-    per_column = max(CELLS // COLUMNS, -(-2 * history.cost.steps // COLUMNS))  # no step of a stepped force is missed
-    t = midpoints(duration, per_column * COLUMNS)
-    jumps = history.jumps(channel)
-    jumps = jumps[(jumps > 0.0) & (jumps < duration)]
-    t = np.sort(np.concatenate((t, jumps, np.nextafter(jumps, 0.0))), kind="stable")  # quick: three sorted runs
-    values = history.evaluate(t, channel) / units[1]
-    column = np.minimum((t / duration * COLUMNS).astype(int), COLUMNS - 1)
-    first = np.searchsorted(column, np.arange(COLUMNS))
-    low, high = np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
-    last = values[first[1:] - 1]  # ties each column to the one before it
-    low[1:], high[1:] = np.minimum(low[1:], last), np.maximum(high[1:], last)
-    if before is not None:
-        low[0], high[0] = min(low[0], before), max(high[0], before)
-    if not np.all(np.isfinite(low + high)):
-        return np.full((1, 2), np.nan)
-    width = duration / COLUMNS / units[0]
-    spacing = max(width, float(np.sum(high - low)) / GRAPH_POINTS)
-    counts = np.ceil((high - low) / spacing).astype(int) + 1
-    owner = np.repeat(np.arange(COLUMNS), counts)
-    rank = np.arange(owner.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    share = rank / np.maximum(counts[owner] - 1, 1)
-    return np.column_stack(((owner + 0.5) * width, low[owner] + share * (high - low)[owner]))
 
 
 def impulse(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:

@@ -10,7 +10,7 @@ import pytest
 
 from impactlab import metrics
 from impactlab.history import ContactSpan, Cost, Event
-from impactlab.metrics.norms import COLUMNS, GRAPH_POINTS
+from impactlab.metrics.force_graphs import COLUMNS, GRAPH_POINTS
 from impactlab.scene import Rod
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import FREE, UNIT, mass_on_rod, touching
