@@ -94,9 +94,8 @@ def _read(case: Case, path: str) -> Parameter:
     unit = case.unit_of(path)
     found: Any = reduce(entry, keys, case.resolved())
     if found is None:
-        found = _in_si(
-            reduce(entry, keys, case.document.data), unit
-        )  # such as a diameter, of which the case makes an area
+        given = reduce(entry, keys, case.document.data)  # such as a diameter, of which the case makes an area
+        found = _in_si(given, unit)
         if found is None:
             _refuse_whole(case, path)
             case.with_(path, 1.0)  # names the closest paths where there is none

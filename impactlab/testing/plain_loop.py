@@ -78,9 +78,8 @@ class PlainLoop:
         shape = memory.row_start.size - 1, self.state.size
         self.rows = csr_array((memory.row_value, memory.row_index, memory.row_start), shape).toarray()
         self.parts: dict[str, slice] = {}  # of the state, by body
-        self.parameters = {
-            name: each.parameters.copy() for name, each in plan.steppers.items()
-        }  # kernels may write them
+        # Kernels may write to parameters.
+        self.parameters = {name: each.parameters.copy() for name, each in plan.steppers.items()}
         self.dashpots: list[tuple[Array, float, str, str]] = []  # row, N s/m, account, body
         self.stretched: list[float] = []  # m, change of the dashpots' lengths in the last step
         for name, stepper in plan.steppers.items():
