@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -44,12 +46,16 @@ def _graph_distance(history: AbstractHistory, reference: AbstractHistory, scene:
     return max(_farthest(one, exact.tree), _farthest(exact.points, _tree(one)))
 
 
-class _Graph(NamedTuple):
+@dataclass
+class _Graph:
     """The graph of an exact force."""
 
     peak: float  # N
     points: Array  # (n, 2)
-    tree: KDTree  # of these points
+
+    @cached_property
+    def tree(self) -> KDTree:
+        return _tree(self.points)
 
 
 _known: WeakKeyDictionary[AbstractHistory, dict[tuple[str, float, float], _Graph | None]] = WeakKeyDictionary()
@@ -60,8 +66,10 @@ def _graph_of_reference(reference: AbstractHistory, scene: Scene, name: str) -> 
     known, key = _known.setdefault(reference, {}), (name, scene.duration, scene.round_trip)
     if key not in known:
         peak = float(np.max(np.abs(reference.evaluate(midpoints(scene.duration), name))))
-        points = graph(reference, name, scene.duration, (scene.round_trip, peak), before=0.0) if peak else np.zeros(0)
-        known[key] = _Graph(peak, points, _tree(points)) if peak else None
+        known[key] = None
+        if peak != 0.0:
+            points = graph(reference, name, scene.duration, (scene.round_trip, peak), before=0.0)
+            known[key] = _Graph(peak, points)
     return known[key]
 
 
