@@ -6,6 +6,7 @@ to rounding. Read it first, and debug a wrong force with it: laws are called as 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -15,44 +16,14 @@ from impactlab.errors import CaseError, StepError
 from impactlab.numerics.compiling import plain
 from impactlab.simulate.checks import SMALLER_STEP
 from impactlab.simulate.plan import Plan
-from impactlab.simulate.stepping.end_loads import ON_GRID
 from impactlab.simulate.stepping.event_times import TOUCH_TOL, close_time, open_time
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
 from impactlab.simulate.stepping.setup.assembly import Assembly
-from impactlab.simulate.stepping.setup.flat_arrays import dashpots
+from impactlab.testing.plain_parts import FORCE, IMPULSE, JUMP, PUSH, PlainContact, columns_of, dashpots_of, mean_force
 from impactlab.types import Array, Reply
 
 MAX_SWEEPS, AGREED_TOL = 5000, 1e-15  # of the largest impulse of the step: a sweep that changes less is the last
-# Columns of a contact: change of the state at the end of the step per unit of each; the last one at once, per impulse.
-FORCE, IMPULSE, PROJECTION, PUSH, JUMP = range(5)
 Hook = Callable[["PlainLoop"], None]
-
-
-class PlainContact:
-    """One contact: its law, its records, its rows and columns.
-
-    Rows and columns are over the whole state.
-    """
-
-    def __init__(self, loop: PlainLoop, number: int, columns: Array) -> None:
-        contacts, rows = loop.plan.scene.contacts, loop.rows
-        self.number, self.law, self.columns = number, loop.plan.acting.laws[contacts[number].name], columns
-        self.record, self.port, self.reply = loop.assembly.contacts[number], loop.assembly.ports[number], Reply()
-        self.given, first, starts = np.zeros(JUMP), 2 * number, loop.plan.starts
-        self.u, self.v = rows[first : first + 2], rows[first + 2 * len(contacts) :][:2]  # left, right face
-        before = sum(len(start.readings) for start in starts[:number])
-        read = slice(before, before + len(starts[number].readings))
-        self.read, self.left_out = rows[4 * len(contacts) :][read], loop.assembly.memory.left_out[read]
-        self.pushed = np.zeros(rows.shape[1])  # row along which the law may push
-
-    def respond(self) -> None:
-        """Evaluate the law."""
-        self.reply = reply = Reply(memory=self.port.memory)
-        type(self.law).respond(self.port, reply)
-        self.given = np.array([reply.force, reply.impulse, reply.projection, reply.push])  # N, N s, kg m
-        if self.reply.failed:
-            text, time = self.law.why_failed, self.port.time
-            raise StepError(text, time=time, step=round(time / self.port.dt), remedy=SMALLER_STEP)
 
 
 class PlainLoop:
@@ -77,38 +48,14 @@ class PlainLoop:
         self.lost = {"contact": 0.0, "ends": 0.0, "damping": 0.0, "unresolved": 0.0}  # J
         shape = memory.row_start.size - 1, self.state.size
         self.rows = csr_array((memory.row_value, memory.row_index, memory.row_start), shape).toarray()
-        self.parts: dict[str, slice] = {}  # of the state, by body
-        # Kernels may write to parameters.
-        self.parameters = {name: each.parameters.copy() for name, each in plan.steppers.items()}
-        self.dashpots: list[tuple[Array, float, str, str]] = []  # row, N s/m, account, body
-        self.stretched: list[float] = []  # m, change of the dashpots' lengths in the last step
-        for name, stepper in plan.steppers.items():
-            first, n_dof = self.assembly.layout.shift[name], stepper.jump.shape[1]
-            self.parts[name] = slice(first, first + stepper.state.size)
-            units = np.eye(self.state.size)
-            for group in dashpots(plan.built[name].system):
-                for number, damping in enumerate(group.damping):
-                    other = group.other >= 0
-                    row = units[first + group.first + number] - other * units[first + group.other + number]
-                    self.dashpots.append((row, float(damping), "damping" if group.inside else "ends", name))
-                    self.stretched.append(self.dt * float(np.roll(row, n_dof) @ self.state))
-        self.filtered = [0.0 for _ in self.dashpots]  # m/s, z of `impactlab.integrators.base.Losses`
-        columns = np.zeros((len(plan.scene.contacts), 5, self.state.size))
-        taken = dict.fromkeys(plan.built, 0)  # responses of a body: its faces in the order of contacts, then its pushes
-        for own, contact in zip(columns, plan.scene.contacts, strict=True):
-            for name, sign in ((contact.left.body, -1.0), (contact.right.body, 1.0)):
-                stepper, number, part = plan.steppers[name], taken[name], self.parts[name]
-                n_dof = stepper.jump.shape[1]
-                responses = stepper.force_response, stepper.impulse_response, stepper.projection_response
-                own[:PUSH, part] += sign * np.array([response[number] for response in responses])
-                own[JUMP, part][n_dof : 2 * n_dof] += sign * stepper.jump[number]
-                taken[name] += 1
-        self.contacts = [PlainContact(self, number, own) for number, own in enumerate(columns)]
-        for push, row in zip(plan.pushes, self.rows[len(self.rows) - len(plan.pushes) :], strict=True):
-            response = plan.steppers[push.body].force_response[taken[push.body]]
-            columns[push.contact, PUSH, self.parts[push.body]] += push.weight * response
-            self.contacts[push.contact].pushed += push.weight * row
-            taken[push.body] += 1
+        shift, steppers = self.assembly.layout.shift, plan.steppers.items()
+        # Parts of the state, and parameters, to which kernels may write.
+        self.parts = {name: slice(shift[name], shift[name] + each.state.size) for name, each in steppers}
+        self.parameters = {name: each.parameters.copy() for name, each in steppers}
+        self.dashpots = dashpots_of(plan, self.parts, self.state, self.dt)
+        columns, pushed = columns_of(plan, self.parts, self.rows)
+        parts = zip(itertools.count(), columns, pushed, strict=False)
+        self.contacts = [PlainContact(plan, self.assembly, self.rows, *each) for each in parts]
         self.start_of_step()
         for link in self.contacts:
             overlaps = link.law.answers_force and not link.law.hard and link.port.gap < 0.0
@@ -147,24 +94,10 @@ class PlainLoop:
         self.time += self.dt
 
     def push_ends(self) -> None:
-        """Add the response to each force over time on an end.
-
-        The force is its mean over the step, or over as long about the end of it where the scheme takes forces; where
-        the only sample lies there, it is the value of that sample.
-        """
-        memory, names = self.assembly.memory, list(self.plan.built)
+        """Add the response to each force over time on an end."""
+        names = list(self.plan.built)
         for load in self.assembly.loads:
-            name = names[load.body]
-            times = memory.load_times[load.table_start : load.table_end]
-            forces = memory.load_forces[load.table_start : load.table_end]
-            begin = self.time + (load.point - 0.5) * self.dt
-            end = begin + self.dt
-            breaks = np.array([begin, *times[(times > begin) & (times < end)], end])
-            at = np.interp(breaks, times, forces)  # straight lines between
-            force = float(np.sum(0.5 * (at[1:] + at[:-1]) * np.diff(breaks)) / (end - begin))
-            instant = self.time + load.point * self.dt
-            if load.point != 0.5 and breaks.size == 3 and abs(breaks[1] - instant) <= ON_GRID * self.dt:
-                force = float(at[1])
+            name, force = names[load.body], mean_force(load, self.assembly.memory, self.time, self.dt)
             self.state[self.parts[name]] += force * self.plan.steppers[name].force_response[load.place]
 
     def start_of_step(self) -> None:
@@ -245,23 +178,9 @@ class PlainLoop:
         lost = sum(contact.reply.dissipated for contact in self.contacts)
         self.lost["contact"] += 0.0 if lost < 0.0 else lost  # NaN stays
         self.lost["unresolved"] += sum(contact.reply.unresolved for contact in self.contacts)
-        for number, (row, damping, account, name) in enumerate(self.dashpots):
-            stretched = float(row @ (self.state - old))
-            losses = self.plan.steppers[name].losses
-            if losses is not None:
-                rates, accelerations = (np.roll(row, n * self.plan.steppers[name].jump.shape[1]) for n in (1, 2))
-                before, now = (float(rates @ state) for state in (old, self.state))
-                kept = now * float(accelerations @ self.state) - before * float(accelerations @ old)
-                before += sum(float(rates @ each.columns[JUMP]) * each.given[IMPULSE] for each in self.contacts)
-                z = self.filtered[number]
-                self.filtered[number] = (now - before - losses.am * z) / (1.0 - losses.am)
-                felt = (1.0 - losses.gamma) * before + losses.gamma * now + losses.lag * (self.filtered[number] - z)
-                self.lost[account] += damping * (felt * stretched - losses.kappa * kept)
-                continue
-            # Where velocities belong to the middle of a step, dashpots feel the mean of this step and the last.
-            felt = 0.5 * (stretched + self.stretched[number]) if self.scheme.velocity_point < 1.0 else stretched
-            self.lost[account] += damping * felt**2 / self.dt
-            self.stretched[number] = stretched
+        jumps = sum((each.given[IMPULSE] * each.columns[JUMP] for each in self.contacts), np.zeros(old.size))
+        for dashpot in self.dashpots:
+            self.lost[dashpot.account] += dashpot.lost(old, self.state, jumps, self.scheme, self.dt)
 
     def energy(self, name: str) -> float:
         """Return the energy of a body less the work of its load [J]."""
