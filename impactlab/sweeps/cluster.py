@@ -31,10 +31,11 @@ from impactlab.sweeps.engines import CHUNK_SECONDS, POINT_LIMIT_S, computed, poi
 from impactlab.sweeps.points import Sweep, chunk_of, missing
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client, Future, LocalCluster
 
 ANSWER_S = 10.0  # s in which a cluster answers, and in which a lost connection comes back
 NO_WORKERS_S = 60.0  # s without any worker, after which a sweep ends
+REPLACE_S = 30.0  # the same, after which a local cluster makes new ones: one that dies as it starts is not restarted
 MAX_SENT = 100  # times that a sweep is sent again
 PARTS = 32  # into which a chunk is split whose worker died
 MAX_LOCAL = 1024  # workers
@@ -78,17 +79,18 @@ def connected(address: str, made: Sweep, plugins: Mapping[str, str]) -> Iterator
     with contextlib.ExitStack() as stack:
         stack.callback(logging.getLogger("distributed").setLevel, logging.getLogger("distributed").level)
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
-        if local is not None:
-            address = stack.enter_context(_local(int(local[1])))
+        own = stack.enter_context(_local(int(local[1]))) if local is not None else None
+        if own is not None:
+            address = str(own.scheduler_address)
         client = stack.enter_context(_client(address))
         expected = fingerprint(tuple(plugins))
         _refuse_others(client, address, expected)
-        yield Cluster(client, address, made, expected)
+        yield Cluster(client, address, made, expected, own)
 
 
 @contextlib.contextmanager
-def _local(count: int) -> Iterator[str]:
-    """Yield the address of a cluster of processes on the loopback address.
+def _local(count: int) -> Iterator[LocalCluster]:
+    """Yield a cluster of processes on the loopback address.
 
     None of them writes results to disk.
     """
@@ -108,7 +110,7 @@ def _local(count: int) -> Iterator[str]:
             preload=[DEAF],
         )
         try:
-            yield str(cluster.scheduler_address)
+            yield cluster
         finally:
             with contextlib.suppress(Exception):
                 cluster.close(timeout=ANSWER_S)
@@ -163,8 +165,11 @@ def _other(worker: str, text: str) -> CaseError:
 class Cluster:
     """A Dask cluster that computes the chunks of one sweep. Made by `connected`."""
 
-    def __init__(self, client: Client, address: str, made: Sweep, expected: Mapping[str, str]) -> None:
+    def __init__(
+        self, client: Client, address: str, made: Sweep, expected: Mapping[str, str], own: LocalCluster | None = None
+    ) -> None:
         self.client, self.address, self.made, self.expected = client, address, made, dict(expected)
+        self.own = own  # of this process
         self.sent: set[str] = set()  # keys of these tasks
         self.whole = self._send()
 
@@ -232,7 +237,7 @@ class Cluster:
         """
         waiting, done = deque(jobs), SimpleQueue[str]()
         busy: dict[str, tuple[Job, Future, float]] = {}
-        watch = ConnectionWatch(self.client, self.address)
+        watch = ConnectionWatch(self.client, self.address, self.own)
         try:
             while waiting or busy:
                 while waiting and len(busy) < (at_once or watch.workers()):
@@ -300,10 +305,10 @@ class Cluster:
 class ConnectionWatch:
     """Looks after the connection to a cluster and the number of its workers."""
 
-    def __init__(self, client: Client, address: str) -> None:
-        self.client, self.address = client, address
+    def __init__(self, client: Client, address: str, own: LocalCluster | None) -> None:
+        self.client, self.address, self.own = client, address, own
         self.counted, self.count = -math.inf, 0
-        self.seen = self.lived = time.monotonic()
+        self.seen = self.lived = self.replaced = time.monotonic()
 
     def workers(self) -> int:
         """Return how many workers there are, counted once a second; at least 1."""
@@ -326,6 +331,10 @@ class ConnectionWatch:
             raise _gone(self.address)
         if self.client.status == "running":
             self.workers()
+        if self.own is not None and now - max(self.lived, self.replaced) > REPLACE_S:
+            count, self.replaced = len(self.own.worker_spec), now
+            self.own.scale(0)
+            self.own.scale(count)
         if now - self.lived > NO_WORKERS_S:
             raise SweepError(f"the cluster at {self.address} has had no workers for {NO_WORKERS_S:g} s")
 

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from distributed import KilledWorker
+from distributed import KilledWorker, Status
 
 import impactlab as il
 from impactlab.errors import ExtraError, SweepError
@@ -127,6 +127,24 @@ def test_a_point_that_kills_its_worker_is_one_row_and_all_others_are_completed(m
     assert [number for number, each in enumerate(status) if each != "completed"] == [17]
     assert status[17] == "crashed"
     assert str(found["reason"].values[17]) == "the worker process ended"
+
+
+@pytest.mark.slow
+def test_workers_that_die_as_they_start_are_replaced_on_this_machine(case, monkeypatch):
+    """Dask does not restart a worker that ends before its start is complete: a sweep waited for workers in vain."""
+
+    def lose(self: cluster.Cluster) -> int:
+        for nanny in self.own.workers.values():
+            nanny.status = Status.starting
+        self.client.run(os._exit, 1, on_error="ignore", nanny=False)
+        return 2
+
+    monkeypatch.setattr(points, "plugin_modules", lambda _: set())
+    monkeypatch.setattr(cluster, "NO_WORKERS_S", 400.0)  # a busy machine may take minutes to start other workers
+    monkeypatch.setattr(cluster, "REPLACE_S", 20.0)
+    monkeypatch.setattr(cluster.Cluster, "size", lose)
+    found = il.sweep(case, {MASS: [1.0, 1.5, 2.0]}, quantities=["impulse"], cluster="local:2")
+    assert found.equals(il.sweep(case, {MASS: [1.0, 1.5, 2.0]}, quantities=["impulse"]))
 
 
 @pytest.mark.slow
