@@ -24,6 +24,7 @@ from impactlab.cli import (
     new_cases,
     run_compare,
     saved_runs,
+    schema_plugins,
     sweep,
 )
 from impactlab.cli.reporting import CommandFailed, left_without_output, output_fault, print_failure
@@ -128,9 +129,9 @@ for command, summary, examples in (
         "List, print or copy the bundled cases.",
         ["impactlab cases", "impactlab cases hopkinson_chain --copy"],
     ),
-    (new_cases.schema, "Print the JSON schema of case files.", ["impactlab schema > case.schema.json"]),
+    (schema_plugins.schema, "Print the JSON schema of case files.", ["impactlab schema > case.schema.json"]),
     (
-        new_cases.plugins,
+        schema_plugins.plugins,
         "List models, laws, integrators, ...; check one of them.",
         ["impactlab plugins", "impactlab plugins --check hertz"],
     ),

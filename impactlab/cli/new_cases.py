@@ -1,4 +1,4 @@
-"""The commands ``new`` and ``cases``: files to start from; ``schema`` and ``plugins``: the installed parts."""
+"""The commands ``new`` and ``cases``: files to start from, and packaged cases."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.lazy_modules import casefile, console, jsonschema, listings, registries, starter, verdicts
-from impactlab.cli.options import Json, option
-from impactlab.cli.reporting import CommandFailed, reporting
+from impactlab.cli.lazy_modules import casefile, console, starter
+from impactlab.cli.options import Json
+from impactlab.cli.reporting import reporting
 
 
 def new(
@@ -49,47 +49,3 @@ def cases(
             return
         width = max(map(len, titles))
         print("\n".join(f"{each:{width}}  {title}" for each, title in titles.items()))
-
-
-def schema(builtin: Annotated[bool, typer.Option("--builtin", help="Leave out the parts of plugins.")] = False) -> None:
-    """Print the JSON schema of case files, with the fields of every installed part."""
-    with reporting(None, as_json=False):
-        installed = registries.registry()
-        console.print_json(jsonschema.case_schema(installed.only("impactlab") if builtin else installed))
-
-
-def plugins(
-    check_name: Annotated[
-        str | None,
-        option(
-            "--check",
-            "NAME",
-            "Run the contract suite of this part and measure it; law:NAME where two kinds share a name.",
-        ),
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """List the installed models, contact laws and integrators; or check one of them.
-
-    Broken ones are listed with the reason.
-    """
-    with reporting(None, as_json):
-        if check_name is not None:
-            console.log_compiling()
-            found = verdicts.verdict(check_name, registries.registry())
-            console.print_json(found.document()) if as_json else print(console.verdict_text(found.document()))
-            if not found.ok:
-                raise CommandFailed(1)
-            return
-        listing = listings.listing(registries.registry())
-        if as_json:
-            console.print_json({"schema_version": 1, "parts": [line._asdict() for line in listing]})
-            return
-        group = ""
-        for line in listing:
-            if line.group != group:
-                group = line.group
-                print(group)
-            print(
-                f"  {line.name:28} {'broken: ' + line.fault if line.fault else line.description}  [{line.distribution}]"
-            )

@@ -105,6 +105,11 @@ class Study:
         least = self.next if self.levels else self.description.coarser(self.next)[0]  # of the first two it may do
         return self.description.seconds(min(max(least, needed), self.description.max_fineness))
 
+    def beside(self, level: Level) -> Level | None:
+        """Return the other level whose fineness is nearest; None where there is no other."""
+        others = [each for each in self.levels if each is not level]
+        return min(others, key=lambda each: abs(each.fineness - level.fineness), default=None)
+
     def run(self, fineness: int, progress: Progress | None = None, checked: bool = True) -> Level:
         """Run a level; raises `CaseError`, `PairingError` or `StepError` as a run does.
 

@@ -25,10 +25,9 @@ def warnings(study: Study, chosen: Level, tolerance: Tolerance | None) -> Iterat
     away from jumps keep the tolerance by an estimate that is never smaller, so only those beside jumps are named; none
     where peak forces do not count.
     """
-    others = [level for level in study.levels if level is not chosen]
-    if not others or tolerance is None or "peak_forces" not in tolerance.on:
+    nearest = study.beside(chosen)
+    if nearest is None or tolerance is None or "peak_forces" not in tolerance.on:
         return
-    nearest = min(others, key=lambda level: abs(level.fineness - chosen.fineness))
     own, beside = largest_forces(chosen.history), largest_forces(nearest.history)
     falls = (chosen.fineness / nearest.fineness) ** ORDER  # of the error, from the other run to the chosen one
     least, limit = MIN_PEAK * max(own.values(), default=0.0), max(ERROR_WARN, tolerance.error)
@@ -40,13 +39,13 @@ def warnings(study: Study, chosen: Level, tolerance: Tolerance | None) -> Iterat
     if not far:
         return
     far.sort(reverse=True)
-    named = ", ".join(f"of {contact} differs by {100.0 * difference:.2g} %" for difference, contact in far[:NAMED])
+    named = ", ".join(f"that of {contact} by {100.0 * difference:.2g} %" for difference, contact in far[:NAMED])
     more = f", and those of {len(far) - NAMED} more contacts" if len(far) > NAMED else ""
     yield Warned(
         "peak_not_converged",
-        f"the tolerance does not bound a largest force beside a jump of the force: between {chosen.fineness} and "
-        f"{nearest.fineness} {study.description.unit} that {named}{more}; give a smaller tolerance, or a finer method "
-        "of your own",
+        "the tolerance does not bound a largest force beside a jump of the force: from "
+        f"{nearest.fineness} to {chosen.fineness} {study.description.unit} it changed, {named}{more}; give a smaller "
+        "tolerance, or a finer method of your own",
     )
 
 

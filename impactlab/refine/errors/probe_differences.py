@@ -22,11 +22,9 @@ def warnings(study: Study, chosen: Level) -> Iterator[Warned]:
 
     They differ much from those of another level of its description.
     """
-    probes = chosen.history.scene.probes
-    others = [level for level in study.levels if level is not chosen]
-    if not probes or not others:
+    probes, nearest = chosen.history.scene.probes, study.beside(chosen)
+    if not probes or nearest is None:
         return
-    nearest = min(others, key=lambda level: abs(level.fineness - chosen.fineness))
     t, far = midpoints(chosen.history.duration, CELLS), []
     for probe in probes:
         values, beside = (level.history.evaluate(t, probe.channel) for level in (chosen, nearest))
