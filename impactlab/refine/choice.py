@@ -23,6 +23,7 @@ from impactlab.refine.studies import in_turn, studies_of
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.simulate.checks import add_warnings
+from impactlab.simulate.warnings.resolvability import in_a_choice
 from impactlab.types import Progress
 
 
@@ -79,6 +80,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     rungs = Ladder(partial(_ladder, tried, others, description.seconds(level.fineness), why if studies else ""))
     choosing = clock.perf_counter() - began - level.run_s
     add_warnings(history)
+    history.warnings[:] = map(in_a_choice, history.warnings)
     history.warnings.extend(probe_differences.warnings(study, level))
     history.warnings.extend(peak_differences.warnings(study, level, method.tolerance))
     history.choice = Choice(

@@ -100,3 +100,18 @@ def test_the_quantity_with_the_largest_error_is_named():
     worse = {on: difference(*(level.history for level in study.levels[-2:]), asked.scene, asked.method.laws, (on,))
              for on in ("displacements", "impulses", "peak_forces")}  # fmt: skip
     assert max(worse, key=lambda on: worse[on]).startswith(quantity.partition(" of")[0].replace(" ", "_"))
+
+
+def test_a_coarse_contact_under_a_tolerance_asks_for_a_smaller_one():
+    """Mesh and step are those of the choice: the case has no setting for them."""
+    masses, springs = [1e-3, 3e-2, 6e-3, 2e-3, 1e-3, 2e-2, 3e-3, 1e-3], [1e6, 3e6, 9e5, 4e6, 6e5, 5e6, 8e6]
+    history = run_case(
+        bodies={f"b{i}": il.Mass(mass, velocity=1.0 if i == 0 else 0.0) for i, mass in enumerate(masses)},
+        contacts=[
+            il.Contact(f"b{i}", f"b{i + 1}", {"kind": "penalty", "stiffness": k}) for i, k in enumerate(springs)
+        ],
+        solve={"duration": 4e-4, "tolerance": 1e-2},
+    )
+    texts = [each.text for each in history.warnings if each.code == "coarse_contact"]
+    assert texts
+    assert all(text.endswith("give a smaller tolerance") for text in texts)

@@ -14,6 +14,7 @@ from impactlab.scene.method import stiffness_at
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.planning.contact_facts import ContactFacts
+from impactlab.simulate.warnings.peaks import oscillating
 from impactlab.types import Level
 
 COARSE_WARN = 0.25  # of a contact's time: the error of a position is then about a quarter of its change in it
@@ -25,7 +26,16 @@ MAX_MODES_ADVISED = 10_000  # more are no remedy
 # First force of a dashpot on a mesh over that of the waves, and transits of an element after a touch in which it is the
 # peak: the end nodes of mass m give way as the rods of impedance Z do after m/Z, half of such a transit.
 FIRST_FORCE_WARN, FIRST_FORCE_TIME = 1.1, 4.0
+FINER, SMALLER_STEP = "more elements or modes, and a smaller step", "a smaller step"  # remedies in the texts
 MIN_STORED = 0.01  # of the energy, in an initial overlap: less (a tenth of the speeds) need not be resolved
+
+
+def in_a_choice(warned: Warned) -> Warned:
+    """Return a warning of a run that a tolerance has chosen: its mesh and step are no settings of the case."""
+    text = warned.text
+    for remedy in (FINER, SMALLER_STEP):
+        text = text.replace(f"; give {remedy}", "; give a smaller tolerance")
+    return warned._replace(text=text)
 
 
 def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -35,9 +45,12 @@ def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
         if contact.name in touched:
             facts = history.facts_of(contact)
             stiffness = _stiffness(history, contact, facts)
-            yield from _too_coarse(history, contact, facts, stiffness)
+            of_peak = [
+                *_too_coarse(history, contact, facts, stiffness),
+                *_first_force(history, contact, facts.dashpot),
+            ]
+            yield from of_peak or oscillating(history, contact, facts)
             yield from _too_compliant(history, contact, facts)
-            yield from _first_force(history, contact, facts.dashpot)
             yield from _few_modes(history, contact, facts, stiffness)
 
 
@@ -67,7 +80,7 @@ def _too_coarse(
     shortest = facts.resolution
     if shortest > COARSE_WARN * time > 0.0:
         elastic = any(scene.bodies[point.body].elastic is not None for point in contact.faces)
-        finer = "more elements or modes, and a smaller step" if elastic else "a smaller step"
+        finer = FINER if elastic else SMALLER_STEP
         text = (
             f"{contact.name}: {words} within {time:.3g} s, and this method resolves times of {shortest:.3g} s or more; "
             f"give {finer}"

@@ -1,0 +1,80 @@
+"""Largest forces that last less than a method resolves carry a warning, others none."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.history.base import AbstractHistory
+from impactlab.simulate.warnings.peaks import largest_mean
+
+
+def warned(history: AbstractHistory) -> list[str]:
+    """Return the texts of the warnings."""
+    return [each.text for each in history.warnings if each.code == "peak_oscillates"]
+
+
+def test_mean_of_a_half_sine() -> None:
+    # Over a window w in its middle, a half sine of duration 1 has the mean sin(pi w/2)/(pi w/2).
+    times = np.linspace(0.0, 1.0, 4001)
+    impulse = (1.0 - np.cos(np.pi * times)) / np.pi
+    means = np.append(0.0, np.diff(impulse) / np.diff(times))
+    for window in (0.1, 0.25, 0.5):
+        half = 0.5 * np.pi * window
+        assert largest_mean(times, means, window) == pytest.approx(np.sin(half) / half, rel=1e-5)
+
+
+def test_mean_over_more_than_the_records_counts_no_force_outside() -> None:
+    assert largest_mean(np.array([0.0, 1.0]), np.array([0.0, 6.0]), 3.0) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("method", ["base", "penalty"])
+def test_overshoot_at_a_front_is_named(method: str) -> None:
+    # Two equal rods in hard contact have the force Z v/2, and no more; modes and a stiff spring overshoot it.
+    case = il.load_case("two_rods")
+    exact = il.run(case.with_("solve.model", kind="continuous"))
+    run = il.run(case.method(method))
+    peak, right = (max(span.peak_force or 0.0 for span in each.contacts) for each in (run, exact))
+    assert peak > 1.3 * right
+    [text] = warned(run)
+    mean = float(text.split("this mean, ")[1].split(" N")[0])
+    assert mean == pytest.approx(right, rel=0.1)
+
+
+def test_contact_that_opens_at_every_step_is_named() -> None:
+    run = il.run(il.load_case("all_methods").method("energy_conserving"))
+    assert max(span.peak_force or 0.0 for span in run.contacts) > 3.0 * 78276.57  # exact: (2 + e^-2) Z v
+    assert len(warned(run)) == 1
+
+
+def test_mesh_at_courant_1_has_no_such_peak() -> None:
+    run = il.run(il.load_case("axial_impact").method("finite_element"))
+    assert not warned(run)
+
+
+def ball(stiffness: float, elements: int) -> dict[str, Any]:
+    """Return a ball on a steel rod through a spring."""
+    return {
+        "schema_version": 1,
+        "bodies": {
+            "ball": {"kind": "mass", "mass": 0.01, "velocity": 1.0},
+            "rod": {"kind": "rod", "length": 1.0, "diameter": 0.02, "material": "steel"},
+        },
+        "contacts": [{"between": ["ball", "rod.left"], "law": {"kind": "penalty", "stiffness": stiffness}}],
+        "solve": {
+            "duration": 3e-4,
+            "model": {"kind": "finite_element", "elements": elements},
+            "integrator": {"kind": "newmark"},
+            "step": {"courant": 0.5},
+        },
+    }
+
+
+@pytest.mark.parametrize("elements", [40, 160])
+def test_short_contact_that_is_resolved_is_not_named(elements: int) -> None:
+    # The spring swings in 2 pi sqrt(m/k) = 0.2 ms: a smooth pulse, shorter than the wave's round trip.
+    run = il.run(il.Case.from_dict(ball(1e7, elements)))
+    assert not warned(run)
