@@ -107,9 +107,7 @@ def test_a_coarse_contact_under_a_tolerance_asks_for_a_smaller_one():
     masses, springs = [1e-3, 3e-2, 6e-3, 2e-3, 1e-3, 2e-2, 3e-3, 1e-3], [1e6, 3e6, 9e5, 4e6, 6e5, 5e6, 8e6]
     history = run_case(
         bodies={f"b{i}": il.Mass(mass, velocity=1.0 if i == 0 else 0.0) for i, mass in enumerate(masses)},
-        contacts=[
-            il.Contact(f"b{i}", f"b{i + 1}", {"kind": "penalty", "stiffness": k}) for i, k in enumerate(springs)
-        ],
+        contacts=[il.Contact(f"b{i}", f"b{i + 1}", {"kind": "penalty", "stiffness": k}) for i, k in enumerate(springs)],
         solve={"duration": 4e-4, "tolerance": 1e-2},
     )
     texts = [each.text for each in history.warnings if each.code == "coarse_contact"]
