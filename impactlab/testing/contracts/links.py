@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 
+from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.compiling import plain
+from impactlab.numerics.law_address import LawAddress
 from impactlab.simulate.stepping.ports import fill_acting
 from impactlab.testing.contracts.common import PORTS, at_most
 from impactlab.testing.contracts.laws import LawContract
@@ -24,21 +26,23 @@ class LinkContract(LawContract):
         """Return work, stored energy and loss of each step of a random motion.
 
         The force is a mean over steps. The first stored energy is that at the start. The last number is the largest
-        energy that took part.
+        energy that took part. The law is called as runs call it, compiled where it is.
         """
+        law = LawAddress(type(self.part).respond, True) if COMPILED and self.part.compiled else None
+        address = None if law is None else law.value
         port = self.port(random)
         port.gap = port.free_gap = port.gap_rate = port.free_gap_rate = port.in_contact = 0.0
         plain(fill_acting)(port, 0.0)
         rate_per_force, port.acting_rate_per_force = port.rate_per_force, 0.0
         port.gap_per_force = port.rate_per_force = 0.0
-        stored, work, loss, largest = [self.reply_to(port).stored], list[float](), list[float](), 1e-300
+        stored, work, loss, largest = [self.reply_to(port, address).stored], list[float](), list[float](), 1e-300
         port.rate_per_force, port.gap_per_force = rate_per_force, 0.5 * self.dt * rate_per_force  # midpoint rule
         size = SMALL * (LARGE / SMALL) ** random.random()
         for _ in range(STEPS):
             port.free_gap = port.gap + size * random.normal()
             port.free_gap_rate = 2.0 * (port.free_gap - port.gap) / self.dt - port.gap_rate
             plain(fill_acting)(port, 0.5)
-            reply = self.reply_to(port)
+            reply = self.reply_to(port, address)
             end = port.free_gap + port.gap_per_force * reply.force
             work.append(-reply.force * (end - port.gap))
             stored.append(reply.stored)
