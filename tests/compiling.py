@@ -1,6 +1,6 @@
 """Kernels compiled once where two workers start without compiled code: a half in each.
 
-Neither waits for the other: tests are handed out when both have collected them, each after its half.
+Neither waits for the other: tests are handed out when both have collected them, one after its half, one before it.
 """
 
 from __future__ import annotations

@@ -14,6 +14,8 @@ import pytest
 import typer.testing
 from hypothesis import HealthCheck, settings
 
+from impactlab.report import page
+
 # In CI the same examples every time; elsewhere new ones at each run.
 settings.register_profile(
     "impactlab",
@@ -29,6 +31,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell sets it for 
     signal.signal(signal.SIGINT, signal.default_int_handler)  # processes that tests interrupt would ignore it, too
 # Commands are made of their functions once in a process, as at a terminal; each call in a test would take 30 ms for it.
 typer.testing._get_command = functools.cache(typer.testing._get_command)
+# Workers keep all processors busy: figures of a page are drawn in them; in copies of them they take half as long again.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    page.side_by_side = lambda calls: [call() for call in calls]
 WAITING = ("test_bench_killed", "test_bench_workers", "test_sweep_cluster", "test_sweeps")
 ALL_SLOW = re.compile(r"^pytestmark = .*\bmark\.slow\b", re.MULTILINE)
 
@@ -50,19 +55,27 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Keep modules and tests, which stay to the end, out of the garbage collector's walks over all objects."""
+    """Keep modules and tests, which stay to the end, out of the garbage collector's walks over all objects.
+
+    The kernels are compiled once, a half in each of two workers: by the first before it imports the tests, whose
+    bytecode the second writes meanwhile, and by the second afterwards.
+    """
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker == "gw0":
+        compile_kernels(0)
     gc.disable()
     try:
-        return (yield)
+        result = yield
     finally:
         gc.freeze()
         gc.enable()
+    if worker == "gw1":
+        compile_kernels(1)
+    return result
 
 
-def pytest_sessionstart() -> None:
-    """Compile the kernels once, a half in each of two workers."""
-    worker = os.environ.get("PYTEST_XDIST_WORKER")
-    if worker in ("gw0", "gw1"):
-        from tests.compiling import compile_half
+def compile_kernels(number: int) -> None:
+    """Compile a half of the kernels where they are not compiled yet."""
+    from tests.compiling import compile_half
 
-        compile_half(int(worker[2:]))
+    compile_half(number)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import gc
 import re
 import subprocess
 import sys
@@ -40,9 +41,11 @@ parsed = cache(ast.parse)  # a text is looked at for several things
 
 @pytest.fixture(scope="module", autouse=True)
 def _forgotten() -> Iterator[None]:
-    """Forget the trees at the end: a million objects, over which the garbage collector would walk in later tests."""
+    """Keep the garbage collector from its walks over the trees, a million objects, and forget them at the end."""
+    gc.disable()
     yield
     parsed.cache_clear()
+    gc.enable()
 
 
 @cache

@@ -75,8 +75,13 @@ class Listening(SyntheticHistory):  # type: ignore[misc]
         return super().field(body, t, quantity, x)
 
 
-def test_a_page_asks_histories_at_the_agreed_instants_only(tmp_path: Path) -> None:
-    """So a history that was kept as samples gives the same page."""
+def test_a_page_asks_histories_at_the_agreed_instants_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """So a history that was kept as samples gives the same page, its figures drawn in this process among it.
+
+    Only the part of the time that a figure of a force shows is found from instants of its own.
+    """
+    monkeypatch.setattr("impactlab.report.figures.named_contacts._loaded", lambda *_: None)
+    monkeypatch.setattr("impactlab.report.page.side_by_side", lambda calls: [call() for call in calls])
     document, histories = three()
     for each in histories.values():
         each.__class__ = Listening
