@@ -162,7 +162,7 @@ class SideFacts(NamedTuple):
     area: float  # m2
     element_stiffness: float  # EA/h, of a beam 12 EI/h3, N/m; of the mesh, or of L/modes where there is none
     room: float  # m a reading may be away from the face: the first segment's length; NaN on a beam
-    mass: float  # kg, of the whole body; inf for a wall
+    mass: float  # kg, of the whole body with the masses at its ends; inf for a wall
     gravity: float  # m/s2, along +x
     velocity_per_force: float = math.nan  # m/(N s), of the face in the scheme's own step; NaN where nothing steps
     left_out: float = 0.0  # m/N, static compliance of the face in the modes that the model leaves out

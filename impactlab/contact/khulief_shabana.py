@@ -23,7 +23,7 @@ class KhuliefShabana(AbstractContactLaw):
     F = k d + c d', never pulling, with c from the energy balance of the whole contact of two rigid bodies with the mass
     m = m1 m2/(m1 + m2). Deviations from the source: the balance is solved exactly, up to the instant at which the force
     vanishes, so that the restitution holds for any damping; k is given, not found from a largest indentation; a
-    flexible body counts with its whole mass (its waves take energy too, so it returns slower).
+    flexible body counts with its whole mass and those at its ends (its waves take energy too, so it returns slower).
 
     References
     ----------

@@ -378,7 +378,7 @@ class WaveBody(ElasticBody):
             area=segment.area,
             element_stiffness=segment.young * segment.area / element_length,
             room=math.nan if inner else segment.length,
-            mass=self.mass,
+            mass=self.moving_mass,
             gravity=0.0,
             end=self.carries(x),
         )

@@ -171,7 +171,7 @@ class Beam(ElasticBody):
             area=segment.area,
             element_stiffness=12.0 * segment.bending_stiffness / element_length**3,
             room=math.nan,
-            mass=self.mass,
+            mass=self.moving_mass,
             gravity=0.0,
             end=end,
         )
