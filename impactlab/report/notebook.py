@@ -15,7 +15,7 @@ import numpy as np
 
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import END_ROUNDING, SERIOUS, AbstractHistory, ContactSpan
-from impactlab.history.sampling import page_times
+from impactlab.history.sampling import FRAMES, page_times
 from impactlab.printing import counted
 from impactlab.report import facts
 from impactlab.report.figures import diagram, plots, signals
@@ -104,10 +104,16 @@ def plot_xt(history: AbstractHistory) -> Figure:
         raise ImpactlabError(text, remedy="history.plot() draws forces and velocities over time.")
     if not diagram.has_waves(history, scene):
         raise ImpactlabError(
-            "no fields were kept of this run, so its waves cannot be drawn",
-            remedy="Run it as il.run(case, frames=240).",
+            f"{_kept(scene)}, so its waves cannot be drawn", remedy="Run it as il.run(case, frames=240)."
         )
     return diagram.lagrange(history, scene)
+
+
+def _kept(scene: Scene) -> str:
+    """Return how many fields a stepped run kept."""
+    if not scene.field_times:
+        return "no fields were kept of this run"
+    return f"fields of this run were kept at {len(scene.field_times)} instants, not at the {FRAMES + 1} of the diagram"
 
 
 def signals_of(

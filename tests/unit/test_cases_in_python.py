@@ -317,6 +317,8 @@ def test_unknown_keys_are_refused_where_they_are_written(made, said):
         ("solve", "timestep", "In a case it is 'dt'. It stands inside 'step': write step: {dt: ..., ...}."),
         ("solve", "dx", "In a case it is 'elements' (their number). It stands elsewhere: write solve: {model: "),
         ("rod", "time_step", "In a case it is 'dt'. It stands elsewhere: write solve: {step: {dt: ...}}."),
+        ("solve", "gravity", "It stands beside 'solve', not inside it."),
+        ("solve", "snapshots", "It stands beside 'solve', not inside it."),
         ("", "t_end", "It stands inside 'solve': write solve: {duration: ..., ...}."),
         ("rod", "E", "In a case it is 'young'. It stands inside 'material': write material: {young: ..., ...}."),
         ("rod", "youngs_modulus", "write material: {young: ..., ...}."),

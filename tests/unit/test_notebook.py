@@ -110,6 +110,10 @@ def test_figures_of_a_run() -> None:
     assert len(diagram.images) == 3
     with pytest.raises(ImpactlabError, match=r"no fields were kept.*\n.*frames=240"):
         il.run(case).plot_xt()
+    few = il.run(il.load_case(CASES / "axial_impact.yaml").with_("snapshots", ["10 us", "20 us"]))
+    with pytest.raises(ImpactlabError, match=r"kept at 2 instants, not at the 241 of the diagram.*\n.*frames=240"):
+        few.plot_xt()
+    assert repr(few.field("rod", 1e-5, "stress")).startswith("<Field at 101 places, x = 0 to 0.3 m: ")
     alone = il.Case(bodies={"ball": il.Mass(mass=1.0, velocity=1.0)}, solve={"duration": 1.0, "step": {"dt": 0.1}})
     with pytest.raises(ImpactlabError, match="no signal to draw"):
         il.run(alone).plot()

@@ -189,4 +189,5 @@ def test_lines_between_sequences_of_contacts_are_in_the_legend(ball):
     axes = il.plot_sweep(found, "impulse").axes[0]
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["ball|wall", EDGES]
     within = found.isel({"bodies.ball.velocity": slice(2, None)})
-    assert [text.get_text() for text in il.plot_sweep(within, "impulse").axes[0].get_legend().get_texts()] == ["ball|wall"]
+    axes = il.plot_sweep(within, "impulse").axes[0]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["ball|wall"]

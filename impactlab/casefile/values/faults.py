@@ -79,7 +79,8 @@ def _words(
             return str(context["text"]), FIX_VALUE
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
-            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed))
+            beside = next((at for at in reversed(keys[:-1]) if _is_beside(keys, at, data, allowed)), "")
+            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed), beside)
         case "missing":
             return "this key is missing", _what_to_add(keys, data, allowed)
         case "union_tag_not_found":
@@ -123,10 +124,13 @@ def _words(
             return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", FIX_VALUE
 
 
-def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]]) -> tuple[str, str]:
+def unknown_key(
+    name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]], beside: str = ""
+) -> tuple[str, str]:
     """Return text and remedy for an unknown key.
 
-    ``names`` are the keys known; ``blocks`` are those in which it was sought.
+    ``names`` are the keys known; ``blocks`` are those in which it was sought. ``beside`` is the block around it beside
+    which such a key may stand.
     """
     if (colon := name.partition(":"))[1] and colon[0] in names:
         return (
@@ -141,7 +145,8 @@ def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel
     comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
     key = key_of_synonym(name)
     hint = renamed(name, names, _key_inside(key.name, blocks) if key is not None else "")
-    hint = _key_inside(name, blocks) or hint or closest(name, names)
+    around = f" It stands beside {beside!r}, not inside it." if beside else ""
+    hint = _key_inside(name, blocks) or hint or around or closest(name, names)
     return (
         f"the key {shown(name)} is not known here.{hint}{comma}",
         f"Allowed: {listed(names)}." if names else "This block takes no parameters: remove the key.",
@@ -171,6 +176,11 @@ def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseM
     found = (block.model_fields.get(keys[-1]) for block in _blocks_at(keys[:-1], data, allowed))
     described = next((field.description for field in found if field is not None and field.description), "")
     return f"Add {keys[-1]}: {described}." if described else "Add it; `impactlab schema` lists every key with its unit."
+
+
+def _is_beside(keys: list[str], block: str, data: Any, allowed: Iterable[str] | type[BaseModel]) -> bool:
+    """Return whether the last key of a path may stand beside a block of the path."""
+    return keys[-1] in _allowed_at(keys[: keys.index(block)], data, allowed)
 
 
 def _key_inside(name: str, blocks: Sequence[type[BaseModel]]) -> str:
