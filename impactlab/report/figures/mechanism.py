@@ -110,10 +110,10 @@ def _beside(
     face = places[:, link] + entry["share"] * (places[:, link + 1] - places[:, link])
     gap = history.evaluate(times, f"gap:{history.scene.contacts[entry['contact']].name}")
     inside, hatch = (PAPER, "////") if entry["kind"] == "wall" else (INK, None)
-    figure = axis.get_figure(root=True)
     square = axis.scatter([], [], SQUARE**2, inside, marker="s", edgecolors=INK, hatch=hatch, clip_on=False, gid=mark)
-    shift = ScaledTranslation(*(0.7 * SQUARE / 72.0 * way), figure.dpi_scale_trans)
-    square.set_offset_transform(axis.transData + shift)
+    x, y = (0.7 * SQUARE / 72.0 * way).tolist()  # inches
+    inches = axis.figure.dpi_scale_trans
+    square.set_offset_transform(axis.transData + ScaledTranslation(x, y, inches))
 
     def step(number: int) -> None:
         square.set_offsets([face[number] + gap[number] * way])
