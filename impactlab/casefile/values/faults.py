@@ -116,7 +116,8 @@ def _words(
             if keys in (["bodies"], ["mechanisms"], ["methods"], ["variants"]):
                 entry = "{kind: ...}" if keys == ["bodies"] else "{...}"
                 return f"{given} is given where {_BLOCK} is needed", f"Write NAME: {entry} for each of them."
-            remedy = f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else FIX_VALUE
+            out = " Or leave the key out: it has a default." if keys == ["solve", "step"] else ""
+            remedy = f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}.{out}" if names else FIX_VALUE
             if isinstance(fault["input"], dict) and _NEEDED[kind] == "a list":
                 remedy = "Write it as one entry of a list, with a dash before it, or in Python [...] around it."
             return f"{given} is given where {_NEEDED[kind]} is needed", remedy
