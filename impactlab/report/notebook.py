@@ -62,6 +62,11 @@ def _check(history: AbstractHistory, channel: str, view: tuple[float, float]) ->
 
     A run may not have it, or it may have no values, as the force of an impulse law.
     """
+    if isinstance(channel, (list, tuple)):
+        raise ImpactlabError(
+            "plot() takes names of channels, not a list of them",
+            remedy="Write history.plot(*channels), with a star, or history.plot('A', 'B').",
+        )
     quantity = str(channel).partition(":")[0]
     names = sorted(history.channels(), key=lambda name: not name.startswith(f"{quantity}:"))  # like ones first
     found = signals.sampled(history, channel, np.linspace(*view, 101)) if ":" in str(channel) else None

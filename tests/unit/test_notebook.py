@@ -114,6 +114,8 @@ def test_figures_of_a_run() -> None:
     with pytest.raises(ImpactlabError, match=r"kept at 2 instants, not at the 241 of the diagram.*\n.*frames=240"):
         few.plot_xt()
     assert repr(few.field("rod", 1e-5, "stress")).startswith("<Field at 101 places, x = 0 to 0.3 m: ")
+    with pytest.raises(ImpactlabError, match=r"names of channels, not a list of them\n.*plot\(\*channels\)"):
+        history.plot(["stress:incident@0.5"])  # type: ignore[arg-type]
     alone = il.Case(bodies={"ball": il.Mass(mass=1.0, velocity=1.0)}, solve={"duration": 1.0, "step": {"dt": 0.1}})
     with pytest.raises(ImpactlabError, match="no signal to draw"):
         il.run(alone).plot()
