@@ -338,6 +338,17 @@ def test_keys_as_other_programs_call_them_name_those_of_a_case(where, given, sai
     assert said in refused.value.text
 
 
+def test_a_path_that_begins_with_the_name_of_a_body_or_a_contact_names_its_whole():
+    bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
+    pad = il.Contact("ball", "wall", {"kind": "hertz", "stiffness": 1e9}, name="pad")
+    case = il.Case(bodies=bodies, contacts=[pad], solve={"duration": 1e-3, "tolerance": 1e-3})
+    for path, said in (("ball.mass", "write bodies.ball."), ("pad.law.stiffness", "write contacts.pad.")):
+        with pytest.raises(il.CaseError) as refused:
+            case.with_(path, 2.0)
+        assert said in refused.value.text
+    assert case.with_("contacts.pad.law.stiffness", 2.0).resolved()["contacts"][0]["law"]["stiffness"] == 2.0
+
+
 @pytest.mark.parametrize("given", ["x", "g", "radius", "rho"])
 def test_an_unknown_key_of_a_law_is_not_taken_for_a_key_of_another_block(given):
     """`x` was answered with "In a case it is 'at'", the place of a probe."""

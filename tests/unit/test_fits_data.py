@@ -282,6 +282,7 @@ GOOD = "time [us],force [kN]\n" + "".join(f"{k},{k % 7}\n" for k in range(1, 40)
         (GOOD, {"--signal": "force [kN]=speed:hammer"}, "is not a channel"),
         (GOOD, {"--parameters": f"{STIFFNESS}=8e8:5e7"}, "lower one first"),
         (GOOD, {"--parameters": f"{STIFFNESS}=3e8:5e8"}, "lies outside"),
+        (GOOD, {"--parameters": f"{STIFFNESS}=5e7:8e8,bodies.hammer.mass=1:4"}, "gives several numbers"),
         (GOOD, {"--parameters": f"{STIFFNESS}=1 kg:5e8"}, "another dimension"),
         (GOOD, {"--parameters": "bodies.hammer.weight=1:5"}, "bodies.hammer"),
         (GOOD, {"--gain": "1.2:0.9"}, "lower one first"),

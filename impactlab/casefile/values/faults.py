@@ -6,7 +6,7 @@ An error has place, value given, values allowed, and a remedy.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -79,8 +79,7 @@ def _words(
             return str(context["text"]), FIX_VALUE
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
-            beside = next((at for at in reversed(keys[:-1]) if _is_beside(keys, at, data, allowed)), "")
-            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed), beside)
+            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed), _key_around(keys, data, allowed))
         case "missing":
             return "this key is missing", _what_to_add(keys, data, allowed)
         case "union_tag_not_found":
@@ -126,12 +125,12 @@ def _words(
 
 
 def unknown_key(
-    name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]], beside: str = ""
+    name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]], around: str = ""
 ) -> tuple[str, str]:
     """Return text and remedy for an unknown key.
 
-    ``names`` are the keys known; ``blocks`` are those in which it was sought. ``beside`` is the block around it beside
-    which such a key may stand.
+    ``names`` are the keys known; ``blocks`` are those in which it was sought. ``around`` is a sentence on its place
+    outside of these.
     """
     if (colon := name.partition(":"))[1] and colon[0] in names:
         return (
@@ -146,7 +145,6 @@ def unknown_key(
     comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
     key = key_of_synonym(name)
     hint = renamed(name, names, _key_inside(key.name, blocks) if key is not None else "")
-    around = f" It stands beside {beside!r}, not inside it." if beside else ""
     hint = _key_inside(name, blocks) or hint or around or closest(name, names)
     return (
         f"the key {shown(name)} is not known here.{hint}{comma}",
@@ -179,9 +177,20 @@ def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseM
     return f"Add {keys[-1]}: {described}." if described else "Add it; `impactlab schema` lists every key with its unit."
 
 
-def _is_beside(keys: list[str], block: str, data: Any, allowed: Iterable[str] | type[BaseModel]) -> bool:
-    """Return whether the last key of a path may stand beside a block of the path."""
-    return keys[-1] in _allowed_at(keys[: keys.index(block)], data, allowed)
+def _key_around(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> str:
+    """Return a sentence on a key that stands beside a block around it, or is the name of a body or a contact."""
+    name = keys[-1]
+    for number in reversed(range(len(keys) - 1)):
+        if name in _allowed_at(keys[:number], data, allowed):
+            return f" It stands beside {keys[number]!r}, not inside it."
+    if len(keys) > 1 or not isinstance(data, Mapping):
+        return ""
+    contacts = data.get("contacts")
+    named = [each.get("name") for each in contacts if isinstance(each, Mapping)] if isinstance(contacts, list) else []
+    for kind, given in (("bodies", data.get("bodies")), ("contacts", named)):
+        if isinstance(given, (Mapping, list)) and name in given:
+            return f" It is one of the {kind}: write {kind}.{name}."
+    return ""
 
 
 def _key_inside(name: str, blocks: Sequence[type[BaseModel]]) -> str:
