@@ -23,6 +23,7 @@ from impactlab.report.figures.figure_files import inline, to_svg
 from impactlab.report.figures.style import PALETTE, Trace, traces
 from impactlab.report.sketch import sketch
 from impactlab.report.table import page_headings, page_rows
+from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
@@ -145,9 +146,13 @@ def whole(history: AbstractHistory) -> Scene:
     return dataclasses.replace(history.scene, duration=history.duration)
 
 
-def of_case(label: str, title: str, scene: Scene, methods: Sequence[str], hints: Sequence[str]) -> str:
+def of_case(label: str, title: str, run: Simulation, methods: Sequence[str], hints: Sequence[str]) -> str:
     """Return a case as HTML: sketch, facts, methods, hints."""
-    rows = [*facts.scene_facts(scene), *([("methods", ", ".join(methods))] if len(methods) > 1 else [])]
+    scene = run.scene
+    rows = [
+        *facts.scene_facts(scene, facts.joined_in(*run)),
+        *([("methods", ", ".join(methods))] if len(methods) > 1 else []),
+    ]
     return _block(_heading(title or label, label if title else ""), sketch(scene), _facts(rows), *map(_warning, hints))
 
 
