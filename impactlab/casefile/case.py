@@ -251,7 +251,7 @@ class Case:
 
     def _repr_html_(self) -> str:
         made: str = above("report.notebook").of_case(
-            self.label, self.title, self.scene(), self.method_names, self.hints
+            self.label, self.title, self.simulation(), self.method_names, self.hints
         )
         return made
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +11,7 @@ import typer
 from impactlab.cli.lazy_modules import axes, console, derivatives, given_twice, sweeps, uncertainties
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option
 from impactlab.cli.reporting import CommandFailed, given_by, reporting
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, DoubtfulResult
 
 MAX_COLUMNS = 24  # of a table on the screen: more are left out in its middle
 
@@ -72,7 +73,8 @@ def sweep(
         others = [*(f"--over={text}" for text in over or []), *([f"--points={points}"] if points is not None else [])]
         others += [f"--quantities={','.join(names)}"]
         console.log_compiling(loaded.simulation())
-        with console.progress() as show:
+        with console.progress() as show, warnings.catch_warnings():
+            warnings.simplefilter("ignore", DoubtfulResult)  # of a sweep without values: the reason is said below
             found = sweeps.sweep(
                 loaded,
                 dict(read) or None,

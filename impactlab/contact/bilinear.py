@@ -49,7 +49,7 @@ class Bilinear(AbstractContactLaw):
         if self.unloading_stiffness is not None and self.unloading_stiffness < self.stiffness:
             raise CaseError(
                 f"{self.unloading_stiffness:g} N/m is below the stiffness {self.stiffness:g} N/m: it would give energy",
-                remedy="Give at least the stiffness of loading.",
+                remedy="Give at least the stiffness of loading, or restitution, which goes with every stiffness.",
                 path="unloading_stiffness",
             )
 

@@ -72,7 +72,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
     """Write ``fit.html`` and ``figures/`` of a fit into a folder that has its other files."""
     drawn, rules = saved_plates(folder, plates(fit))
     kinds = [kind for kind in KINDS if any(kind in each.intervals for each in fit.parameters)]
-    scene, origin = fit.case.scene(), of_case(fit.case, command)
+    (scene, method), origin = fit.case.simulation(), of_case(fit.case, command)
     write_study(
         folder / PAGE,
         "impactlab.fits",
@@ -80,7 +80,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
         origin,
         title=origin.title or fit.case.label,
         kicker=f"impactlab · a fit of {counted(len(fit.parameters), 'number')}",
-        facts=[*_facts(fit), *facts.scene_facts(scene)],
+        facts=[*_facts(fit), *facts.scene_facts(scene, facts.joined_in(scene, method))],
         findings=[_raised(text[:1].upper() + text[1:]) + "." for text in fit.undetermined],
         warnings=[text.partition(": ")[2] for text in fit.warnings],
         headings=[f"95 %, {METHODS[kind]}" for kind in kinds],

@@ -30,9 +30,10 @@ STD = "std "  # before the name of a column: its standard deviations
 def read_signals(file: str | Path, channels: Mapping[str, str]) -> list[Signal]:
     """Return signals from a table of measured samples.
 
-    A CSV file has a time column first, and units in brackets: ``time [ms], force [kN], gauge 1 (µstrain)``. A column
-    ``std force [kN]`` holds the standard deviations of ``force [kN]``. A NetCDF file has variables over ``time``, each
-    with the attribute ``units``; of a file that impactlab wrote, such as ``history.nc``, columns are its channels.
+    A CSV file has a column of times first, and units in brackets: ``time [ms], force [kN], gauge 1 (µstrain)``. The
+    first column may have any name with a unit of time. A column ``std force [kN]`` holds the standard deviations of
+    ``force [kN]``. A NetCDF file has variables over ``time``, each with the attribute ``units``; of a file that
+    impactlab wrote, such as ``history.nc``, columns are its channels.
 
     Parameters
     ----------
@@ -130,6 +131,21 @@ def _unknown(heading: str, headings: Sequence[str]) -> CaseError:
     )  # fmt: skip
 
 
+def _unit(named: re.Match[str]) -> str:
+    return (named["unit"] or named["in_round"]).strip()
+
+
+def _is_of_times(heading: str) -> bool:
+    """Return whether a heading begins as that of times does, or has a unit of time: ``Zeit [ms]``."""
+    named = HEADING.fullmatch(heading)
+    if TIME.match(heading) or named is None:
+        return bool(TIME.match(heading))
+    try:
+        return factor_of(_unit(named), "s") > 0.0
+    except CaseError:
+        return False
+
+
 class _Csv:
     """Columns of a CSV file with names and units; the first is time."""
 
@@ -145,9 +161,9 @@ class _Csv:
         (_, header), *self._rows = self._table.rows
         named = [heading.strip() for heading in header]
         self._named, self.headings = named, named[1:]
-        if not TIME.match(named[0]):
+        if not _is_of_times(named[0]):
             text = f"the first column is headed {shown(named[0])}, where times are needed"
-            raise CaseError(text, line=1, remedy="Write headings such as time [us],force [kN].")
+            raise CaseError(text, line=1, remedy="Put the times first, with headings such as time [us],force [kN].")
         twice = next((name for name in named if named.count(name) > 1), None)
         if twice is not None:
             raise CaseError(f"two columns are headed {shown(twice)}", line=1, remedy="Give each its own name.")
@@ -162,7 +178,7 @@ class _Csv:
             raise CaseError(
                 f"column {shown(heading)} has no unit", line=1, remedy=f"Write {heading} [{unit}], for example."
             )
-        factor = factor_of((named["unit"] or named["in_round"]).strip(), unit)
+        factor = factor_of(_unit(named), unit)
         number, count = self._named.index(heading), len(self._named)
         found = []
         for line, row in self._rows:

@@ -53,6 +53,11 @@ def read_bounds(text: str) -> tuple[str, tuple[Any, Any]]:
     if not equals or not colon or not path or not low or not high:
         remedy = f"Write {path[:80] or 'bodies.hammer.mass'}=LOW:HIGH, the range in which it is sought."
         raise CaseError(f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy=remedy)
+    if "," in high and "=" in high:
+        raise CaseError(
+            f"--parameters {shown(text)} gives several numbers",
+            remedy="Give the option once for each: --parameters A=LOW:HIGH --parameters B=LOW:HIGH.",
+        )
     try:
         return path, (parse_value(low), parse_value(high))
     except CaseError as error:

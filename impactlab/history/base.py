@@ -114,6 +114,10 @@ class Field(NamedTuple):
     x: Array  # (n,) m
     values: Array  # (n,)
 
+    def __repr__(self) -> str:
+        low, high = float(np.min(self.values)), float(np.max(self.values))
+        return f"<Field at {len(self.x)} places, x = {self.x[0]:.6g} to {self.x[-1]:.6g} m: {low:.6g} to {high:.6g}>"
+
 
 IMPULSE_SAMPLES = 4000  # of a force whose impulse is summed
 FIELD_POINTS = 401  # places of a field along a continuous rod, if none are given

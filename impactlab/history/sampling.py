@@ -30,6 +30,6 @@ def file_times(duration: float, channels: int, points: int = HISTORY_POINTS) -> 
     return page_times(duration, min(points, max(MIN_POINTS, MAX_NUMBERS // max(1, channels))))
 
 
-def frame_times(duration: float) -> Array:
-    """Return the instants of fields along bodies, shape (FRAMES + 1,) [s]."""
-    return np.linspace(0.0, duration, FRAMES + 1)
+def frame_times(duration: float, per_frame: int = 1) -> Array:
+    """Return the instants of fields along bodies, shape (FRAMES * per_frame + 1,) [s]."""
+    return np.linspace(0.0, duration, FRAMES * per_frame + 1)

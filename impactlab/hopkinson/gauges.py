@@ -59,7 +59,8 @@ def measured(
         From each gauge to the other end of its bar [m]: the struck end, and the end of the transmission bar. By
         default both as far as the gauge on the incident bar is from the specimen: right for gauges in the middle.
     zero : (float, float), optional
-        Start and end [s] of an interval before the first pulse. The mean of each signal there is subtracted from it.
+        Start and end, in seconds from the first sample, of an interval before the first pulse. The mean of each signal
+        there is subtracted from it.
     transmission_bar : Bar, optional
         The transmission bar, if it is another one, as a thinner or softer bar under a soft specimen.
 

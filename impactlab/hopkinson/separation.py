@@ -177,8 +177,8 @@ def two_gauges(
         x of the place [m]. Outside the two gauges the record loses the waves that pass there before its start or after
         its end.
     zero : (float, float), optional
-        Start and end [s] of an interval before the first pulse. The mean of each signal there is subtracted from it:
-        the difference of their offsets is added to the waves every 2 T again.
+        Start and end, in seconds from the first sample, of an interval before the first pulse. The mean of each signal
+        there is subtracted from it: the difference of their offsets is added to the waves every 2 T again.
 
     Raises
     ------
@@ -254,7 +254,8 @@ def same_length(**signals: ArrayLike) -> list[Array]:
         lengths = ", ".join(f"{name.replace('_', ' ')} {len(row)}" for name, row in zip(signals, rows, strict=True))
         raise ImpactlabError(
             f"the signals have different lengths: {lengths} samples",
-            remedy="Cut them to one length; all begin at one instant.",
+            remedy="Of one recorder, cut them to one length; all begin at one instant. Sampled at different intervals, "
+            "interpolate them to common instants first, by np.interp.",
         )
     return rows
 

@@ -75,7 +75,7 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) ->
     pile, wanted = pile_of(run), np.array([in_si("a capacity", each, "N") for each in listed(capacities)])
     if pile.toe is None:
         raise CaseError(
-            f"the pile {pile.body.name!r} has no soil under its toe, so no set that a blow count could follow from",
+            f"the pile {pile.named} has no soil under its toe, so no set that a blow count could follow from",
             remedy="Add a contact with the law smith at its toe, or take `drive`.",
             path="contacts",
         )

@@ -16,6 +16,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.piling.pile import Pile, pile_of
 from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
+from impactlab.scene.bodies import WaveBody
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
@@ -32,8 +33,9 @@ class Peak(NamedTuple):
 
     force: float  # N
     stress: float  # Pa
-    x: float  # m from the left end
+    x: float  # m from the left end of its rod
     time: float  # s
+    rod: str = ""  # name of the rod, of those of a pile of several sections
 
 
 class Head(NamedTuple):
@@ -77,8 +79,9 @@ class Blow:
 def blow(case: Case | Simulation) -> Blow:
     """Return the effect of one blow on a pile: set, stresses, energy, head signals.
 
-    The pile is the rod that links with the law `smith` hold, its head the end that a ram or a helmet meets, its toe the
-    link at the other end. Stresses are those of fields along the pile, 200 in the time of a wave through it.
+    The pile is the rod that links with the law `smith` hold, or several such rods joined end to end; its head is the
+    end that a ram or a helmet meets, its toe the link at the other end. Stresses are those of fields along the pile,
+    200 in the time of a wave through it.
 
     Parameters
     ----------
@@ -101,7 +104,7 @@ def blow(case: Case | Simulation) -> Blow:
         expect_case(case, "blow")
     run = case.simulation() if isinstance(case, Case) else case
     pile = pile_of(run)
-    count = int(np.ceil(FRAMES_PER_TRANSIT * run.scene.duration / (0.5 * pile.body.round_trip)))
+    count = int(np.ceil(FRAMES_PER_TRANSIT * run.scene.duration / (0.5 * pile.round_trip)))
     history = api.run(case, frames=min(count, POINTS))
     warn_if_moving(history, run, pile)
     found = head_of(history, pile)
@@ -151,13 +154,20 @@ def largest_stresses(history: AbstractHistory, pile: Pile) -> tuple[Peak, Peak]:
     The stress jumps at a soil link and where segments join; fields there are those on the right: it is also read just
     on the left.
     """
-    name = pile.body.name
+    found = [_stresses(history, pile, body) for body in pile.sections]
+    compression, tension = zip(*found, strict=True)
+    return max(compression, key=lambda peak: peak.stress), max(tension, key=lambda peak: peak.stress)
+
+
+def _stresses(history: AbstractHistory, pile: Pile, body: WaveBody) -> tuple[Peak, Peak]:
+    """Return the largest compression and tension of one section."""
+    name = body.name
     times = history.field_times(name)
     if times is None:
         times = np.array(history.scene.field_times)
     links = np.array([x for each in pile.soil for x in each.places_on(name)])
-    jumps = np.r_[links, np.cumsum([segment.length for segment in pile.body.segments[:-1]])]
-    before = jumps[(jumps > 0.0) & (jumps < pile.body.length)] - BESIDE * pile.body.length
+    jumps = np.r_[links, np.cumsum([segment.length for segment in body.segments[:-1]])]
+    before = jumps[(jumps > 0.0) & (jumps < body.length)] - BESIDE * body.length
     x = np.union1d(history.field(name, float(times[0]), "stress").x, before)
     stress = np.array([history.field(name, float(time), "stress", x).values for time in times])
     return _peak(history, name, x, times, stress, 1.0), _peak(history, name, x, times, stress, -1.0)
@@ -167,4 +177,4 @@ def _peak(history: AbstractHistory, name: str, x: Array, times: Array, stress: A
     number, place = np.unravel_index(np.argmax(sign * stress), stress.shape)
     force = history.field(name, float(times[number]), "force", x[place : place + 1]).values[0]
     largest = float(stress[number, place])
-    return Peak(max(0.0, sign * float(force)), max(0.0, sign * largest), float(x[place]), float(times[number]))
+    return Peak(max(0.0, sign * float(force)), max(0.0, sign * largest), float(x[place]), float(times[number]), name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from impactlab.contact.smith import Smith
@@ -12,13 +13,29 @@ from impactlab.scene.problem import Contact
 
 
 class Pile(NamedTuple):
-    """A pile, the contact on its head and the soil links on it."""
+    """A pile of one rod or of several sections, the contact on its head and the soil links on it."""
 
-    body: WaveBody
+    body: WaveBody  # the rod with the head
     head: Contact
     soil: tuple[Contact, ...]  # in the order of the scene, the toe among them
     toe: Contact | None  # the soil link at the end away from the hammer
     from_left: bool  # whether the hammer strikes its left end
+    below: tuple[WaveBody, ...] = ()  # further sections, from the head downwards
+
+    @property
+    def sections(self) -> tuple[WaveBody, ...]:
+        """The rods of the pile, from the head downwards."""
+        return (self.body, *self.below)
+
+    @property
+    def named(self) -> str:
+        """Names of its rods for messages."""
+        return " and ".join(repr(each.name) for each in self.sections)
+
+    @property
+    def round_trip(self) -> float:
+        """Time of a wave from the head to the toe and back [s]."""
+        return sum(each.round_trip for each in self.sections)
 
     @property
     def head_x(self) -> float:
@@ -35,40 +52,51 @@ class Pile(NamedTuple):
         """Impedance at the head [N s/m]."""
         return self.body.segment_at(self.head_x).impedance
 
-    def depth(self, contact: Contact) -> float:
-        """Return the distance of a contact on the pile from its head [m]."""
-        return abs(self.place(contact) - self.head_x)
-
     def place(self, contact: Contact) -> float:
-        """Return the place x of a contact on the pile [m]."""
+        """Return the place x of a contact on the rod with the head [m]."""
         return contact.places_on(self.body.name)[0]
 
 
 def pile_of(run: Simulation) -> Pile:
-    """Return the pile of a scene: the rod that links with `smith` hold.
+    """Return the pile of a scene: the rods that links with `smith` hold, joined end to end.
 
     Without such links it is the only rod.
 
     Raises
     ------
     CaseError
-        If no rod, or more than one, can be the pile, or no body strikes one of its ends.
+        If no rod, or several that are not joined end to end, can be the pile, or no body strikes one of its ends.
     """
-    body, soil = soil_of(run)
-    struck = [(contact, x) for contact in run.scene.contacts if (x := _struck_at(run, contact, body)) is not None]
+    rods, soil = _held(run)
+    if not rods:
+        raise _no_single_pile(rods)
+    struck = [
+        (contact, body, x)
+        for contact in run.scene.contacts
+        for body in rods.values()
+        if (x := _struck_at(run, contact, body, rods)) is not None
+    ]
     if len(struck) != 1:
+        name, *others = rods
         raise CaseError(
-            f"{len(struck)} contacts could be the one on the head of the pile {body.name!r}; there must be one",
-            remedy=f"Let one body, a ram or a helmet, meet {body.name}.left or {body.name}.right.",
+            f"{len(struck)} contacts could be the one on the head of the pile "
+            f"{' and '.join(map(repr, rods))}; there must be one",
+            remedy=f"Let one body, a ram or a helmet, meet {name}.left or {name}.right."
+            if not others
+            else "Let one body, a ram or a helmet, meet a free end of its first section.",
             path="contacts",
         )
-    head, x = struck[0]
-    ends = [contact for contact in soil if _x_on(contact, body) == body.length - x]
-    return Pile(body, head, soil, ends[0] if ends else None, x == 0.0)
+    (head, body, x), *_ = struck
+    sections = _joined(run, rods, body, x)
+    if len(sections) != len(rods):
+        raise _no_single_pile(rods)
+    last, at = sections[-1]
+    ends = [contact for contact in soil if _x_on(contact, last) == at]
+    return Pile(body, head, soil, ends[0] if ends else None, x == 0.0, tuple(each for each, _ in sections[1:]))
 
 
 def soil_of(run: Simulation) -> tuple[WaveBody, tuple[Contact, ...]]:
-    """Return the rod held by links with the law `smith`, and these links.
+    """Return the one rod held by links with the law `smith`, and these links.
 
     Without links it is the only rod.
 
@@ -77,31 +105,59 @@ def soil_of(run: Simulation) -> tuple[WaveBody, tuple[Contact, ...]]:
     CaseError
         If no rod, or more than one, can be the pile.
     """
+    rods, soil = _held(run)
+    if len(rods) != 1:
+        raise _no_single_pile(rods)
+    return next(iter(rods.values())), soil
+
+
+def _held(run: Simulation) -> tuple[dict[str, WaveBody], tuple[Contact, ...]]:
+    """Return the rods that soil links hold, by name, and these links; without links all rods."""
     scene, laws = run.scene, run.method.laws
     soil = tuple(contact for contact in scene.contacts if isinstance(laws.get(contact.name), Smith))
     rods = {name: body.waves for name, body in scene.elastic.items() if body.waves is not None}
     held = {point.body for contact in soil for point in contact.faces if point.body in rods}
-    names = sorted(held) or [*rods]
-    if len(names) != 1:
-        raise CaseError(
-            f"one rod must be the pile, and {', '.join(map(repr, names)) or 'no rod'} could be",
-            remedy="Give one rod all contacts with the law smith.",
-            path="bodies",
-        )
-    return rods[names[0]], soil
+    return ({name: body for name, body in rods.items() if name in held} or rods), soil
+
+
+def _no_single_pile(rods: Mapping[str, WaveBody]) -> CaseError:
+    return CaseError(
+        f"one rod must be the pile, and {', '.join(map(repr, sorted(rods))) or 'no rod'} could be",
+        remedy="Give one rod all contacts with the law smith. `blow` and `bearing_graph` also take a pile of several "
+        "rods with such contacts, each joined to the next end to end, as by a splice or at a crack.",
+        path="bodies",
+    )
+
+
+def _joined(run: Simulation, rods: Mapping[str, WaveBody], body: WaveBody, x: float) -> list[tuple[WaveBody, float]]:
+    """Return the sections from the one with the head at x on, each with the place of its lower end [m]."""
+    found = [(body, body.length - x)]
+    while True:
+        upper, end = found[-1]
+        for contact in run.scene.contacts:
+            names = [point.body for point in contact.faces]
+            other = next((rods[name] for name in names if name in rods and name != upper.name), None)
+            if other is None or _x_on(contact, upper) != end or any(other is each for each, _ in found):
+                continue
+            start = _x_on(contact, other)
+            if start in (0.0, other.length):
+                found.append((other, other.length - start))
+                break
+        else:
+            return found
 
 
 def _x_on(contact: Contact, body: WaveBody) -> float | None:
     return next(iter(contact.places_on(body.name)), None)
 
 
-def _struck_at(run: Simulation, contact: Contact, body: WaveBody) -> float | None:
-    """Return the end x [m] of the pile that a striker meets, else None.
+def _struck_at(run: Simulation, contact: Contact, body: WaveBody, rods: Mapping[str, WaveBody]) -> float | None:
+    """Return the end x [m] of a section that a striker meets, else None.
 
-    A striker is a body other than soil or a wall.
+    A striker is a body other than soil, a wall or another section.
     """
     x = _x_on(contact, body)
     others = [run.scene.bodies[point.body] for point in contact.faces if point.body != body.name]
     if x not in (0.0, body.length) or not others or isinstance(run.method.laws.get(contact.name), Smith):
         return None
-    return x if others[0].moves else None
+    return x if others[0].moves and others[0].name not in rods else None

@@ -26,7 +26,7 @@ def warn_if_moving(history: AbstractHistory, run: Simulation, pile: Pile, blow: 
     Its links yield, or go furthest, in the last round trip of a wave. ``blow`` names the blow among several, with a
     colon.
     """
-    trip = pile.body.round_trip
+    trip = pile.round_trip
     time = np.linspace(0.0, history.duration, POINTS + 1)
     last = time >= history.duration - trip
     moved = np.array([-history.evaluate(time, f"gap:{contact.name}") for contact in pile.soil])
@@ -46,7 +46,7 @@ def warn_if_moving(history: AbstractHistory, run: Simulation, pile: Pile, blow: 
     texts = [f"these {what}: {_named(pile, chosen)}" for what, chosen in still if chosen.any()]
     if texts:
         warn(
-            f"{blow}the run ends at {history.duration:.6g} s, before the soil of {pile.body.name!r} is at rest, so the "
+            f"{blow}the run ends at {history.duration:.6g} s, before the soil of {pile.named} is at rest, so the "
             f"set may still change. Of its links in the last {min(trip, history.duration):.3g} s, a round trip "
             f"of a wave through the pile, {'; '.join(texts)}. Give solve.duration a longer time, such as "
             f"{2.0 * history.duration:.3g} s.",

@@ -119,7 +119,9 @@ def check_at_rest(run: Simulation, pile: Pile) -> None:
     others = [c for c in run.scene.contacts if run.method.laws[c.name].two_sided and c not in pile.soil]
     wrong = next((c.name for c in others if pile.body.name in (c.left.body, c.right.body)), "")
     text = ""
-    if not pile.soil:
+    if pile.below:
+        text, path = f"the rest between blows is that of a pile of one rod, and {pile.named} are several", "bodies"
+    elif not pile.soil:
         text, path = "no soil holds the pile, so it has no rest", "contacts"
     elif wrong:
         text, path = f"the link {wrong!r} holds the pile beside its soil", "contacts"

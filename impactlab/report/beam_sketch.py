@@ -113,5 +113,5 @@ def _arrow(x: float, y: float, velocity: float) -> str:
     return (
         f'<path d="M{x:.1f} {y - 12 * side:.1f}V{y + 12 * side:.1f}" class="move"/>'
         f'<path d="M{x:.1f} {y + 15 * side:.1f}l-4 {-8 * side}h8z" class="head"/>'
-        f'<text x="{x + 9:.1f}" y="{y + 4:.1f}">{abs(velocity):g} m/s</text>'
+        f'<text x="{x + 9:.1f}" y="{y + 4:.1f}">{abs(velocity):.4g} m/s</text>'
     )

@@ -15,7 +15,7 @@ import numpy as np
 
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import END_ROUNDING, SERIOUS, AbstractHistory, ContactSpan
-from impactlab.history.sampling import page_times
+from impactlab.history.sampling import FRAMES, page_times
 from impactlab.printing import counted
 from impactlab.report import facts
 from impactlab.report.figures import diagram, plots, signals
@@ -23,6 +23,7 @@ from impactlab.report.figures.figure_files import inline, to_svg
 from impactlab.report.figures.style import PALETTE, Trace, traces
 from impactlab.report.sketch import sketch
 from impactlab.report.table import page_headings, page_rows
+from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
@@ -62,6 +63,11 @@ def _check(history: AbstractHistory, channel: str, view: tuple[float, float]) ->
 
     A run may not have it, or it may have no values, as the force of an impulse law.
     """
+    if isinstance(channel, (list, tuple)):
+        raise ImpactlabError(
+            "plot() takes names of channels, not a list of them",
+            remedy="Write history.plot(*channels), with a star, or history.plot('A', 'B').",
+        )
     quantity = str(channel).partition(":")[0]
     names = sorted(history.channels(), key=lambda name: not name.startswith(f"{quantity}:"))  # like ones first
     found = signals.sampled(history, channel, np.linspace(*view, 101)) if ":" in str(channel) else None
@@ -104,10 +110,16 @@ def plot_xt(history: AbstractHistory) -> Figure:
         raise ImpactlabError(text, remedy="history.plot() draws forces and velocities over time.")
     if not diagram.has_waves(history, scene):
         raise ImpactlabError(
-            "no fields were kept of this run, so its waves cannot be drawn",
-            remedy="Run it as il.run(case, frames=240).",
+            f"{_kept(scene)}, so its waves cannot be drawn", remedy="Run it as il.run(case, frames=240)."
         )
     return diagram.lagrange(history, scene)
+
+
+def _kept(scene: Scene) -> str:
+    """Return how many fields a stepped run kept."""
+    if not scene.field_times:
+        return "no fields were kept of this run"
+    return f"fields of this run were kept at {len(scene.field_times)} instants, not at the {FRAMES + 1} of the diagram"
 
 
 def signals_of(
@@ -134,9 +146,13 @@ def whole(history: AbstractHistory) -> Scene:
     return dataclasses.replace(history.scene, duration=history.duration)
 
 
-def of_case(label: str, title: str, scene: Scene, methods: Sequence[str], hints: Sequence[str]) -> str:
+def of_case(label: str, title: str, run: Simulation, methods: Sequence[str], hints: Sequence[str]) -> str:
     """Return a case as HTML: sketch, facts, methods, hints."""
-    rows = [*facts.scene_facts(scene), *([("methods", ", ".join(methods))] if len(methods) > 1 else [])]
+    scene = run.scene
+    rows = [
+        *facts.scene_facts(scene, facts.joined_in(*run)),
+        *([("methods", ", ".join(methods))] if len(methods) > 1 else []),
+    ]
     return _block(_heading(title or label, label if title else ""), sketch(scene), _facts(rows), *map(_warning, hints))
 
 

@@ -169,7 +169,7 @@ def _arrow(x: float, y: float, velocity: float) -> str:
     side = 1 if velocity > 0 else -1
     tail, tip = x - 20 * side, x + 20 * side
     anchor = "start" if side > 0 else "end"
-    text = f'<text x="{tip + 8 * side:.1f}" y="{y + 4}" text-anchor="{anchor}">{abs(velocity):g} m/s</text>'
+    text = f'<text x="{tip + 8 * side:.1f}" y="{y + 4}" text-anchor="{anchor}">{abs(velocity):.4g} m/s</text>'
     return (
         f'<path d="M{tail:.1f} {y}H{tip:.1f}" class="move"/>'
         f'<path d="M{tip + 3 * side:.1f} {y}l{-8 * side} -4v8z" class="head"/>{text}'

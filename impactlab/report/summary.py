@@ -9,7 +9,7 @@ import dataclasses
 from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.history.base import AbstractHistory, ContactSpan, Event
+from impactlab.history.base import AbstractHistory, ContactSpan, Event, LinkResult
 from impactlab.history.extremes import extremes
 from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import collisions
@@ -36,6 +36,7 @@ KNOWN_BY = {
 }
 """Uncertainties of the reference that bound each error."""
 STEPPED = "stepped waves"  # of continuous beams, and of runs that were saved without words for it
+NOISE = 1e-12  # of the energy at stake: rounding of a loss
 BOOKED = ("contact", "unresolved")  # always named in the energy block, also where nothing was booked
 
 
@@ -90,7 +91,7 @@ def summarise(
         "method": method(history),
         "events": [_event(event) for event in history.events],
         "contacts": [_contact(span) for span in history.contacts],
-        "links": [each._asdict() for each in history.links],
+        "links": [_link(each, NOISE * history.energy.scale) for each in history.links],
         "collisions": [dataclasses.asdict(each) for each in collisions(scene, history)],
         "final": final(scene, history),
         "energy": energy(history),
@@ -103,6 +104,11 @@ def summarise(
         "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],
     }
     return {key: plain(value) for key, value in summary.items()}
+
+
+def _link(link: LinkResult, noise: float) -> dict[str, Any]:
+    """Return a link as a document; a loss [J] that is rounding of the energy is 0."""
+    return link._replace(loss=link.loss if abs(link.loss) > noise else 0.0)._asdict()
 
 
 def status_of(history: AbstractHistory) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+import textwrap
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -40,7 +41,9 @@ if TYPE_CHECKING:
 
 ENDED = [STATUSES.index(name) for name in ("completed", "tolerance_not_met")]
 PANEL = "panel"  # label of the axes that show points, beside those of colour bars
+NAME_LETTERS = 45  # of the name of a quantity in a line beside a panel
 HATCH = "/////"
+EDGES = "other contacts on either side"  # of a line between two sequences of contacts
 LEGEND_COLUMNS, LEGEND_ROW = 3, 0.155  # inches high
 PANEL_WIDTHS = {1: 6.4, 2: 2.5}  # inches, of one panel and of two side by side
 MAX_WORDS = 30  # below a panel; of more every second, third ... one
@@ -152,7 +155,8 @@ def _titled(name: str, unit: Unit) -> str:
 
 def _named(table: Any, unit: Unit) -> str:
     """Return the first clause of the description of a quantity, with its unit."""
-    return _titled(re.split("[;:]", str(table.attrs.get("long_name", table.name)))[0], unit)
+    clause = re.split("[;:,]", str(table.attrs.get("long_name", table.name)))[0]
+    return textwrap.fill(_titled(clause, unit), NAME_LETTERS)
 
 
 def _set_axis(axes: Axes, which: str, place: Places, columns: int = 1) -> None:
@@ -214,7 +218,9 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
     from matplotlib.ticker import MaxNLocator
 
     place, named = places(found, axis), labelled([table.values for table in tables], len(PALETTE))
-    entries = 0 if not labels[0] else len(named) + (len(named) < len(tables))
+    missing, sequences = ~np.isin(found["status"].values, ENDED), _sequences(found, [axis])
+    edges = place.edges[1:-1][(np.diff(sequences) != 0) & ~missing[1:] & ~missing[:-1]]
+    entries = (edges.size > 0) + (len(named) + (len(named) < len(tables)) if labels[0] else 0)
     top = 0.15 + LEGEND_ROW * max(1, -(-entries // LEGEND_COLUMNS))
     margins = Margins(left=0.9, right=0.2, top=top, bottom=_lower_margin(place, 1))
     figure, [[axes]] = grid(1, 1, 3.2, margins)
@@ -235,17 +241,17 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
                             linewidth=1.5 if has_name else 0.5, drawstyle="steps-mid" if is_counted else "default",
                             label=labels[number] if has_name else f"... {len(tables) - len(named)} more")  # fmt: skip
         handles.append(line)
-    handles = handles[-len(named) :] + handles[: -len(named)][:1]
+    handles = handles[-len(named) :] + handles[: -len(named)][:1] if labels[0] else []
     _set_axis(axes, "x", place)
     axes.set_ylabel(_named(tables[0], unit))
-    missing = ~np.isin(found["status"].values, ENDED)
     empty = missing | ~np.any([np.isfinite(table.values) for table in tables], axis=0)
     for first, last in _runs(empty):
         axes.axvspan(place.edges[first], place.edges[last], facecolor="none", edgecolor=MUTED, hatch=HATCH, linewidth=0)
-    sequences = _sequences(found, [axis])
-    for edge in place.edges[1:-1][(np.diff(sequences) != 0) & ~missing[1:] & ~missing[:-1]]:
-        axes.axvline(edge, color=MUTED, linewidth=0.8, linestyle=(0, (4, 2)), zorder=0.5)
-    if labels[0]:
+    for edge in edges:
+        line = axes.axvline(edge, color=MUTED, linewidth=0.8, linestyle=(0, (4, 2)), zorder=0.5, label=EDGES)
+    if edges.size:
+        handles.append(line)
+    if labels[0] or edges.size:
         axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=LEGEND_COLUMNS, fontsize=8,
                     frameon=False, borderaxespad=0.2, labelspacing=0.3)  # fmt: skip
     return figure

@@ -17,8 +17,9 @@ import numpy as np
 
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
-from impactlab.errors import CaseError, ImpactlabError, SweepError, expect_whole
+from impactlab.errors import CaseError, DoubtfulResult, ImpactlabError, SweepError, expect_whole
 from impactlab.jobs.files import whole
+from impactlab.measurement.inputs import warn
 from impactlab.report.facts import joined_in
 from impactlab.report.provenance import of_case
 from impactlab.scene.problem import Scene
@@ -31,7 +32,7 @@ from impactlab.sweeps.interrupts import remembered
 from impactlab.sweeps.page import write_page
 from impactlab.sweeps.points import Sweep, origin_of
 from impactlab.sweeps.quantities import DEFAULT, one_by_one, quantities_of
-from impactlab.sweeps.result import Result, needed, refuse_large, write_table
+from impactlab.sweeps.result import Result, counts, first_reason, needed, refuse_large, write_table
 from impactlab.sweeps.sampled import Sampled, check_channel, check_sampled, extreme_in
 from impactlab.sweeps.shards import Shard, read_shard
 from impactlab.types import Progress
@@ -89,6 +90,11 @@ def sweep(
         For the page: the command that repeats the sweep, and the one that runs its case, to which the settings of a
         point are added.
 
+    Warns
+    -----
+    DoubtfulResult
+        If every point was refused or failed, with the first reason.
+
     Raises
     ------
     CaseError, PairingError, PluginError
@@ -121,7 +127,7 @@ def sweep(
             engine, content["chunk"] = reached.chunks, content["chunk"] or reached.size()
         content["chunk"] = content["chunk"] or size_of_chunk(made, workers)
         if path is None:
-            return _filled(Result(content), engine, None, None, progress).dataset()
+            return _with_values(_filled(Result(content), engine, None, None, progress).dataset())
         stack.enter_context(kept_in(path))
         folder = stack.enter_context(opened(path, content, part))
         result = Result(folder.content)
@@ -132,7 +138,15 @@ def sweep(
         found = result.dataset()
         if part is None and (missing or not (path / "index.html").exists()):
             write(folder, found, made, command, repeat)
-        return found
+        return _with_values(found)
+
+
+def _with_values(found: xarray.Dataset) -> xarray.Dataset:
+    """Return a sweep; issue a `DoubtfulResult` if every point was refused or failed."""
+    reason = first_reason(found)
+    if reason and set(counts(found)) <= {"refused", "failed", "hung", "crashed"}:
+        warn(f"no point of the sweep has values. The first: {reason}", DoubtfulResult)
+    return found
 
 
 def _made_of(

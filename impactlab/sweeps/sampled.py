@@ -14,7 +14,7 @@ from impactlab.errors import CaseError
 from impactlab.history.base import END_ROUNDING, AbstractHistory
 from impactlab.history.extremes import extremes
 from impactlab.history.units import UNITS
-from impactlab.scene.method import Method
+from impactlab.scene.method import Method, is_exact
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import probed
 
@@ -130,14 +130,13 @@ def channels(scene: Scene) -> Iterator[str]:
 
 
 def _anywhere(quantity: str, label: str, scene: Scene, method: Method) -> bool:
-    """Return whether a channel is at a place of a continuous body.
+    """Return whether a channel is at a place of a body that is solved exactly.
 
-    No probe is needed there.
+    No probe is needed there. A delay line, a continuous rod in steps, has its probes alone.
     """
     name, at, place = label.rpartition("@")
     body = scene.elastic.get(name)
-    model = method.models.get(name)
-    if not at or body is None or model is None or not model.exact or quantity not in body.quantities:
+    if not at or body is None or quantity not in body.quantities or not is_exact(scene, method):
         return False
     try:
         return 0.0 <= float(place) <= body.length

@@ -134,6 +134,12 @@ class _Reader:
             self._value(float(given.ppf(0.5)))
         elif isinstance(given, Mapping):
             shape = self._table(list(given), list(given.values()))
+        elif isinstance(given, tuple) and len(given) == 2:
+            a, b = map(str, given)
+            raise self._wrong(
+                f"a pair, ({a}, {b}), may be mean and deviation, two ends, or two values",
+                f"Write 'normal({a}, {b})', 'uniform({a}, {b})' or the list [{a}, {b}].",
+            )
         elif isinstance(given, Iterable):
             shape = self._table(list(given), None)
         else:

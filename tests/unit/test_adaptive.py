@@ -460,7 +460,7 @@ def test_a_stiff_contact_is_no_trouble_for_an_implicit_method() -> None:
 @pytest.mark.parametrize(
     ("given", "path", "says"),
     [
-        (struck(LUMPED, AdditionDeletion()), "contacts.0.law", "law 'addition_deletion' gives none"),
+        (struck(LUMPED, AdditionDeletion()), "contacts.0.law", "law 'addition_deletion' has no such force"),
         (struck(Modal(10), WaveIdentification()), "contacts.0.law", "integrator 'adaptive' needs a force that follows"),
         (
             scene([rod(name="left"), rod()], Penalty(), 0.0, 1e-4).but(models={"left": Continuous(), "rod": LUMPED}),

@@ -246,7 +246,8 @@ def test_an_effective_mass_must_be_given_where_it_changes_with_the_position() ->
 
 @pytest.mark.parametrize("law", ["velocity_complementarity", "impulse_momentum", "addition_deletion"])
 def test_adaptive_steps_serve_laws_of_smooth_forces_alone(law: str) -> None:
-    text = f"integrator 'adaptive' needs a force that follows from gap and gap rate alone, and law '{law}' gives none"
+    text = "integrator 'adaptive' needs a force that follows from gap and gap rate alone, and only presses; "
+    text += f"law '{law}' has no such force"
     with pytest.raises(PairingError, match=text) as raised:
         il.run(case_with({"solve.integrator": {"kind": "adaptive"}, "contacts.0.law": {"kind": law}}))
     assert raised.value.path == "contacts.0.law"

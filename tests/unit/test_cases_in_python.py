@@ -317,6 +317,8 @@ def test_unknown_keys_are_refused_where_they_are_written(made, said):
         ("solve", "timestep", "In a case it is 'dt'. It stands inside 'step': write step: {dt: ..., ...}."),
         ("solve", "dx", "In a case it is 'elements' (their number). It stands elsewhere: write solve: {model: "),
         ("rod", "time_step", "In a case it is 'dt'. It stands elsewhere: write solve: {step: {dt: ...}}."),
+        ("solve", "gravity", "It stands beside 'solve', not inside it."),
+        ("solve", "snapshots", "It stands beside 'solve', not inside it."),
         ("", "t_end", "It stands inside 'solve': write solve: {duration: ..., ...}."),
         ("rod", "E", "In a case it is 'young'. It stands inside 'material': write material: {young: ..., ...}."),
         ("rod", "youngs_modulus", "write material: {young: ..., ...}."),
@@ -334,6 +336,17 @@ def test_keys_as_other_programs_call_them_name_those_of_a_case(where, given, sai
     with pytest.raises(il.CaseError) as refused:
         il.Case.from_dict(blocks)
     assert said in refused.value.text
+
+
+def test_a_path_that_begins_with_the_name_of_a_body_or_a_contact_names_its_whole():
+    bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
+    pad = il.Contact("ball", "wall", {"kind": "hertz", "stiffness": 1e9}, name="pad")
+    case = il.Case(bodies=bodies, contacts=[pad], solve={"duration": 1e-3, "tolerance": 1e-3})
+    for path, said in (("ball.mass", "write bodies.ball."), ("pad.law.stiffness", "write contacts.pad.")):
+        with pytest.raises(il.CaseError) as refused:
+            case.with_(path, 2.0)
+        assert said in refused.value.text
+    assert case.with_("contacts.pad.law.stiffness", 2.0).resolved()["contacts"][0]["law"]["stiffness"] == 2.0
 
 
 @pytest.mark.parametrize("given", ["x", "g", "radius", "rho"])

@@ -141,6 +141,16 @@ def test_a_coarse_contact_of_rigid_bodies_asks_for_a_smaller_step_alone() -> Non
     assert warned.text.endswith("or more; give a smaller step")
 
 
+def test_a_coarse_contact_of_a_delay_line_asks_for_a_smaller_step_alone() -> None:
+    """It asked for more elements or modes, of a body that has none."""
+    bodies = {"ball": il.Mass(0.005, velocity=1.0), "rod": il.Rod(length=1.0, area=1e-3, material="steel")}
+    contacts = [il.Contact("ball", "rod.left", {"kind": "hertz", "stiffness": 1e11})]
+    solve = {"duration": 1e-3, "model": {"kind": "continuous"}, "step": {"dt": 2e-5}}
+    (warned,) = [each for each in il.run(il.Case(bodies=bodies, contacts=contacts, solve=solve)).warnings
+                 if each.code == "coarse_contact"]  # fmt: skip
+    assert warned.text.endswith("or more; give a smaller step")
+
+
 def test_the_pushes_of_open_contacts_agree() -> None:
     """Two open Nitsche contacts on one rod took one sweep: their pushes depended on which was evaluated first."""
     rod = Rod("rod", (UNIT,), FREE, FREE, displacement=lambda x: 0.01 * (x - 0.5))

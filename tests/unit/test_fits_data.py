@@ -242,6 +242,20 @@ def test_the_command_takes_experiments_instruments_and_a_bandwidth(case, tmp_pat
     assert (tmp_path / "out" / "fitted-2.yaml").exists()
 
 
+@pytest.mark.parametrize(
+    ("heading", "factor"), [("Zeit [ms]", 1e-3), ("temps (µs)", 1e-6), ("X [s]", 1.0), ("time [us]", 1e-6)]
+)
+def test_times_are_headed_in_any_language_with_a_unit_of_time(tmp_path, heading, factor):
+    """'Zeit [ms]' was refused as no time; 'Last [kN]' in its place is."""
+    file = tmp_path / "shot.csv"
+    file.write_text(f"{heading};Kraft [kN]\n0,5;1,0\n1,5;2,0\n2,5;2,0\n3,5;2,0\n", encoding="utf-8")
+    (signal,) = il.read_signals(file, {"Kraft [kN]": FORCE})
+    assert signal.times == pytest.approx(factor * np.array([0.5, 1.5, 2.5, 3.5]), rel=1e-12)
+    file.write_text("Last [kN];Kraft [kN]\n0,5;1,0\n", encoding="utf-8")
+    with pytest.raises(il.CaseError, match="where times are needed"):
+        il.read_signals(file, {"Kraft [kN]": FORCE})
+
+
 FREE = {"--shift": "free", "--gain": "free", "--offset": "free"}
 GOOD = "time [us],force [kN]\n" + "".join(f"{k},{k % 7}\n" for k in range(1, 40))
 
@@ -268,6 +282,7 @@ GOOD = "time [us],force [kN]\n" + "".join(f"{k},{k % 7}\n" for k in range(1, 40)
         (GOOD, {"--signal": "force [kN]=speed:hammer"}, "is not a channel"),
         (GOOD, {"--parameters": f"{STIFFNESS}=8e8:5e7"}, "lower one first"),
         (GOOD, {"--parameters": f"{STIFFNESS}=3e8:5e8"}, "lies outside"),
+        (GOOD, {"--parameters": f"{STIFFNESS}=5e7:8e8,bodies.hammer.mass=1:4"}, "gives several numbers"),
         (GOOD, {"--parameters": f"{STIFFNESS}=1 kg:5e8"}, "another dimension"),
         (GOOD, {"--parameters": "bodies.hammer.weight=1:5"}, "bodies.hammer"),
         (GOOD, {"--gain": "1.2:0.9"}, "lower one first"),

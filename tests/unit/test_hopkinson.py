@@ -242,6 +242,9 @@ def test_bad_input_is_refused_in_words():
     quiet, t = np.zeros(5000), DT * np.arange(5000)
     with pytest.raises(ImpactlabError, match="different lengths: incident gauge 5000, transmission gauge 4000 samples"):
         hopkinson.measured(quiet, quiet[:4000], DT, PLAIN, (0.75, 0.75))
+    # Signals of two recorders must not be cut: one of them would be stretched.
+    with pytest.raises(ImpactlabError, match=r"Sampled at different intervals, interpolate them to common instants"):
+        hopkinson.measured(quiet, quiet[:4000], DT, PLAIN, (0.75, 0.75))
     with pytest.raises(ImpactlabError, match=r"both gauges are at 0\.5 m"):
         hopkinson.two_gauges(quiet, quiet, DT, PLAIN, (0.5, 0.5), 1.0)
     long = np.where((t > 50e-6) & (t < 400e-6), 1e-3, 0.0)

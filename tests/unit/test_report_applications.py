@@ -113,3 +113,14 @@ def test_a_shaft_in_pieces_is_one_line_among_the_facts() -> None:
     assert words["shaft"] == "15 pieces, pile.at(5.5) | ground to pile.at(19.5) | ground, joined from the start"
     assert words["toe"] == "pile.right | base, joined from the start"
     assert words["ram | helmet"] == "gap 0"
+
+
+def test_a_case_in_a_notebook_and_the_page_of_a_fit_name_what_is_joined(tmp_path: Path) -> None:
+    """Both gave a specimen between two bars "gap 0"."""
+    case = il.load_case("hopkinson_aluminium")
+    assert "joined from the start" in case._repr_html_()
+    assert il.load_case("smith_pile")._repr_html_().count("joined from the start") == 2
+    history, times = il.run(case), np.linspace(0.0, 5e-4, 60)
+    signal = il.Signal("strain:transmission@0.75", times, history.evaluate(times, "strain:transmission@0.75"))
+    il.fit(case, signal, {"bodies.striker.velocity": (6.0, 24.0)}).write(tmp_path)
+    assert "joined from the start" in (tmp_path / "fit.html").read_text(encoding="utf-8")

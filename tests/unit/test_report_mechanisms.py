@@ -64,6 +64,42 @@ def test_an_animation_moves_the_chain_to_scale(history: AbstractHistory) -> None
     assert stage.get_aspect() == 1.0
 
 
+def test_an_animation_shows_the_block_beside_the_face_that_meets_it(history: AbstractHistory) -> None:
+    figure, step, count = animation.film(history)
+    (block,) = figure.axes[0].collections
+    step(count - 1)
+    end = history.evaluate(history.duration, "position:rod.right")
+    gap = history.evaluate(history.duration, "gap:rod.right|block")
+    assert block.get_offsets()[0] == pytest.approx([end + gap, 0.0], abs=1e-4)  # the chord of a bent rod is shorter
+
+
+def test_an_animation_shows_the_whole_force_of_a_joint_that_also_pulls(history: AbstractHistory) -> None:
+    joint = {"kind": "slack", "stiffness": 5e7, "slack": 1e-4}
+    pulled = il.run(history.case.with_settings({"contacts.0.law": joint, "contacts.0.gap": 0.0}))
+    figure, step, count = animation.film(pulled)
+    step(count - 1)
+    (line,) = [each for each in figure.axes[1].lines if each.get_gid() == animation.MOVING]
+    low, high = figure.axes[1].get_ylim()
+    (link,) = pulled.links
+    assert link.smallest < -100.0
+    # Ten instants a frame: the largest of them is a little below that of all steps.
+    assert low < line.get_ydata().min() < 0.9e-3 * link.smallest
+    assert high > line.get_ydata().max() > 0.9e-3 * link.largest
+
+
+def test_a_joint_without_loss_takes_nothing(history: AbstractHistory) -> None:
+    """It took "4.57035e-14 J", the rounding of its energy; a cushion in its place takes what it books."""
+    joint = {"kind": "slack", "stiffness": 5e7, "slack": 1e-4}
+    pulled = il.run(history.case.with_settings({"contacts.0.law": joint, "contacts.0.gap": 0.0}))
+    summary = summarise("slider_crank", pulled.scene, pulled, None)
+    assert [each["loss"] for each in summary["links"]] == [0.0]
+    assert "takes 0 J" in summary_text(summary)
+    yields = {"kind": "elastic_plastic", "stiffness": 5e7, "yield_force": 50.0}
+    taken = il.run(history.case.with_settings({"contacts.0.law": yields, "contacts.0.gap": 0.0}))
+    (link,) = summarise("slider_crank", taken.scene, taken, None)["links"]
+    assert link["loss"] == taken.links[0].loss > 1e-3
+
+
 def test_the_summary_says_how_errors_are_measured(history: AbstractHistory) -> None:
     text = summary_text(summarise("slider_crank", history.scene, history, None))
     assert "not measured: no exact answer, and none that converges within 7 s" in text

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import impactlab as il
 from impactlab.report.figures.style import PALETTE
-from impactlab.sweeps.plots import HATCH
+from impactlab.sweeps.plots import EDGES, HATCH
 from impactlab.sweeps.value_names import MAX_LETTERS, words_of
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -168,3 +168,26 @@ def test_words_of_values():
         == MAX_LETTERS
     )
     assert words_of([json.dumps([1, 2])]) == ("[1, 2]",)
+
+
+def test_the_name_and_the_unit_of_a_quantity_stand_inside_the_figure(ball):
+    """That of the largest forces is long: it was cut at both ends."""
+    found = il.sweep(ball, {MASS: [0.01, 0.02]}, quantities=["largest_force", "contact_loss", "near_grazing"])
+    for quantity in ("largest_force", "contact_loss", "near_grazing"):
+        figure = il.plot_sweep(found, quantity)
+        FigureCanvasAgg(figure).draw()
+        label = figure.axes[0].yaxis.label.get_window_extent()
+        assert figure.bbox.y0 < label.y0 < label.y1 < figure.bbox.y1, quantity
+        assert figure.bbox.x0 < label.x0, quantity
+    assert il.plot_sweep(found, "largest_force").axes[0].get_ylabel().endswith("[N]")
+
+
+def test_lines_between_sequences_of_contacts_are_in_the_legend(ball):
+    """The ball reaches the wall in the last three of the runs only."""
+    found = il.sweep(ball, {"bodies.ball.velocity": [0.1, 0.2, 0.5, 1.0, 2.0]}, quantities=["contacts", "impulse"])
+    assert found["contacts"].values.ravel().tolist() == [0, 0, 1, 1, 1]
+    axes = il.plot_sweep(found, "impulse").axes[0]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["ball|wall", EDGES]
+    within = found.isel({"bodies.ball.velocity": slice(2, None)})
+    axes = il.plot_sweep(within, "impulse").axes[0]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["ball|wall"]

@@ -81,6 +81,23 @@ def test_a_mesh_has_the_channels_of_its_probes_alone() -> None:
         il.sweep(case(MESH), {VELOCITY: [2.0]}, quantities="max(strain:rod@0.55)")
 
 
+def test_a_delay_line_has_the_channels_of_its_probes_alone() -> None:
+    """Its points all failed, without a word in Python: a continuous rod in steps keeps what is probed."""
+    cushion = {"kind": "hertz", "stiffness": 1e9}
+    stepped = case().with_settings({"contacts.0.law": cushion, "solve.step": {"dt": 1e-6}})
+    with pytest.raises(il.CaseError, match=r"no run has the channel 'strain:rod@0.55'"):
+        il.sweep(stepped, {VELOCITY: [2.0]}, quantities="max(strain:rod@0.55)")
+
+
+def test_a_sweep_without_any_values_warns_with_the_first_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise il.ImpactlabError("the roof fell in", remedy="")
+
+    monkeypatch.setattr("impactlab.sweeps.points.api.run", fail)
+    with pytest.warns(il.DoubtfulResult, match="no point of the sweep has values. The first: the roof fell in"):
+        il.sweep(case(MESH), {VELOCITY: [2.0, 3.0]}, quantities="impulse")
+
+
 def test_a_word_that_is_no_channel_is_refused() -> None:
     with pytest.raises(il.CaseError, match=r"'speed:rod@0.3' is not a channel"):
         il.sweep(case(), {VELOCITY: [2.0]}, quantities="max(speed:rod@0.3)")

@@ -255,6 +255,7 @@ def test_bad_input_is_refused_with_path_and_remedy_and_nothing_is_written(vary, 
     [
         (3.0, "is not a distribution"),
         ([], "without values"),
+        ((2.1, 0.02), "may be mean and deviation, two ends, or two values"),
         (scipy.stats.cauchy(2.0), "without a finite mean"),
         ({1.0: 0.0, 2.0: 0.0}, "none above zero"),
     ],

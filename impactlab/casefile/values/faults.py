@@ -6,7 +6,7 @@ An error has place, value given, values allowed, and a remedy.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -79,7 +79,7 @@ def _words(
             return str(context["text"]), FIX_VALUE
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
-            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed))
+            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed), _key_around(keys, data, allowed))
         case "missing":
             return "this key is missing", _what_to_add(keys, data, allowed)
         case "union_tag_not_found":
@@ -115,7 +115,8 @@ def _words(
             if keys in (["bodies"], ["mechanisms"], ["methods"], ["variants"]):
                 entry = "{kind: ...}" if keys == ["bodies"] else "{...}"
                 return f"{given} is given where {_BLOCK} is needed", f"Write NAME: {entry} for each of them."
-            remedy = f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else FIX_VALUE
+            out = " Or leave the key out: it has a default." if keys == ["solve", "step"] else ""
+            remedy = f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}.{out}" if names else FIX_VALUE
             if isinstance(fault["input"], dict) and _NEEDED[kind] == "a list":
                 remedy = "Write it as one entry of a list, with a dash before it, or in Python [...] around it."
             return f"{given} is given where {_NEEDED[kind]} is needed", remedy
@@ -123,10 +124,13 @@ def _words(
             return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", FIX_VALUE
 
 
-def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]]) -> tuple[str, str]:
+def unknown_key(
+    name: str, names: Sequence[str], blocks: Sequence[type[BaseModel]], around: str = ""
+) -> tuple[str, str]:
     """Return text and remedy for an unknown key.
 
-    ``names`` are the keys known; ``blocks`` are those in which it was sought.
+    ``names`` are the keys known; ``blocks`` are those in which it was sought. ``around`` is a sentence on its place
+    outside of these.
     """
     if (colon := name.partition(":"))[1] and colon[0] in names:
         return (
@@ -141,7 +145,7 @@ def unknown_key(name: str, names: Sequence[str], blocks: Sequence[type[BaseModel
     comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
     key = key_of_synonym(name)
     hint = renamed(name, names, _key_inside(key.name, blocks) if key is not None else "")
-    hint = _key_inside(name, blocks) or hint or closest(name, names)
+    hint = _key_inside(name, blocks) or hint or around or closest(name, names)
     return (
         f"the key {shown(name)} is not known here.{hint}{comma}",
         f"Allowed: {listed(names)}." if names else "This block takes no parameters: remove the key.",
@@ -171,6 +175,22 @@ def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseM
     found = (block.model_fields.get(keys[-1]) for block in _blocks_at(keys[:-1], data, allowed))
     described = next((field.description for field in found if field is not None and field.description), "")
     return f"Add {keys[-1]}: {described}." if described else "Add it; `impactlab schema` lists every key with its unit."
+
+
+def _key_around(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> str:
+    """Return a sentence on a key that stands beside a block around it, or is the name of a body or a contact."""
+    name = keys[-1]
+    for number in reversed(range(len(keys) - 1)):
+        if name in _allowed_at(keys[:number], data, allowed):
+            return f" It stands beside {keys[number]!r}, not inside it."
+    if len(keys) > 1 or not isinstance(data, Mapping):
+        return ""
+    contacts = data.get("contacts")
+    named = [each.get("name") for each in contacts if isinstance(each, Mapping)] if isinstance(contacts, list) else []
+    for kind, given in (("bodies", data.get("bodies")), ("contacts", named)):
+        if isinstance(given, (Mapping, list)) and name in given:
+            return f" It is one of the {kind}: write {kind}.{name}."
+    return ""
 
 
 def _key_inside(name: str, blocks: Sequence[type[BaseModel]]) -> str:

@@ -37,6 +37,7 @@ ICON = 0.05  # of the length of the train: width of a mass
 HEIGHT = 0.28  # half the height of the tallest rod, in units of the upper axes
 COLOURS = "RdBu_r"
 MOVING = "moving"  # mark of artists that change from frame to frame
+PER_FRAME = 10  # instants of a force: contacts are shorter than a frame
 CELLS = 120  # of a body, each of one colour
 NAME_ROWS = 2  # below the bodies: of many, those without room have no name
 Step = Callable[[int], None]
@@ -324,17 +325,18 @@ def _scales(figure: Figure, axes: Axes, limits: dict[str, float]) -> None:
 
 def _forces(axes: Axes, history: AbstractHistory, scene: Scene, time: Unit) -> Step:
     """Draw the contact forces up to a frame, where no fields are known."""
-    times = frame_times(scene.duration)
-    lines, largest = [], 0.0
+    times = frame_times(scene.duration, PER_FRAME)
+    lines, largest, least = [], 0.0, 0.0
     for number, contact in enumerate(scene.contacts):
         values = np.nan_to_num(history.evaluate(times, f"force:{contact.name}"))
-        largest = max(largest, float(np.abs(values).max()))
+        largest, least = max(largest, float(values.max())), min(least, float(values.min()))
         lines.append(
             (axes.plot([], [], color=PALETTE[number % len(PALETTE)], label=contact.name, gid=MOVING)[0], values)
         )
-    unit = scaled("N", largest)
+    span = largest - least or 1.0
+    unit = scaled("N", max(largest, -least))
     axes.set_xlim(0.0, scene.duration / time.size)
-    axes.set_ylim(-0.05 * largest / unit.size, 1.1 * (largest or 1.0) / unit.size)
+    axes.set_ylim((least - 0.05 * span) / unit.size, (largest + 0.1 * span) / unit.size)
     axes.axhline(0.0, color=GRID, linewidth=0.8)
     axes.set_xlabel(f"time  t  [{time.label}]")
     axes.set_ylabel(f"contact force  [{unit.label}]")
@@ -343,6 +345,7 @@ def _forces(axes: Axes, history: AbstractHistory, scene: Scene, time: Unit) -> S
 
     def step(number: int) -> None:
         for line, values in lines:
-            line.set_data(times[: number + 1] / time.size, values[: number + 1] / unit.size)
+            until = PER_FRAME * number + 1
+            line.set_data(times[:until] / time.size, values[:until] / unit.size)
 
     return step

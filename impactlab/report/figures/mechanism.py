@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
-from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, drawn, grid
+from impactlab.report.figures.style import INK, MUTED, PALETTE, PAPER, Margins, drawn, grid
 from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 MAX_DRAWN = 6  # contacts whose beginning is drawn
 MARGIN = 0.12  # of the size of the mechanism, around it
+SQUARE = 12.0  # points, the side of a body that a link meets
 
 
 def joints(history: AbstractHistory, mechanism: Mechanism, times: Array) -> Array:
@@ -82,9 +83,40 @@ def moving(
     axis.set_aspect("equal")
     axis.axis("off")
 
+    steps = [
+        _beside(axis, history, places, entry, times, mark)
+        for mechanism, (_, places) in zip(mechanisms, drawn_at, strict=True)
+        for entry in met(history.scene)
+        if entry["chain"] == mechanism.name
+    ]
+
     def step(number: int) -> None:
         for line, places in drawn_at:
             line.set_data(places[number].T)
+        for each in steps:
+            each(number)
+
+    return step
+
+
+def _beside(
+    axis: Axes, history: AbstractHistory, places: Array, entry: dict[str, Any], times: Array, mark: str
+) -> Callable[[int], None]:
+    """Draw a body that a link meets, a square beside its face; walls are hatched."""
+    from matplotlib.transforms import ScaledTranslation
+
+    way = entry["sign"] * np.array(entry["along"])
+    link = entry["link"]
+    face = places[:, link] + entry["share"] * (places[:, link + 1] - places[:, link])
+    gap = history.evaluate(times, f"gap:{history.scene.contacts[entry['contact']].name}")
+    inside, hatch = (PAPER, "////") if entry["kind"] == "wall" else (INK, None)
+    square = axis.scatter([], [], SQUARE**2, inside, marker="s", edgecolors=INK, hatch=hatch, clip_on=False, gid=mark)
+    x, y = (0.7 * SQUARE / 72.0 * way).tolist()  # inches
+    inches = axis.figure.dpi_scale_trans
+    square.set_offset_transform(axis.transData + ScaledTranslation(x, y, inches))
+
+    def step(number: int) -> None:
+        square.set_offsets([face[number] + gap[number] * way])
 
     return step
 

@@ -165,8 +165,8 @@ def check_smooth(scene: Scene, method: Method, integrator: AbstractAdaptive, own
     for number, law in enumerate(laws_of(scene, method)):
         if not law.smooth:
             raise PairingError(
-                f"integrator '{name}' needs a force that follows from gap and gap rate alone, and law "
-                f"'{kind_of(law)}' gives none",
+                f"integrator '{name}' needs a force that follows from gap and gap rate alone, and only presses; "
+                f"law '{kind_of(law)}' has no such force",
                 remedy=f"Use penalty, or integrator {others}.",
                 path=f"contacts.{number}.law",
             )

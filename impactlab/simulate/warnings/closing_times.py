@@ -17,7 +17,7 @@ from impactlab.metrics.norms import midpoints
 from impactlab.scene.facts import moving_faces
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
-from impactlab.simulate.warnings.resolvability import COARSE_WARN, FINER
+from impactlab.simulate.warnings.resolvability import COARSE_WARN, finer_by
 from impactlab.types import Array
 
 MIN_OPENING = 0.1  # round trips that faces are apart before a contact counts: a contact that chatters is one
@@ -90,7 +90,7 @@ def _shifted(
     if shift > SHIFT_WARN * history.scene.round_trip:
         text = (
             f"{count} contacts, each dated to within {shift / count:.3g} s: later ones may be shifted by up to "
-            f"{shift / history.scene.round_trip:.2g} round trips; give {FINER}"
+            f"{shift / history.scene.round_trip:.2g} round trips; give {finer_by(history, history.scene.bodies)}"
         )
         yield Warned("drift", text)
 
@@ -156,7 +156,7 @@ def _displaced(
     if share > COARSE_WARN:
         text = (
             f"{name}: closings and openings, each dated to within half the shortest period or a step, may change it by "
-            f"{100.0 * share:.3g} %; give {FINER}"
+            f"{100.0 * share:.3g} %; give {finer_by(history, late)}"
         )
         yield Warned("drift", text)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from impactlab.history.base import Warned
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.models.continuous.model import Continuous
 from impactlab.models.modal_body import ModalBody
 from impactlab.scene.method import stiffness_at
 from impactlab.scene.problem import Contact
@@ -79,13 +80,20 @@ def _too_coarse(
         time, words = scene.duration, "the run ends"
     shortest = facts.resolution
     if shortest > COARSE_WARN * time > 0.0:
-        elastic = any(scene.bodies[point.body].elastic is not None for point in contact.faces)
-        finer = FINER if elastic else SMALLER_STEP
+        finer = finer_by(history, [point.body for point in contact.faces])
         text = (
             f"{contact.name}: {words} within {time:.3g} s, and this method resolves times of {shortest:.3g} s or more; "
             f"give {finer}"
         )
         yield Warned("coarse_contact", text)
+
+
+def finer_by(history: AbstractRecordedHistory, bodies: Iterable[str]) -> str:
+    """Return what resolves shorter times: rigid bodies and delay lines have no elements and no modes."""
+    elastic = [body for name in bodies if (body := history.scene.bodies[name].elastic) is not None]
+    models = history.method.models
+    coarse = any(body.bends or not isinstance(models.get(body.name), Continuous) for body in elastic)
+    return FINER if coarse else SMALLER_STEP
 
 
 def _stiffness(history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts) -> float | None:
