@@ -358,11 +358,11 @@ def _checked_and_built(
             checked = CaseBlock.model_validate(data)
     except ValidationError as error:
         fault = case_error(error, data, "", CaseBlock)
-        raise combined([fault, *part_faults(data, registry)]) from error
+        raise combined([fault, *part_faults(data, registry)]) from None  # a traceback of pydantic hides the message
     try:
         return checked, build(checked, check(checked, registry), name, registry)
     except ImpactlabError as error:
-        raise combined([error, *part_faults(data, registry)]) from error
+        raise combined([error, *part_faults(data, registry)]) from None
 
 
 def _length(bodies: Any) -> int:
