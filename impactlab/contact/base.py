@@ -16,8 +16,8 @@ def needs_waves(law: str, left: SideFacts, right: SideFacts) -> None:
     for side, facts in (("left", left), ("right", right)):
         if facts.kind == "mechanism":
             raise PairingError(
-                f"law {law!r} needs the waves that run along a body to its face, and the {side} face belongs to a "
-                "mechanism, all of whose links move it",
+                f"law {law!r} needs the waves that arrive at a face, and the {side} face belongs to a "
+                "mechanism, whose links all move it",
                 remedy="Use law hertz, velocity_complementarity or energy_conserving.",
             )
 

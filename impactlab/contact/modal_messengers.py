@@ -74,8 +74,8 @@ class ModalMessengers(AbstractContactLaw):
                 raise PairingError(text, remedy="Use balance: modes, or law dispersive_identification.")
             if facts.end == "force":
                 raise PairingError(
-                    f"modal_messengers predicts the motion of a face by waves alone, and a force acts on the face "
-                    f"of the {side} body",
+                    "modal_messengers predicts the motion of a face from waves alone, and an end force also "
+                    f"acts on the face of the {side} body",
                     remedy="Use dispersive_identification.",
                 )
             taken = 1.0 / facts.impedance if self.balance == "impedance" else math.nan

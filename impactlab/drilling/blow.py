@@ -173,14 +173,14 @@ def _warn_if_too_short(loop: Loop, first: float | None, drill: Drill, left: floa
     )
     texts = []
     if first is None:
-        texts.append("no force acts on the rock before that, so nothing of the blow is known")
+        texts.append("until then no force acts on the rock")
     elif acts and ends < (first + drill.round_trip) * (1.0 - SAME_TIME):
         texts.append(
-            f"the first pass lasts until {first + drill.round_trip:.6g} s, when the wave that the bit sends back "
-            "returns from the nearest joint: first_pass has the work up to the end of the run"
+            f"the first pass lasts until {first + drill.round_trip:.6g} s, when the wave reflected at "
+            "the bit returns from the nearest joint: first_pass has the work up to the end of the run"
         )
     if first is not None and np.argmax(loop.penetration) == len(loop.time) - 1:
-        texts.append("the bit still goes deeper: work, deepest and final are those up to there")
+        texts.append("the penetration still grows: work, deepest and final are those at the end of the run")
     if texts:
         warn(
             f"rock {drill.rock.name!r}: the run ends at {ends:.6g} s, and {'; '.join(texts)}. Give solve.duration a "

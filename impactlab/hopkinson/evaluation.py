@@ -344,8 +344,9 @@ def warn_if_apart(dt: float, bar: Bar, incident: Array, forces: tuple[Array, Arr
     allowed = 2.0 * MAX_DENSITY * volume / impedance + SHARE * window
     if late > allowed:
         warn_unusual(
-            f"at the first rise, up to {end * dt:.6g} s, the forces on the two faces of the specimen differ by an "
-            f"impulse of {1e6 * late:.3g} us times the force of the incident wave, and the momentum of the specimen "
-            f"explains {1e6 * allowed:.3g} us at most: check that both records begin at one instant, and the distances "
-            "of the gauges from the specimen."
+            f"up to the end of the first rise, {end * dt:.6g} s, the forces on the two faces of the "
+            f"specimen differ by an impulse of {1e6 * late:.3g} us times the force of the incident "
+            f"wave, and the momentum of the specimen accounts for {1e6 * allowed:.3g} us at most: "
+            "check that both records begin at the same instant, and the distances of the gauges from "
+            "the specimen."
         )

@@ -57,7 +57,7 @@ def numbers_of(case: Case) -> marcher.Built:
     """
     run = case.simulation()
     if run.method.tolerance is not None or not is_exact(*run) or any(theories(*run)):
-        raise NotServed("the runs are not exact ones: rods that are not continuous, or laws of another kind")
+        raise NotServed("the runs are not exact: some rods are not continuous, or some laws have no exact solution")
     if any(law.branches() is not None for law in laws_of(*run)):
         raise NotServed("laws that change their branch")
     if any(body.loads for body in run.scene.bodies.values()):

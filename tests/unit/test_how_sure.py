@@ -269,7 +269,7 @@ def test_a_fit_above_the_given_noise_is_told(cushioned):
         for std in (size, size / 3.0)
     )
     assert not right.warnings
-    assert "above the noise" in small.warnings[0]
+    assert "times the given standard deviations" in small.warnings[0]
     widths = [np.diff(np.log((found[STIFFNESS].lower, found[STIFFNESS].upper)))[0] for found in (right, small)]
     assert widths[1] == pytest.approx(widths[0], rel=0.1)
 
