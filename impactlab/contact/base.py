@@ -70,7 +70,7 @@ class AbstractContactLaw(ABC):
         """
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:
-        """Return the law that acts on these sides.
+        """Return the law to use on these sides: itself, or another one, for example on massless faces.
 
         Raise `PairingError` where a face is massless, as here.
         """
@@ -93,7 +93,7 @@ class AbstractContactLaw(ABC):
         return 0.0 if spring is None else spring[0]
 
     def closed_gains(self, start: Start) -> tuple[float, float] | None:
-        """Return force per overlap [N/m] and push per gap of a pushing law.
+        """Return force per overlap [N/m] and push per gap of a law with `Reply.push`.
 
         Its force is F = S - gap/g (see `closed_limit`).
         """

@@ -17,7 +17,7 @@ from impactlab.types import Arriving, Level, Port, Reply, SideFacts, Start, opti
 @final
 @dataclass(frozen=True)
 class ModalMessengers(AbstractContactLaw):
-    """A messenger for each mode, at the distance of its wave in a step.
+    """Wave identification by one messenger per mode, at the distance that its wave travels in a step.
 
     All of them give the motion of the face.
 

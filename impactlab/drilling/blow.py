@@ -51,10 +51,10 @@ class Blow:
 
     work: float  # J, on the rock at the end of the run
     efficiency: float  # work over the kinetic energy of the hammer
-    first_pass: float  # the same, before the wave that the bit sends back has returned from the nearest joint
+    first_pass: float  # efficiency until the wave reflected at the bit has returned from the nearest joint
     peak_force: float  # N
     deepest: float  # m, largest penetration
-    final: float  # m, penetration that stays
+    final: float  # m, permanent penetration
     left_in_hammer: float  # J, at the end of the run
     left_in_rods: float  # J, at the end of the run
     loop: Loop = field(repr=False)
@@ -208,7 +208,7 @@ def _first_pass(loop: Loop, first: float | None, drill: Drill) -> float:
 
 
 def _final(history: AbstractHistory, law: AbstractContactLaw, rock: Contact, loop: Loop) -> float:
-    """Return the penetration that stays [m].
+    """Return the permanent penetration [m].
 
     Of a bilinear law it follows from the deepest one, of a link it is its set; else it is that as the bit last left.
     """

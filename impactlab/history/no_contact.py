@@ -18,7 +18,7 @@ MIN_OPENING = 1e-12  # m, by which a gap grows that is not rounding of positions
 
 
 def no_contact(contact: str, initial_gap: float, gaps: Array, travel: float) -> Warned:
-    """Return the warning of a contact without a touch.
+    """Return the warning of a contact whose faces never met.
 
     Parameters
     ----------

@@ -303,7 +303,7 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
 
 
 def _expect_test(given: object) -> None:
-    """Raise `ImpactlabError` where a function was given something else than the waves of a test."""
+    """Raise `ImpactlabError` unless a function was given the waves of a test."""
     expect(given, Test, "Give the result of hopkinson.measured, of_history, or Test(dt, bar, ...).")
 
 

@@ -112,7 +112,7 @@ class AbstractDiscreteModel(ABC):
         """
 
     def own_equations(self) -> AbstractEquations | None:
-        """Return the equations of motion of a body whose matrices change, else None."""
+        """Return the equations of motion of a body whose matrices are not constant, else None."""
         return None
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
@@ -131,7 +131,7 @@ class AbstractDiscreteModel(ABC):
         """Return the places [m] at which fields are given, shape (n,)."""
 
     def arriving(self, face: float, delay: float, speed: Literal["phase", "group"]) -> Array:
-        """Return the face velocity by waves that arrive after ``delay`` [s], mode by mode.
+        """Return the velocity of a face due to the waves that arrive after ``delay`` [s], mode by mode.
 
         It is a row over displacements and velocities, shape (2 n_dof,); see `impactlab.models.messengers`. A body whose
         modes are not known, as here, raises `PairingError`.

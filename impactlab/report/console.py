@@ -143,7 +143,7 @@ def _rotation(name: str, turn: Mapping[str, Any]) -> str:
 
 
 def _errors(summary: Mapping[str, Any]) -> list[str]:
-    """Return the line of the errors against the reference, or of why there is none."""
+    """Return the line of the errors against the reference, or the reason why there are none."""
     errors = summary["errors"]
     if errors is None:
         return [f"  errors    {summary['reference']['text']}"]

@@ -102,7 +102,7 @@ def add_warnings(history: AbstractHistory) -> None:
 
 
 def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]:
-    """Yield a warning of a loss that continues through many steps.
+    """Yield a warning of an energy loss that continues through a long run.
 
     ``loss`` is a share of the reference energy.
     """
@@ -118,7 +118,7 @@ def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]
 
 
 def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield the warnings that laws counted in their memory."""
+    """Yield the warnings for events that laws have counted in their memory."""
     laws = history.method.laws
     if not any(law.noted for law in laws.values()):
         return

@@ -33,11 +33,11 @@ INNER_POINTS = 4  # that are built beside the corners
 
 
 class NotServed(Exception):  # noqa: N818 - a reason, no fault: the points are then runs of their own
-    """Why a sweep is not done in a batch."""
+    """The reason why a sweep is not computed as a batch."""
 
 
 class BatchMismatch(NotServed):
-    """A different result of a batch and a run: a fault of impactlab.
+    """Results of a batch and of a run differ: a fault of impactlab.
 
     Users should see it.
     """

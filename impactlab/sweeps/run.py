@@ -227,7 +227,7 @@ def _keep(chunk: Chunk, result: Result, folder: Folder | None) -> None:
 
 
 def kept_words(result: Result, folder: Folder | None) -> str:
-    """Return the last words of a sweep that ended early.
+    """Return the last message of a sweep that ended early.
 
     They are how many points a folder keeps, and how to go on.
     """

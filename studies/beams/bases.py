@@ -322,7 +322,8 @@ analytic modes:
 
 **Both are right.** With few modes the whole beam moves at once. The width falls as $1/N$, and the motion beyond $L/10$
 as $1/N$ too. But the mass that takes part falls in the same way, so that impulse and energy vanish as $1/N$: with all
-modes one kick moves one point, and nothing is transferred. The momentum of an impact on a beam takes time, and many kicks.
+modes one kick moves one point, and nothing is transferred. The momentum of an impact on a beam takes time, and many
+kicks.
 """
 
 
