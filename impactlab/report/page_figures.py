@@ -22,7 +22,7 @@ MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page 
 def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
     """Return the figures of one run."""
     answer = signals.named(trace.reference)
-    dark = f" The thin line is the {answer} answer." if trace.reference is not None else ""
+    dark = f" The thin line is the {answer} solution." if trace.reference is not None else ""
     shares = PageFigure(
         "energy",
         "Shares of the energy",
@@ -53,7 +53,7 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
     compared = any(trace.reference is not None for trace in shown)
     reference = exact_of(shown)
     answer = signals.named(reference)
-    dark = f" The thin line is the {answer} answer." if compared else ""
+    dark = f" The thin line is the {answer} solution." if compared else ""
     known = [*([reference] if reference is not None else []), *(trace.history for trace in shown)]
     figures = [*probes(shown, scene, compared=True), *waves(known, scene)]
     if compared:

@@ -243,7 +243,7 @@ def test_a_run_that_ends_before_its_first_pass_is_doubtful() -> None:
     with pytest.warns(il.DoubtfulResult, match=words) as issued:
         assert blow(page(law, 0.75e-3)).first_pass == pytest.approx(0.2338, rel=1e-3)
     assert issued[0].filename == __file__
-    with pytest.warns(il.DoubtfulResult, match="no force acts on the rock before that"):
+    with pytest.warns(il.DoubtfulResult, match="until then no force acts on the rock"):
         assert blow(page(law, 0.5e-3)).first_pass == 0.0
     with warnings.catch_warnings():
         warnings.simplefilter("error", il.DoubtfulResult)

@@ -240,7 +240,7 @@ def test_correlated_residuals_give_both_intervals(cushioned):
     assert wide / plain == pytest.approx(math.sqrt((1 + found.autocorrelation) / (1 - found.autocorrelation)), rel=1e-9)
     assert (row.lower, row.upper) == row.intervals["widened"]
     assert np.diff(np.log(row.intervals["profile"]))[0] == pytest.approx(wide, rel=0.1)
-    assert "correlate" in found.warnings[0]
+    assert "have a correlation" in found.warnings[0]
     assert "widened" in str(found)
     assert set(found.to_dict()["parameters"][0]["intervals"]) == {"jacobian", "widened", "profile"}
 

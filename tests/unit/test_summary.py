@@ -162,7 +162,7 @@ def test_a_comparison_without_errors_gives_the_reason() -> None:
     """Its columns of errors held dashes, without a word."""
     summary = summarise("toy", scene(ModalLike()).scene, history())
     text = table(comparison("toy", None, [("base", summary), ("other", summary)]))
-    assert text.count("errors not measured: no exact answer") == 1
+    assert text.count("errors not measured: no exact solution") == 1
 
 
 def test_the_summary_is_strict_json() -> None:
