@@ -33,7 +33,8 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
         return False
     if facts.end not in ("free", "inner"):
         raise PairingError(
-            f"wave_identification needs a struck end without support or force, and that of the {side} body has a {facts.end}",
+            f"wave_identification needs a struck end without support or force, and that of the {side} body has a "
+            f"{facts.end}",
             remedy="Use addition_deletion or penalty, or the continuous model.",
         )
     if facts.in_waves and abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
