@@ -1,4 +1,4 @@
-"""Fields of records in the reference of Python: their types, and the comments behind them, which have the units."""
+"""Fields of classes in the reference of Python: their types, and the comments behind them, which have the units."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import ast
 import inspect
 import re
 import textwrap
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -16,16 +17,18 @@ BEFORE_NAPOLEON = 400  # which turns sections of docstrings into reStructuredTex
 
 
 def fields_of(source: str) -> list[tuple[str, str, str]]:
-    """Return name, type and comment of each public field in the source of a class."""
+    """Return name, type and comment of each public field in the source of a class, its class variables included."""
     lines = source.splitlines()
     found = []
     for node in ast.parse(source).body[0].body:  # type: ignore[attr-defined]  # of a class
         if not isinstance(node, ast.AnnAssign) or not isinstance(node.target, ast.Name):
             continue
-        kind, name = ast.unparse(node.annotation), node.target.id
         behind = lines[(node.end_lineno or 1) - 1].encode()[node.end_col_offset :].decode()
-        if not name.startswith("_") and not kind.startswith("ClassVar"):
-            found.append((name, kind, behind.partition("#")[2].strip()))
+        further = takewhile(lambda line: line.lstrip().startswith("#"), lines[node.end_lineno :])
+        comment = " ".join(line.partition("#")[2].strip() for line in (behind, *further))
+        if not node.target.id.startswith("_"):
+            kind = re.sub(r"^ClassVar\[(.*)\]$", r"\1", ast.unparse(node.annotation))
+            found.append((node.target.id, kind, comment.strip()))
     return found
 
 

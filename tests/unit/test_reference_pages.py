@@ -19,9 +19,11 @@ def extensions(monkeypatch):
 def test_fields_of_records_have_the_comments_behind_them(extensions):
     from fields import fields_of
 
-    source = 'class Blow:\n    """One µm."""\n\n    work: float = 0.0  # J, µ\n    _own: int\n    kind: ClassVar[str]\n'
+    source = 'class Blow:\n    """One µm."""\n\n    work: float = 0.0  # J, µ\n    _own: int\n'
     source += "    loop: Loop | None = (\n        None  # not this\n    )  # of the rock\n    name: str\n"
-    assert fields_of(source) == [("work", "float", "J, µ"), ("loop", "Loop | None", "of the rock"), ("name", "str", "")]
+    source += "    exact: ClassVar[bool] = False  # not inherited;\n    # unless stated\n\n    # of more\n"
+    fields = [("work", "float", "J, µ"), ("loop", "Loop | None", "of the rock"), ("name", "str", "")]
+    assert fields_of(source) == [*fields, ("exact", "bool", "not inherited; unless stated")]
 
 
 def test_a_record_gets_its_fields_unless_its_docstring_has_them(extensions):
