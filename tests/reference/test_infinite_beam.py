@@ -386,7 +386,7 @@ def endless_beam(displacement: str) -> il.Case:
 
 def test_a_layer_under_tension_is_refused() -> None:
     body = Beam("beam", (SEGMENT,), INFINITE, INFINITE, tension=10.0)
-    with pytest.raises(PairingError, match="under tension"):
+    with pytest.raises(PairingError, match="has a tension"):
         prepare(*struck_in_the_middle(body, Newmark(), 1e-6, 1e-5).but(model=FiniteElement()))
 
 
