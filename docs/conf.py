@@ -32,6 +32,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "sphinxcontrib.bibtex",
     "both_forms",
+    "fields",
     "links",
     "made",
 ]
@@ -51,6 +52,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 napoleon_numpy_docstring, napoleon_google_docstring = True, False
+napoleon_use_ivar = True  # fields of records as one list
 
 html_theme = "furo"
 html_title = "impactlab"

@@ -67,13 +67,13 @@ warnings.simplefilter("ignore", RunNote, append=True)  # the last filter: those 
 
 
 class ComparedMethod(NamedTuple):
-    """One method of a comparison; a method that was refused or failed keeps its row."""
+    """One method of a comparison; a method that was refused or failed has a row, too."""
 
     name: str
     summary: dict[str, Any]  # of the run, or its status and error
     history: AbstractHistory | None  # None where the run did not end
     reference: Reference | None  # that its errors were measured against
-    error: Exception | None
+    error: Exception | None  # of a method that was refused or failed
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ def open_netcdf(path: str | Path) -> SampledHistory:
 
 
 def read_netcdf(path: str | Path) -> SavedRun:
-    """Return all that a file holds of a run; raises as `open_netcdf`."""
+    """Return the content of the file of a run; raises as `open_netcdf`."""
     dataset = data.read(Path(path))
     case = _case(str(path), dataset.attrs)
     history = data.to_history(dataset, case.simulation(), case)

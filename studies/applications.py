@@ -39,7 +39,7 @@ def draw_blow() -> Figure:
     for time, name in ((found.peak_time, "t1"), (found.peak_time + 0.01, "t1 + 2 L/c")):
         first.axvline(1e3 * time, color=style.MUTED, lw=0.8)
         first.annotate(name, (1e3 * time, 4.1), xytext=(3, 0), textcoords="offset points", color=style.MUTED)
-    first.set(xlim=(0.0, 30.0), ylim=(-2.0, 4.5), xlabel="time  [ms]", ylabel="MN")
+    first.set(xlim=(0.0, 30.0), ylim=(-2.0, 4.5), xlabel="time  [ms]", ylabel="force, Z v  [MN]")
     first.set_title("At the head", loc="left")
     first.legend(frameon=False, loc="upper right", bbox_to_anchor=(1.0, 0.88))
     history = blow.history
@@ -69,7 +69,7 @@ def draw_driving() -> Figure:
     numbers = np.arange(1, len(driving.blows) + 1)
     left.plot(numbers, [1e3 * each.head for each in driving.blows], "o-", color=style.INK, label="head")
     left.plot(numbers, [1e3 * each.toe for each in driving.blows], "s--", color=style.PALETTE[1], label="toe")
-    left.set(xlabel="blow", ylabel="moved for good  [mm]")
+    left.set(xlabel="blow", ylabel="permanent displacement  [mm]")
     left.set_title("Each blow", loc="left")
     left.legend(frameon=False)
     for number, colour, dash in ((1, style.PALETTE[1], "--"), (8, style.INK, "-")):
@@ -173,7 +173,7 @@ def draw_match() -> Figure:
         right.plot(100.0 * (ends[1] - 1.0), place, "o", ms=4.0, color=style.INK)
     right.axvline(0.0, color=style.MUTED, lw=0.8)
     right.set_yticks(range(len(rows)), [*PUT_IN, "capacity of both"])
-    right.set(ylim=(len(rows) - 0.5, -0.5), xlabel="fitted less put in  [%]")
+    right.set(ylim=(len(rows) - 0.5, -0.5), xlabel="error of the fitted value  [%]")
     right.set_title("95 % intervals", loc="left")
     return figure
 

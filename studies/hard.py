@@ -25,7 +25,7 @@ TABLE = DOCS / "bench" / "hard.csv.gz"
 HEAD = f"""# Hard cases: every method where methods break
 
 Written by `python -m studies hard` from the table of `impactlab bench --suite hard`; the cases are in
-[cases/hard](../cases/hard), each with its purpose and its exact answer; the methods are in
+[cases/hard](../cases/hard), each with its purpose and its exact solution; the methods are in
 `impactlab/bench/hard.yaml` and, named `own`, in the cases themselves.
 
 A run may end in three ways: completed; refused before its first step, with reason and remedy; failed, with an error

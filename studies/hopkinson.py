@@ -33,7 +33,7 @@ def draw_test() -> Figure:
     curve = hopkinson.evaluate(hopkinson.of_history(history), SPECIMEN).between(LOADED, LOADED + 100e-6)
     strain = np.array([0.0, YIELD / YOUNG, 0.16])
     stress = np.array([0.0, YIELD, YIELD + TANGENT * (0.16 - YIELD / YOUNG)])
-    right.plot(100.0 * strain, 1e-6 * stress, color=style.MUTED, lw=4.0, alpha=0.5, label="put in")
+    right.plot(100.0 * strain, 1e-6 * stress, color=style.MUTED, lw=4.0, alpha=0.5, label="law of the case")
     right.plot(100.0 * curve.strain, 1e-6 * curve.stress, color=style.INK, label="nominal, evaluated")
     right.plot(100.0 * curve.true.strain, 1e-6 * curve.true.stress, color=style.PALETTE[1], ls="--", label="true")
     right.set(xlim=(0.0, 18.0), ylim=(0.0, 420.0), xlabel="strain  [%]", ylabel="stress  [MPa]")

@@ -1,7 +1,8 @@
-"""Texts of pages that are made from the code: the keys of case files, registered parts, refusals.
+"""Texts of pages that are made from the code: the keys of case files, registered parts, commands, refusals.
 
 A line ``<!-- made: case format -->`` of a page stands for the first, ``<!-- made: parts of contact_laws -->`` for parts
-of one group, ``<!-- made: refusals -->`` for the last. A note above it, for readers of the repository, is left out.
+of one group, ``<!-- made: commands -->`` for the help of each command, ``<!-- made: refusals -->`` for the last. A note
+above it, for readers of the repository, is left out.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import command_help
 import refusals
 from sphinx.application import Sphinx
 
@@ -20,7 +22,7 @@ from impactlab.plugins import registry
 BODIES = ("RodBlock", "BeamBlock", "ShaftBlock", "MassBlock", "WallBlock")
 Schema = Mapping[str, Any]
 LIMITS = {"exclusiveMinimum": "> {:g}", "minimum": "≥ {:g}", "exclusiveMaximum": "< {:g}", "maximum": "≤ {:g}"}
-MADE = re.compile(r"^(This table is filled in [^\n]*\n\n)?<!-- made: (?P<what>[^>]+?) -->$", re.MULTILINE)
+MADE = re.compile(r"^(This (?:table|list) is filled in [^\n]*\n\n)?<!-- made: (?P<what>[^>]+?) -->$", re.MULTILINE)
 
 
 def title(block: str) -> str:
@@ -137,8 +139,8 @@ def read(_app: Sphinx, _name: str, source: list[str]) -> None:
 
     def text(found: re.Match[str]) -> str:
         what = found["what"]
-        if what == "refusals":
-            return refusals.page()
+        if what in ("refusals", "commands"):
+            return refusals.page() if what == "refusals" else command_help.page()
         return case_format() if what == "case format" else parts(what.removeprefix("parts of "))
 
     source[0] = MADE.sub(text, source[0])

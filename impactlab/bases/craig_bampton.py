@@ -17,7 +17,7 @@ from impactlab.types import Array, Ints
 @final
 @dataclass(frozen=True)
 class CraigBampton(AbstractBasis):
-    """Craig and Bampton's: static shapes of the contact faces, and fixed-face modes.
+    """Craig-Bampton modes: static shapes of the contact faces, and modes with these faces fixed.
 
     A static shape moves one contact face by 1. One constraint mode per face (per coordinate of the element, for a face
     inside one) and the fixed-interface modes of lowest frequency. The constraint modes of a free rod hold its rigid

@@ -14,7 +14,7 @@ from impactlab.models.mesh.base import AbstractMesh
 @final
 @dataclass(frozen=True)
 class Macneal(AbstractBasis):
-    """MacNeal's: eigenvectors with free contact faces, and residual flexibility without mass.
+    """MacNeal's modes: eigenvectors with free contact faces, and residual flexibility without mass.
 
     The flexibility is that of the eigenvectors left out. Each face lies ahead of its coordinates by flexibility times
     force. ``modes`` counts elastic eigenvectors. Deviation: the flexibility between two faces of one rod is left out.

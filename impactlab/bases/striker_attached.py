@@ -19,7 +19,7 @@ from impactlab.numerics.banded import full
 @final
 @dataclass(frozen=True)
 class StrikerAttached(AbstractBasis):
-    """Eigenvectors that change with the contact: with the striker's mass while it is closed.
+    """Eigenvectors with the striker's mass on the face while the contact is closed, without it while open.
 
     While closed they are the eigenvectors with this mass on the face, else those with a free end. There are equally
     many in both phases. The striker stays a body of its own that the contact law ties to the face; its mass shapes the

@@ -19,7 +19,7 @@ from impactlab.types import Ints, option
 @final
 @dataclass(frozen=True)
 class Substructured(AbstractBasis):
-    """Wu and Haug's: the body in pieces, finely described at the contacts alone.
+    """Wu and Haug's substructures: many modes in the pieces with contacts, few in the others.
 
     Each border of a piece and each contact face has a constraint mode; each piece has modes with its borders fixed:
     ``others`` where nothing strikes, and all other ``modes``, in equal shares, where a contact is, as far as

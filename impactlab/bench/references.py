@@ -40,7 +40,7 @@ class References:
         return self._known[key]
 
     def lost(self, scene: Scene, method: Method) -> str:
-        """Return why the search for a scene's reference had no end.
+        """Return the reason why the search for the reference of a scene did not end.
 
         The text is empty where it had one.
         """
@@ -66,7 +66,7 @@ class References:
 
 
 def lose(folder: Path, key: str, reason: str) -> None:
-    """Record that the search for a reference did not end: the workers do without it."""
+    """Record that the search for a reference did not end, so that workers do not repeat it."""
     (folder / f"{key}{LOST}").write_text(reason, encoding="utf-8")
 
 

@@ -24,8 +24,12 @@ class Rod(BodyKeys):
     ----------
     length : float or str
         Length [m].
-    area, diameter, width, height : float or str
-        Area of the section [m2], or the diameter of a full circle [m], or width and height of a rectangle [m].
+    area : float or str
+        Area of the section [m2].
+    diameter : float or str
+        Diameter of a full circle [m], in place of the area.
+    width, height : float or str
+        Sides of a rectangle [m], in place of the area.
     material : str or mapping
         A name (``"steel"``), or ``{"young": ..., "density": ...}`` and perhaps ``viscosity``.
     ends : mapping
@@ -204,8 +208,10 @@ class Contact(BodyKeys):
 
     Parameters
     ----------
-    left, right : str
-        The two faces: ``"hammer"``, ``"rod.left"``, ``"rod.right"`` or ``"beam.at(0.2)"``.
+    left : str
+        The face on the left: ``"hammer"``, ``"rod.left"``, ``"rod.right"`` or ``"beam.at(0.2)"``.
+    right : str
+        The face on the right, in the same form.
     law : mapping
         Contact law, ``{"kind": "penalty", "stiffness": 1e8}``; with a tolerance it may be left out for hard contact.
     gap : float or str

@@ -239,8 +239,8 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
         _refuse_relative(law, block.law or HARD_CONTACT, path)
         if law.two_sided and law.branches() is None:
             raise CaseError(
-                f"the automatic choice supports only links with an exact solution, and law {kind_of(law)!r} as given "
-                "makes a link without one",
+                "the automatic choice supports only bilateral contacts with an exact solution, and law "
+                f"{kind_of(law)!r} with these options has none",
                 remedy=f"{law.exact_remedy}, or {BY_STEPS}" if law.exact_remedy else f"Give {BY_STEPS}",
                 path=path,
             )
@@ -264,14 +264,14 @@ def _refuse_relative(law: Any, given: Mapping[str, Any], path: str) -> None:
             continue
         if field.name in given:
             raise CaseError(
-                f"{field.name} is relative to the elements of a mesh, which a tolerance leaves open",
+                f"{field.name} is relative to the elements of a mesh, and the tolerance leaves the mesh open",
                 remedy="Give it in SI, or leave the law out for hard contact.",
                 path=f"{path}.{field.name}",
             )
         kind, unit = given["kind"], field.metadata["unit"]
         raise CaseError(
-            f"law {kind!r} needs a {field.name} in {unit} here: its default is relative to the elements of a mesh, "
-            "which a tolerance leaves open",
+            f"law {kind!r} needs {field.name} in {unit} here: its default is relative to the elements "
+            "of a mesh, and the tolerance leaves the mesh open",
             remedy=f"Give both, as in --set '{path}={{kind: {kind}, {field.name}: 1e9}}', or leave the law out for "
             "hard contact.",
             path=path,

@@ -165,7 +165,7 @@ class Case:
 
     @property
     def variant_names(self) -> tuple[str, ...]:
-        """The scenes of the case, ``base`` (the one written) first."""
+        """The variants of the case, ``base`` (the scene as written) first."""
         return ("base", *self.checked.variants)
 
     def scene(self) -> Scene:
@@ -177,7 +177,7 @@ class Case:
         return self.built
 
     def with_(self, path: str, value: Any = None, **fields: Any) -> Case:
-        """Return a variant with one value, or the fields of one block, changed.
+        """Return the same case with one value, or the fields of one block, changed.
 
         Parameters
         ----------
@@ -194,7 +194,7 @@ class Case:
         return self.with_settings([(path, fields or value)])
 
     def with_settings(self, settings: Mapping[str, Any] | Iterable[tuple[str, Any]], by: str = "with_()") -> Case:
-        """Return a variant with several values changed, in order; checked once all are in place.
+        """Return the same case with several values changed, in order; checked once all are set.
 
         ``settings`` maps dotted paths to values, or gives pairs of the two; ``by`` is the option or function that gave
         them, for messages.
@@ -246,7 +246,7 @@ class Case:
 
     @cached_property
     def hints(self) -> tuple[str, ...]:
-        """Values that may be slips, such as wrong wave speeds, a sentence each."""
+        """Values that may be mistakes, such as wave speeds that no solid has, a sentence each."""
         return (*hints_of(self.scene(), self.built.method.laws), *odd_mechanisms(self.checked))
 
     def _repr_html_(self) -> str:
@@ -278,7 +278,7 @@ class Case:
         return locate(self.document, path)
 
     def place(self, error: ImpactlabError) -> ImpactlabError:
-        """Fill in file and line of an error that was raised later, and return it."""
+        """Add file and line to an error that was raised later, and return it."""
         self.origins.led_back(error)
         return placed(error, self.file, self.document)
 

@@ -158,13 +158,15 @@ def links_meet_others(contact: CaseContact) -> None:
             continue
         if getattr(block, "rotation", None) is not None:
             raise contact.refused(
-                f"{name!r} turns steadily, and a mechanism moves in a frame that rests", "Remove its rotation."
+                f"{name!r} has a steady rotation, which bodies in contact with a mechanism cannot have: a "
+                "mechanism is computed in a frame at rest",
+                "Remove its rotation.",
             )
         first, here = directions(contact.case)[name], direction(contact.block.along)
         if math.hypot(first[0] - here[0], first[1] - here[1]) > SAME_DIRECTION:
             raise contact.refused(
-                f"{name!r} moves along one line, [{first[0]:.6g}, {first[1]:.6g}] by its first contact with a "
-                f"mechanism, and here it meets one along [{here[0]:.6g}, {here[1]:.6g}]",
+                f"{name!r} moves along one line, which is [{first[0]:.6g}, {first[1]:.6g}] by its first "
+                f"contact with a mechanism and [{here[0]:.6g}, {here[1]:.6g}] by this one",
                 "Give all its contacts one direction, or add another body.",
                 "along",
             )
@@ -235,7 +237,7 @@ def shaft_has_a_lever_arm(contact: CaseContact) -> None:
     names, arm = contact.faces.names, contact.block.lever_arm
     shafts = [name for name, body in zip(names, contact.bodies, strict=True) if isinstance(body, ShaftBlock)]
     if not shafts and arm is not None:
-        text = f"a lever arm turns a shaft, and neither {names[0]!r} nor {names[1]!r} is one"
+        text = f"lever_arm applies only to contacts of a shaft, and neither {names[0]!r} nor {names[1]!r} is a shaft"
         raise contact.refused(text, "Remove it.", "lever_arm")
     if not shafts:
         return
@@ -329,7 +331,7 @@ def pieces_lie_along_a_body(contact: CaseContact) -> None:
     along = [face for face in contact.faces if face.span is not None]
     if not along and contact.block.pieces is not None:
         raise contact.refused(
-            "pieces share out a contact along a body, and no face here lies along one",
+            "`pieces` divides a contact along a body, and neither face of this contact extends along a body",
             "Write between: [body.along(from, to), other], or remove pieces.",
             "pieces",
         )
@@ -359,7 +361,7 @@ def order_is_possible(contact: CaseContact) -> None:
         seen |= front
         front = {after for name in front for after in right_of.get(name, ())} - seen
     if left in seen:
-        text = f"{left!r} would lie on the left of {right!r}, and by the other contacts on its right"
+        text = f"this contact places {left!r} on the left of {right!r}, and the other contacts place it on the right"
         raise contact.refused(text, "In `between: [a, b]`, a is on the left of b: swap one pair.")
 
 
@@ -378,8 +380,9 @@ def has_a_law(contact: CaseContact) -> None:
     """Refuse a contact without a law, unless a tolerance makes it a hard one."""
     if contact.block.law is None and contact.case.solve.tolerance is None:
         remedy = (
-            "Name a law, as law: {kind: addition_deletion} for hard contact ({kind: wave_identification} on continuous "
-            "rods with a step), or give solve.tolerance: a contact without a law is then a hard one."
+            "Name a law: law: {kind: addition_deletion} for hard contact, on continuous rods with "
+            "a step {kind: wave_identification}. Or give solve.tolerance, with which a contact "
+            "without a law is hard."
         )
         raise contact.refused("this key is missing", remedy, "law")
 

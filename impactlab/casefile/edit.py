@@ -147,7 +147,7 @@ def plain(value: Any, path: str = "") -> Any:
     if part := next(words, ""):
         name = getattr(value, "__name__", type(value).__name__)
         raise CaseError(
-            f"the {part} {name} is given itself. Allowed in a case: its block, {{kind: NAME, ...}}",
+            f"the {part} {name} is given as an object. Allowed in a case: its block, {{kind: NAME, ...}}",
             remedy=f"Write another {part} in the case, and run il.run(case.simulation().but({part}={name}(...))); "
             "or register its name by an entry point (docs/how-to-write-a-plugin.md).",
             path=path,
@@ -180,7 +180,7 @@ def _refuse_one_of_many(data: Mapping[str, Any], keys: Keys, path: str) -> None:
     name, count = found
     key = ".".join(inside) or "KEY"
     raise CaseError(
-        f"one of the {count} bodies made from the block bodies.{name} has no path of its own",
+        f"the {count} bodies made from the block bodies.{name} have no paths of their own",
         remedy=f"Give the {count} values: bodies.{name}.{key}={{each: [...]}}, or a formula of their number i.",
         path=path,
     )

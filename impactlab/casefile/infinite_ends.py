@@ -48,20 +48,26 @@ def check_rest(case: CaseBlock, body: ElasticBody, gravity: float) -> None:
         path, dashpot = f"bodies.{body.name}", f"ends: {{{side}: {{dashpot: {_impedance(body, side):.6g}}}}}"
         if given != 0.0:
             raise CaseError(
-                f"'{body.name}' has {key} {given:.6g} {unit} at t = 0 and an infinite end ({side}), a dashpot that "
-                f"stands for a far part at rest and would brake it. Allowed with an infinite end: {key} 0",
-                remedy=f"Let the other body move, or give a longer {body.kind}, from whose free end nothing comes back "
-                f"within the run; where a dashpot is meant, whose force acts on the velocity, give {dashpot}.",
+                f"'{body.name}' has {key} {given:.6g} {unit} at t = 0 and an infinite end ({side}). The "
+                "part beyond this end is at rest and would slow the body down. Allowed with an infinite "
+                f"end: {key} 0",
+                remedy=(
+                    f"Give the velocity to the other body, or make the {body.kind} so long that no wave "
+                    "returns from a free end within the run. For a dashpot that acts on the velocity give "
+                    f"{dashpot}."
+                ),
                 path=f"{path}.{key}",
             )
         if slope := slope_at_end(body, side):
             raise _strained(body, side, slope, path, dashpot)
         if gravity != 0.0 and body.falls:
             raise CaseError(
-                f"'{body.name}' has weight and an infinite end ({side}), beyond which the weight has no bound. Allowed "
-                "with an infinite end: no gravity",
-                remedy=f"Leave gravity out, or give a longer {body.kind}, from whose end nothing comes back within the "
-                f"run; where a dashpot is meant, whose force acts on the velocity, give {dashpot}.",
+                f"gravity acts on '{body.name}', which has an infinite end ({side}): the weight of the "
+                "part beyond this end has no bound. Allowed with an infinite end: no gravity",
+                remedy=(
+                    f"Leave gravity out, or make the {body.kind} so long that no wave returns from its end "
+                    f"within the run. For a dashpot that acts on the velocity give {dashpot}."
+                ),
                 path=f"{path}.ends.{side}",
             )
 
@@ -75,10 +81,14 @@ def _strained(body: ElasticBody, side: str, slope: float, path: str, dashpot: st
     if body.kind == "shaft":
         key, given = "twist", f"twist of {slope / getattr(body, 'lever_arm', 1.0):.6g} rad/m"
     return CaseError(
-        f"'{body.name}' has a {given} at t = 0 at its infinite end ({side}), a dashpot that stands for a far part "
-        f"without strain and would let go. Allowed with an infinite end: a {key} whose slope is 0 there",
-        remedy=f"Let the {key} be constant near that end, or give a longer {body.kind}, from whose end nothing comes "
-        f"back within the run; where a dashpot is meant, whose force acts on the velocity, give {dashpot}.",
+        f"'{body.name}' has a {given} at t = 0 at its infinite end ({side}). The part beyond this "
+        "end has no strain, so that the end would spring back. Allowed with an infinite end: a "
+        f"{key} whose slope is 0 there",
+        remedy=(
+            f"Let the {key} be constant near that end, or make the {body.kind} so long that no wave "
+            "returns from its end within the run. For a dashpot that acts on the velocity give "
+            f"{dashpot}."
+        ),
         path=f"{path}.{key}",
     )
 
@@ -97,11 +107,14 @@ def _check_straight(beam: Beam) -> None:
         faults += [f"a shear force of {sheared:.6g} N"] if sheared else []
         if faults:
             raise CaseError(
-                f"'{beam.name}' has {' and '.join(faults)} at t = 0 at its infinite end ({side}), beyond which it is "
-                "straight and would let go. Allowed with an infinite end: a displacement without curvature, and "
-                "without slope of the curvature, there",
-                remedy="Let the displacement be a straight line near that end, or give a longer beam with another end, "
-                "from which nothing comes back within the run.",
+                f"'{beam.name}' has {' and '.join(faults)} at t = 0 at its infinite end ({side}). The "
+                "part beyond this end is straight, so that the end would spring back. Allowed with an "
+                "infinite end: a displacement without curvature, and without slope of the curvature, "
+                "there",
+                remedy=(
+                    "Let the displacement be a straight line near that end, or give the beam another end, "
+                    "and a length from which no wave returns within the run."
+                ),
                 path=f"bodies.{beam.name}.displacement",
             )
 

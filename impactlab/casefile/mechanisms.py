@@ -113,8 +113,8 @@ def gravity_of(case: CaseBlock) -> float:
             on[name] = x
         else:
             raise CaseError(
-                f"gravity as [x, y] acts on mechanisms, and {name!r} moves along a line of no known direction: it "
-                "meets no link",
+                f"gravity is given as [x, y], and the direction in which {name!r} moves is not known: it "
+                "is in contact with no link",
                 remedy="Give gravity as a number: it acts on mechanisms along +x, on other bodies along their motion.",
                 path="gravity",
             )

@@ -9,8 +9,11 @@ from impactlab.casefile.document import Document
 from impactlab.casefile.values.faults import FIX_VALUE
 from impactlab.errors import ImpactlabError
 
-FIX_IN_PYTHON = "Fix the value; case.resolved() of a case without faults gives every value in SI."
-NEW_KIND = "A new kind takes none of the keys of the old one: give them with it, as one block."
+FIX_IN_PYTHON = "Fix the value. Of a case without faults case.resolved() gives every value in SI."
+NEW_KIND = (
+    "A new kind begins a new block, without the keys of the old kind: give the kind and its "
+    "keys together, as one block."
+)
 
 
 def given_by(document: Document, path: str) -> str:

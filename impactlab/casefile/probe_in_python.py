@@ -12,9 +12,7 @@ from impactlab.casefile.keys_in_python import BodyKeys
 
 
 class Probe(BodyKeys):
-    """A quantity at a place of a body, recorded over the run.
-
-    An instrument may measure it.
+    """A quantity at a place of a body, recorded over the run, possibly as an instrument measures it.
 
     Parameters
     ----------
@@ -28,14 +26,16 @@ class Probe(BodyKeys):
         ``"torque"``.
     length : float or str
         Length of a strain gauge, with its middle at the place [m].
-    bandwidth, rate : float or str
-        Frequency at which a low-pass is 3 dB down, and samples per second [Hz].
+    bandwidth : float or str
+        Frequency at which the low-pass of the instrument is 3 dB down [Hz].
+    rate : float or str
+        Samples per second [Hz].
     noise : float or str
         Standard deviation of each sample, in the unit of the quantity.
     seed : int
-        Of the noise.
+        Seed of the noise.
     bits : int
-        Of the converter.
+        Number of bits of the converter.
     range : float or str
         Full scale of the converter, from -range to range, in the unit of the quantity.
     **others

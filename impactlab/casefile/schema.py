@@ -167,7 +167,9 @@ class SolveBlock(Block):
     """How the scene is solved. All keys but the duration have defaults."""
 
     duration: Annotated[Any, DURATION] = Field(description="length of the run [s], or {round_trips: number}")
-    round_trips_of: str | None = Field(None, description="whose 2L/c is the round trip; the first rod or beam")
+    round_trips_of: str | None = Field(
+        None, description="body whose 2L/c is the round trip; by default the first rod or beam"
+    )
     tolerance: Annotated[float | None, TOLERANCE] = Field(
         None,
         description="relative error allowed: model, integrator, step, events and the law of hard contacts are then "
@@ -190,9 +192,12 @@ class SolveBlock(Block):
     )
     records: Records = Field(
         RECORDS,
-        description="instants kept; of more steps every second, third ... is kept, events all; of more than some 350 "
-        "bodies as many as 0.9 GB hold if not given, of rows of beads one in 32 steps, or as many as 2 MB hold if "
-        "these are more, 100 at least",
+        description=(
+            "number of instants kept. Of more steps every second, third ... is kept, and all events. "
+            "By default 20000; with more than about 350 bodies as many as fit into 0.9 GB; of rows "
+            "of beads one in 32 steps, or as many as fit into 2 MB if these are more, and at least "
+            "100"
+        ),
     )
 
 
@@ -317,7 +322,7 @@ class CaseBlock(Block):
 
     schema_version: Annotated[Literal[1], BeforeValidator(_no_truth)] = Field(description="version of the format: 1")
     title: Text = Field("", description="title of the case, one line")
-    source: Text = Field("", description="where it comes from: free text, or a key of citations.bib")
+    source: Text = Field("", description="source of the case: free text, or a key of citations.bib")
     bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=MAX_REPEAT, description="bodies by name")
     contacts: tuple[ContactBlock, ...] = Field((), max_length=MAX_REPEAT, description="pairs of faces that may meet")
     solve: SolveBlock = Field(description="how to solve")

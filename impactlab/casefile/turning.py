@@ -84,8 +84,9 @@ def _check_steady(body: Body, block: object) -> None:
         )
     if abs(rotation.rate) >= (limit := elastic.limit_rate):
         raise CaseError(
-            f"'{body.name}' turns at {abs(rotation.rate):.6g} rad/s, and from {limit:.6g} rad/s on it has no steady "
-            "state, as the centrifugal force then grows faster with its stretch than its stiffness resists",
+            f"'{body.name}' turns at {abs(rotation.rate):.6g} rad/s. Allowed: below {limit:.6g} "
+            "rad/s, from which on it has no steady state: the centrifugal force then grows faster "
+            "with the stretch than the elastic force",
             remedy="Give a lower rate.",
             path=f"{path}.rotation.rate",
         )

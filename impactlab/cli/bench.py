@@ -20,16 +20,17 @@ from impactlab.cli.reporting import CommandFailed, reporting
 def bench(
     cases: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="[CASES]...", help="Case files; the suite if none is given.", show_default=False),
+        typer.Argument(metavar="[CASES]...", help="Case files; by default those of the suite.", show_default=False),
     ] = None,
     suite: Annotated[
         str, typer.Option("--suite", metavar="NAME", help="standard: cases/*.yaml here; hard: cases/hard/*.yaml.")
     ] = "standard",
     grid: Annotated[
-        Path | None, option("--grid", "FILE", "Grid file in place of the suite's, or beside it (extends: builtin).")
+        Path | None,
+        option("--grid", "FILE", "Grid file in place of that of the suite; with extends: builtin in addition to it."),
     ] = None,
     methods: Annotated[
-        str | None, option("--methods", "A,B,...", "Methods of the grid; own: those of the cases; default all.")
+        str | None, option("--methods", "A,B,...", "Methods of the grid to run, own: those of the cases; default: all.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the rows and the table.")] = Path(
         "out/bench"
@@ -49,7 +50,7 @@ def bench(
     ] = 60.0,
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave out figures, tables and pages.")] = False,
     table: Annotated[
-        Path | None, option("--from", "TABLE", "Run nothing: draw the report of this table into DIR.")
+        Path | None, option("--from", "TABLE", "Run nothing: write the report of this table into DIR.")
     ] = None,
     figures: Figures = None,
     as_json: Json = False,

@@ -64,7 +64,7 @@ def choose(
     case: CaseFile,
     tolerance: Annotated[
         float | None,
-        typer.Option("--tolerance", metavar="E", help="Relative error allowed; default that of the case, else 1e-3."),
+        typer.Option("--tolerance", metavar="E", help="Allowed relative error; default: that of the case, or 1e-3."),
     ] = None,
     sets: Sets = None,
     variant: Variant = None,

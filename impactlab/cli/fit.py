@@ -43,25 +43,34 @@ def fit(
             "shift", "Start of the run on the clock of the instruments (common: one for all signals of a case)"
         ),
     ] = None,
-    loss: Annotated[
-        str, typer.Option("--loss", help="linear, or huber where single samples may be far off.")
-    ] = "linear",
+    loss: Annotated[str, typer.Option("--loss", help="Loss: linear, or huber for signals with outliers.")] = "linear",
     noise: Annotated[
         str,
         typer.Option(
             "--noise",
-            help="white; ar1 if noise correlates from sample to sample; std for columns headed std and the heading.",
+            help=(
+                "Noise of the signals: white; ar1, correlated from sample to sample; std, from columns "
+                "headed std and the heading of the signal."
+            ),
         ),
     ] = "white",
     bandwidth: Annotated[
-        str, typer.Option("--bandwidth", metavar="FREQUENCY", help="Low-pass of data and model, as 100 kHz; 0: none.")
+        str,
+        typer.Option(
+            "--bandwidth",
+            metavar="FREQUENCY",
+            help="Low-pass filter of data and model, such as '100 kHz'; 0: no filter.",
+        ),
     ] = "0",
     intervals: Annotated[
         str,
         typer.Option(
             "--intervals",
             metavar="A,B",
-            help="More intervals than those from derivatives: profile (likelihood), bootstrap (in blocks).",
+            help=(
+                "Further intervals, besides those from derivatives: profile (likelihood), bootstrap "
+                "(blocks of residuals)."
+            ),
         ),
     ] = "jacobian",
     resamples: Annotated[int, typer.Option("--resamples", help="Number of fits of the bootstrap.")] = 500,

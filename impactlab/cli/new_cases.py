@@ -26,7 +26,7 @@ def new(
 
 def cases(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="Print this case; all are listed if none is given.")
+        str | None, typer.Argument(metavar="[NAME]", help="Case to print; without a name all cases are listed.")
     ] = None,
     copy: Annotated[bool, typer.Option("--copy", help="Write NAME.yaml here instead of printing it.")] = False,
     as_json: Json = False,

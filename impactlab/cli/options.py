@@ -31,14 +31,20 @@ CaseFile = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Out = Annotated[Path | None, option("--out", "DIR", "Write history and figures into this folder.")]
-Figures = Annotated[str | None, option("--figures", "A,B,...", "Write all figures in these formats: svg, png, pdf.")]
-Width = Annotated[str | None, option("--width", "one|two", "Figure width: one or two journal columns.")]
-Sets = Annotated[list[str] | None, option("--set", "PATH=VALUE", "Change a value, as in solve.step.dt=1e-7.")]
-Method = Annotated[str | None, option("--method", "NAME", "One of the methods of the case.")]
+Figures = Annotated[
+    str | None, option("--figures", "A,B,...", "Also write all figures in these formats: svg, png, pdf.")
+]
+Width = Annotated[str | None, option("--width", "one|two", "Width of the figures: one or two columns of a journal.")]
+Sets = Annotated[
+    list[str] | None, option("--set", "PATH=VALUE", "Change a value, as in solve.step.dt=1e-7; may be repeated.")
+]
+Method = Annotated[str | None, option("--method", "NAME", "Use this method of the case.")]
 
-Variant = Annotated[str | None, option("--variant", "NAME", "One of the variants of the case.")]
+Variant = Annotated[str | None, option("--variant", "NAME", "Use this variant of the case.")]
 
-Metrics = Annotated[list[str] | None, option("--metric", "NAME", "Evaluate this metric of a plugin, too.")]
+Metrics = Annotated[
+    list[str] | None, option("--metric", "NAME", "Also evaluate this metric of a plugin; may be repeated.")
+]
 
 
 def command_line(

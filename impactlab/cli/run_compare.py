@@ -51,7 +51,10 @@ def run(
         bool,
         typer.Option(
             "--reference",
-            help="Compute the reference solution and the errors even if this takes over 10 s or ten times the run.",
+            help=(
+                "Compute the reference solution and the errors even if this is predicted to take over 10 "
+                "s, or over ten times the run."
+            ),
         ),
     ] = False,
     metric: Metrics = None,
@@ -103,7 +106,10 @@ def run(
 
 def compare(
     case: CaseFile,
-    methods: Annotated[str | None, option("--methods", "A,B,...", "Methods to run; default base and all.")] = None,
+    methods: Annotated[
+        str | None,
+        option("--methods", "A,B,...", "Methods to run; default: base, the case as written, and all others."),
+    ] = None,
     sets: Sets = None,
     variant: Variant = None,
     out: Out = None,

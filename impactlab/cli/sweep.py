@@ -23,12 +23,17 @@ Quantities = Annotated[
         "Quantities to record (`impactlab plugins` lists them), or 'max(CHANNEL)', 'min(CHANNEL)'.",
     ),
 ]
-Workers = Annotated[int, typer.Option("--workers", metavar="N", min=0, max=1024, help="Processes; 0 runs in this one.")]
+Workers = Annotated[
+    int,
+    typer.Option("--workers", metavar="N", min=0, max=1024, help="Number of worker processes; 0: run in this process."),
+]
 Kept = Annotated[
-    Path | None, option("--out", "DIR", "Folder of finished points and results; a sweep continues from it.")
+    Path | None,
+    option("--out", "DIR", "Folder of finished points and results; an interrupted sweep continues from it."),
 ]
 Shard = Annotated[
-    str | None, option("--shard", "K/N", "Compute part K of N only; a last call without it collects all parts in DIR.")
+    str | None,
+    option("--shard", "K/N", "Compute only part K of N; a last call without this option collects all parts in DIR."),
 ]
 Cluster = Annotated[
     str | None,
@@ -49,7 +54,10 @@ def sweep(
         ),
     ] = None,
     points: Annotated[
-        Path | None, option("--points", "FILE.csv", "Listed points, in place of axes: columns headed by path and unit.")
+        Path | None,
+        option(
+            "--points", "FILE.csv", "Points as rows of a table, in place of axes; columns are headed by path and unit."
+        ),
     ] = None,
     quantities: Quantities = None,
     sets: Sets = None,
@@ -125,9 +133,15 @@ def uncertainty(
         str, typer.Option("--percentiles", metavar="A,B,...", help="Percentiles, between 0 and 100.")
     ] = "5,50,95",
     indices: Annotated[
-        bool, typer.Option("--indices/--no-indices", help="Sobol indices; d numbers take d + 2 times the runs.")
+        bool,
+        typer.Option(
+            "--indices/--no-indices",
+            help="Compute Sobol indices; with d uncertain numbers this takes d + 2 times the runs.",
+        ),
     ] = True,
-    failed: Annotated[str, typer.Option("--failed", help="How to treat failed points: stop, or leave_out.")] = "stop",
+    failed: Annotated[
+        str, typer.Option("--failed", help="Treatment of failed points for Sobol indices: stop, or leave_out.")
+    ] = "stop",
     sets: Sets = None,
     method: Method = None,
     variant: Variant = None,

@@ -34,8 +34,9 @@ class AugmentedLagrangian(AbstractContactLaw):
     gains_energy = 0.6
     # On faces of small compliance augmentations remove next to nothing of an overlap in a step (17 pairs on a beam).
     gain_remedy = (
-        "Give augmented_lagrangian a hundred times the stiffness and 100 augmentations, so that each step presses the "
-        "overlap out, or law addition_deletion, which solves its constraint in each step."
+        "Give augmented_lagrangian a hundred times the stiffness and 100 augmentations, so that "
+        "the overlap vanishes within each step, or law addition_deletion, which solves its "
+        "constraint in each step."
     )
     examples = ({"stiffness": 1e9},)
 

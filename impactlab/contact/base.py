@@ -16,8 +16,8 @@ def needs_waves(law: str, left: SideFacts, right: SideFacts) -> None:
     for side, facts in (("left", left), ("right", right)):
         if facts.kind == "mechanism":
             raise PairingError(
-                f"law {law!r} needs the waves that run along a body to its face, and the {side} face belongs to a "
-                "mechanism, all of whose links move it",
+                f"law {law!r} needs the waves that arrive at a face, and the {side} face belongs to a "
+                "mechanism, whose links all move it",
                 remedy="Use law hertz, velocity_complementarity or energy_conserving.",
             )
 
@@ -38,9 +38,9 @@ class AbstractContactLaw(ABC):
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
     trial_at_end: ClassVar[bool] = False  # True: its trial force is that of the end of the step, not of where it acts
     fixed_step: ClassVar[bool] = False  # True: no step is cut at an event
-    why_fixed: ClassVar[str] = "needs a constant step"  # why, in words after the name of the law
+    why_fixed: ClassVar[str] = "needs a constant step"  # the reason, as text after the name of the law
     hard: ClassVar[bool] = False  # True: an approximation of the hard unilateral contact, which then is its reference
-    moves_faces: ClassVar[bool] = False  # True: the force is found from the motion that it changes; a face must yield
+    moves_faces: ClassVar[bool] = False  # True: the force follows from the motion that it changes; a face must move
     is_the_contact: ClassVar[bool] = False  # True: hard, and on continuous bodies the hard contact itself
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, under which some schemes gain energy
     smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; steps may have any length
@@ -70,7 +70,7 @@ class AbstractContactLaw(ABC):
         """
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:
-        """Return the law that acts on these sides.
+        """Return the law to use on these sides: itself, or another one, for example on massless faces.
 
         Raise `PairingError` where a face is massless, as here.
         """
@@ -93,31 +93,31 @@ class AbstractContactLaw(ABC):
         return 0.0 if spring is None else spring[0]
 
     def closed_gains(self, start: Start) -> tuple[float, float] | None:
-        """Return force per overlap [N/m] and push per gap of a pushing law.
+        """Return force per overlap [N/m] and push per gap of a law with `Reply.push`.
 
         Its force is F = S - gap/g (see `closed_limit`).
         """
         return None
 
     def power_force(self, start: Start) -> PowerForce | None:
-        """Return the law where it is K d^n of the overlap alone, else None.
+        """Return K and n of a law that is K d^n of the overlap d alone, else None.
 
-        Rows of beads take it at little cost. It must be the force of `respond` in a scheme whose forces act at the
-        start of the step.
+        With it rows of beads are stepped at low cost. It must be the force of `respond` in a scheme whose forces act
+        at the start of the step.
         """
         return None
 
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float] | None:
         """Return stiffness [N/m] and damping [N s/m] of a constant spring and dashpot.
 
-        Such a law runs exactly on waves. None for any other law.
+        On continuous rods such a law is solved exactly. None for any other law.
         """
         return None
 
     def branches(self) -> Branches | None:
         """Return the table of a law that is linear between changes of branch, else None.
 
-        It runs exactly on waves. A law with a value here has no `spring`.
+        On continuous rods such a law is solved exactly. A law with a table has no `spring`.
         """
         return None
 
@@ -143,7 +143,7 @@ class AbstractContactLaw(ABC):
 
     @property
     def pulls(self) -> bool:
-        """Whether its force may be negative: that of most links."""
+        """Whether its force may be negative, as that of most links."""
         return self.two_sided
 
     @property
@@ -161,10 +161,7 @@ class AbstractContactLaw(ABC):
 
     @property
     def force_jumps(self) -> bool:
-        """Whether the force jumps when the faces meet at a speed.
-
-        That of a dashpot or of a hard contact does.
-        """
+        """Whether the force jumps when the faces meet with a velocity, as in a dashpot or a hard contact."""
         return self.hard
 
     def restitutions(self) -> Restitution | None:

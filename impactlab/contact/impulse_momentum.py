@@ -12,7 +12,7 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 @final
 @dataclass(frozen=True)
 class ImpulseMomentum(AbstractContactLaw):
-    """Generalised impulse-momentum balance: an impulse in each step that begins closed and approaching.
+    """Generalised impulse-momentum balance: an impulse where a step begins with touching, approaching faces.
 
     The impulse (1 + e) m (approach speed), with m the effective mass of both faces, turns the approach speed into e
     times itself. There is no force and so no force history. A flexible body goes on approaching and is kicked again:

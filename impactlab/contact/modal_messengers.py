@@ -17,7 +17,7 @@ from impactlab.types import Arriving, Level, Port, Reply, SideFacts, Start, opti
 @final
 @dataclass(frozen=True)
 class ModalMessengers(AbstractContactLaw):
-    """A messenger for each mode, at the distance of its wave in a step.
+    """Wave identification by one messenger per mode, at the distance that its wave travels in a step.
 
     All of them give the motion of the face.
 
@@ -74,8 +74,8 @@ class ModalMessengers(AbstractContactLaw):
                 raise PairingError(text, remedy="Use balance: modes, or law dispersive_identification.")
             if facts.end == "force":
                 raise PairingError(
-                    f"modal_messengers predicts the motion of a face by waves alone, and a force acts on the face "
-                    f"of the {side} body",
+                    "modal_messengers predicts the motion of a face from waves alone, and an end force also "
+                    f"acts on the face of the {side} body",
                     remedy="Use dispersive_identification.",
                 )
             taken = 1.0 / facts.impedance if self.balance == "impedance" else math.nan

@@ -22,13 +22,13 @@ STIFFNESS = (
     "impactlab.granular.sphere_stiffness(young, poisson, radius)"
 )
 TOO_STIFF = (
-    "the power law's tangent stiffness passed the stability limit of an explicit step at this overlap, 4 over the "
-    "compliance of the faces in a step"
+    "at this overlap the tangent stiffness of the power law exceeds the stability limit of "
+    "an explicit step, 4 over the compliance of the faces in a step"
 )
 SLOW = Noted(
     slot=2,
     code="slow_touch",
-    text="touches slower than slowest_approach, which stands for their approach speed in the damping: {count}",
+    text=("touches slower than slowest_approach, which replaces their approach speed in the damping: {count}"),
 )
 COARSE = Noted(
     slot=3,

@@ -33,7 +33,8 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
         return False
     if facts.end not in ("free", "inner"):
         raise PairingError(
-            f"wave_identification balances a bare face, and the struck end of the {side} body carries a {facts.end}",
+            f"wave_identification needs a struck end without support or force, and that of the {side} body has a "
+            f"{facts.end}",
             remedy="Use addition_deletion or penalty, or the continuous model.",
         )
     if facts.in_waves and abs(facts.velocity_per_force * facts.impedance - 1.0) < WAVE_ROUNDING:
@@ -57,8 +58,9 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
         # The face moves faster per force than waves allow: the balance feeds back and diverges.
         share = facts.velocity_per_force * facts.impedance
         raise PairingError(
-            f"under a force the face of the rod on the {side} of the contact moves {share:.3g} times as fast "
-            f"in this step as a wave allows (1/Z), and from 0.8 on wave_identification nears divergence",
+            f"in this step a force moves the face of the rod on the {side} of the contact {share:.3g} "
+            "times as fast as by wave theory (1/Z). Allowed: below 0.8; with a larger ratio "
+            "wave_identification may diverge",
             remedy=f"Give a smaller step; try {0.8 * dt / share:.3g} s.",
             path="solve.step",
         )

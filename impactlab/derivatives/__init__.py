@@ -1,6 +1,6 @@
 """Derivatives of results by numbers of a case: tangents or differences.
 
-Tangents are those of exact runs, differences those of stepped ones.
+Exact runs have tangents, stepped runs differences; so have exact runs at points where tangents do not exist.
 """
 
 from impactlab.derivatives.run import DEFAULT, jacobian, sensitivities

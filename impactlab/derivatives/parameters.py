@@ -16,11 +16,11 @@ from impactlab.sweeps.axes import takes_whole
 
 HELD = {
     "solve.step": (
-        "the step is constant while a derivative is taken, so there is no derivative by it",
+        "the step is fixed while derivatives are computed, so that there is no derivative with respect to it",
         "Compare runs of two steps, as in: impactlab sweep CASE --over {path}=A,B.",
     ),
     "solve.tolerance": (
-        "the method is chosen once by the tolerance, and held while a derivative is taken",
+        "the tolerance chooses a method, which is fixed while derivatives are computed",
         "Compare runs of two tolerances, as in: impactlab sweep CASE --over {path}=A,B.",
     ),
 }
@@ -99,7 +99,9 @@ def _read(case: Case, path: str) -> Parameter:
         if found is None:
             _refuse_whole(case, path)
             case.with_(path, 1.0)  # names the closest paths where there is none
-            raise CaseError("the case gives this key no number", path=path, remedy="Name a number that it gives.")
+            raise CaseError(
+                "the case does not give a number for this key", path=path, remedy="Name a number that it gives."
+            )
     if type(found) is int:
         _refuse_whole(case, path)
     if isinstance(found, bool) or not isinstance(found, (int, float)) or not math.isfinite(found):

@@ -29,7 +29,7 @@ DEFAULT = ("first_opening", "impulse", "peak_force", "restitution", "final_veloc
 COUNTED = ("contacts", "near_grazing", "energy_gain")  # they change in steps, or are rounding
 NO_VALUE = {
     "first_opening": "the contact does not open in this run",
-    "restitution": "no meeting of these two bodies alone, up to their parting, is seen in this run",
+    "restitution": "in this run the two bodies do not meet and part without other influences",
 }
 """Why a quantity has no value, where the words are its own."""
 MAX_ERROR = 1.0e-3  # of a derivative by differences, or of its value over the parameter: larger ones are not known

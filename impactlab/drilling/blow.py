@@ -51,10 +51,10 @@ class Blow:
 
     work: float  # J, on the rock at the end of the run
     efficiency: float  # work over the kinetic energy of the hammer
-    first_pass: float  # the same, before the wave that the bit sends back has returned from the nearest joint
+    first_pass: float  # efficiency until the wave reflected at the bit has returned from the nearest joint
     peak_force: float  # N
     deepest: float  # m, largest penetration
-    final: float  # m, penetration that stays
+    final: float  # m, permanent penetration
     left_in_hammer: float  # J, at the end of the run
     left_in_rods: float  # J, at the end of the run
     loop: Loop = field(repr=False)
@@ -173,14 +173,14 @@ def _warn_if_too_short(loop: Loop, first: float | None, drill: Drill, left: floa
     )
     texts = []
     if first is None:
-        texts.append("no force acts on the rock before that, so nothing of the blow is known")
+        texts.append("until then no force acts on the rock")
     elif acts and ends < (first + drill.round_trip) * (1.0 - SAME_TIME):
         texts.append(
-            f"the first pass lasts until {first + drill.round_trip:.6g} s, when the wave that the bit sends back "
-            "returns from the nearest joint: first_pass has the work up to the end of the run"
+            f"the first pass lasts until {first + drill.round_trip:.6g} s, when the wave reflected at "
+            "the bit returns from the nearest joint: first_pass has the work up to the end of the run"
         )
     if first is not None and np.argmax(loop.penetration) == len(loop.time) - 1:
-        texts.append("the bit still goes deeper: work, deepest and final are those up to there")
+        texts.append("the penetration still grows: work, deepest and final are those at the end of the run")
     if texts:
         warn(
             f"rock {drill.rock.name!r}: the run ends at {ends:.6g} s, and {'; '.join(texts)}. Give solve.duration a "
@@ -208,7 +208,7 @@ def _first_pass(loop: Loop, first: float | None, drill: Drill) -> float:
 
 
 def _final(history: AbstractHistory, law: AbstractContactLaw, rock: Contact, loop: Loop) -> float:
-    """Return the penetration that stays [m].
+    """Return the permanent penetration [m].
 
     Of a bilinear law it follows from the deepest one, of a link it is its set; else it is that as the bit last left.
     """

@@ -190,7 +190,7 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
     error = float(np.max(np.abs(book.balance)))
     if not error <= BALANCE_TOL * max(given or float(np.abs(book.total).max()), MIN_ENERGY):
         raise StepError(
-            "the exact solution lost its accuracy to rounding: its energy does not balance",
+            "the exact solution is spoiled by rounding errors: its energy does not balance",
             time=history.duration,
             step=history.cost.steps,
             history=history,
@@ -211,8 +211,8 @@ def reason(scene: Scene, layout: NetworkLayout, log: Log, status: int) -> tuple[
             )
         if log.contacts["stiffness"][last["contact"]] >= 0.0:
             return (
-                f"the exact solution lost its accuracy to rounding: the spring of contact {name} is loaded and "
-                f"unloaded more than {march.MAX_BURST} times at one instant",
+                f"the exact solution is spoiled by rounding errors: the spring of contact {name} is "
+                f"loaded and unloaded more than {march.MAX_BURST} times at one instant",
                 "Give a softer spring, or a model that steps.",
             )
         return (
@@ -227,7 +227,8 @@ def reason(scene: Scene, layout: NetworkLayout, log: Log, status: int) -> tuple[
             "Give a larger mass or a softer spring, or a model that steps.",
         )
     return (
-        f"wave fronts have cut the run into {MAX_INTERVALS:,} intervals; every front is split at each step of a rod",
+        f"the exact solution needs more than {MAX_INTERVALS:,} intervals: every wave front is "
+        "split at each joint of segments",
         shorter(log),
     )
 
@@ -235,8 +236,8 @@ def reason(scene: Scene, layout: NetworkLayout, log: Log, status: int) -> tuple[
 def too_large(log: Log, most: float) -> tuple[str, str]:
     """Return why a log has no more room in memory, and the remedy."""
     return (
-        f"the wave fronts between two echoes take more than {in_bytes(BYTES * most)}: every front is split at each "
-        "step of a rod and at each contact",
+        f"the wave fronts within one round trip take more than {in_bytes(BYTES * most)}: every "
+        "front is split at each joint of segments and at each contact",
         shorter(log),
     )
 

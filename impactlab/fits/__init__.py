@@ -1,4 +1,4 @@
-"""Parameters of a case from measured signals, with how sure they are."""
+"""Fits of parameters of a case to measured signals, with confidence intervals."""
 
 from impactlab.fits.problem import Problem
 from impactlab.fits.result import Fit, Fitted

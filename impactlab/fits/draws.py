@@ -33,8 +33,10 @@ def drawn(
         Their values in SI, the middle of the distribution.
     covariance : array
         Of the scaled unknowns, (n, n).
-    count, seed : int
-        Draws, and the seed of the random numbers (PCG64).
+    count : int
+        Number of draws.
+    seed : int
+        Seed of the random numbers (PCG64).
     """
     expect_whole(count, "count", 1, MAX_DRAWS)
     expect_whole(seed, "seed", 0, MAX_SEED)

@@ -88,8 +88,8 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     else:
         x = solution.x
         warnings.append(
-            "warning: profiles found solutions with a smaller loss, one after the other: the intervals are "
-            "not those of one minimum; start from other values, or fit fewer parameters"
+            "warning: the profiles found solutions with a smaller loss several times: the intervals "
+            "are not those of one minimum. Start from other values, or fit fewer parameters"
         )
     resampled = None
     if BOOTSTRAP in chosen.intervals:
@@ -151,9 +151,10 @@ def _loose_fronts(problem: Problem, x: Array, halves: Array) -> list[str]:
         rise = float(np.ptp(shown)) / steepest
         if half > OF_THE_RISE * rise:
             warnings.append(
-                f"warning: the shift of {of.label} is known to {half:.2g} samples, and its steepest front rises within "
-                f"{rise:.2g}: with a free offset beside it the 95 % intervals from the derivatives held the true value "
-                "in 60 to 90 % of trials. Fix the shift or the offset, or give a record that goes on after the contact"
+                f"warning: the uncertainty of the shift of {of.label} is {half:.2g} samples, and its "
+                f"steepest front rises within {rise:.2g}. If the offset is also free, the 95 % intervals "
+                "from the derivatives contained the true value in 60 to 90 % of trials. Fix the shift or "
+                "the offset, or give a record that continues after the contact"
             )
     return warnings
 
@@ -163,9 +164,13 @@ def _rough(paths: Sequence[str]) -> list[str]:
     if not paths:
         return []
     return [
-        f"warning: the signals of this stepped run jump as {', '.join(short_names(paths))} changes, where events pass "
-        "from step to step: intervals by profile or bootstrap may end at a jump, and are then too narrow. Use those "
-        "from the derivatives, or give a smaller step or the exact solver (solve.model: {kind: continuous})"
+        (
+            f"warning: the signals of this stepped run jump where {', '.join(short_names(paths))} "
+            "changes and an event passes from one step to the next. Intervals by profile or "
+            "bootstrap may end at such a jump, and are then too narrow. Use those from the "
+            "derivatives, or give a smaller step or the exact solver (solve.model: {kind: "
+            "continuous})"
+        )
     ]
 
 
@@ -189,14 +194,15 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
         jacobian = jacobian * (np.abs(residuals) <= HUBER * spread)[:, None]
     left_out = sum(int(np.sum(each)) for each in problem.left_out)
     if left_out:
-        warnings.append(f"note: {left_out} of {problem.count} samples lie far off and are left out")
+        warnings.append(f"note: {left_out} of {problem.count} samples are outliers and are left out")
     reach = float(stdtrit(freedom, 0.975))
     if chosen.noise == "std":
         is_above = chdtrc(freedom, float(residuals @ residuals)) < ABOVE_NOISE
         if is_above:
             warnings.append(
-                f"warning: the fit ends above the noise: the residuals are {spread:.2g} times the given standard "
-                "deviations, and the intervals are widened by that; the case lacks something, or the noise is larger"
+                f"warning: the residuals are {spread:.2g} times the given standard deviations, and the "
+                "intervals are widened by that factor: an effect is missing in the case, or the noise is "
+                "larger"
             )
         spread = max(1.0, spread) if is_above else 1.0
         reach = reach if is_above else float(stdtrit(math.inf, 0.975))
@@ -204,9 +210,10 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
     if chosen.noise != "ar1" and CORRELATED / math.sqrt(len(residuals)) < neighbours < 1.0:
         widened = math.sqrt((1.0 + neighbours) / (1.0 - neighbours))
         warnings.append(
-            f"warning: neighbouring residuals correlate by {neighbours:.2f}: the noise is coloured, or the case lacks "
-            f"something. Under white noise the intervals are too narrow; widened ones, {widened:.2g} times as wide, "
-            "stand beside them. noise ar1 takes the correlation into account"
+            f"warning: neighbouring residuals have a correlation of {neighbours:.2f}: the noise is "
+            "coloured, or an effect is missing in the case. Intervals for white noise are too "
+            f"narrow; widened ones, {widened:.2g} times as wide, are listed beside them. noise ar1 "
+            "takes the correlation into account"
         )
     warnings += _after_the_run(problem, x)
     found = seen(jacobian, spread, np.array([_weight(each, x[number]) for number, each in enumerate(problem.unknowns)]))
@@ -259,18 +266,17 @@ def _rows(
         value, notes = each.value(x), ["not determined"] if is_free else []
         if _is_at_bound(each, value):
             notes.insert(0, "at its bound")
-            warnings.append(
-                f"warning: {each.path} ended at its bound {value:.6g} {each.unit}; its interval does not hold"
-            )
+            warnings.append(f"warning: {each.path} is at its bound, {value:.6g} {each.unit}; its interval is not valid")
         place = None
         if here is not None and number < len(problem.parameters) and not is_free:
             place = _edge(problem, solution, here, number)
         if place is not None:
             notes.append("near an edge")
             warnings.append(
-                f"warning: inside the interval of {names[number]} the sequence of contacts changes, at about "
-                f"{_natural(each, place):.6g} {each.unit}: the loss may have a kink or a second minimum there, and the "
-                "interval from the derivatives may not hold; a profile (intervals profile) shows it"
+                f"warning: inside the interval of {names[number]}, at about {_natural(each, place):.6g} "
+                f"{each.unit}, the sequence of contacts changes. The loss may have a kink or a second "
+                "minimum there, and the interval from the derivatives may not be valid; a profile "
+                "(intervals profile) shows it"
             )
         lower, upper = shown.get(WIDENED, shown[JACOBIAN])
         rows.append(Fitted(each.path, value, lower, upper, each.unit, "; ".join(notes), shown))

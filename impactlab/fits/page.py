@@ -43,20 +43,22 @@ LOSS = {"linear": "least squares", "huber": "Huber's loss, in which samples far 
 def plates(fit: Fit) -> Iterator[Plate]:
     """Yield the figures of a fit."""
     yield Plate(
-        "signals", "Signals", "Measured and fitted; below, the residuals over their standard deviation. The band is "
-        "two of them wide on each side: of white noise, 95 % of the residuals lie inside, without a pattern.",
+        "signals", "Signals", "Measured and fitted signal; below, the residuals divided by their standard deviation. "
+        "The band extends two standard deviations to each side: of white noise, 95 % of the residuals lie inside, "
+        "without a pattern.",
         plot_signals(fit),
     )  # fmt: skip
     yield Plate(
-        "autocorrelation", "Autocorrelation of the residuals", "How much residuals resemble those some samples before. "
-        "Beyond the band (95 % of white noise) the noise is coloured, or the case lacks something.",
+        "autocorrelation", "Autocorrelation of the residuals", "Correlation of the residuals with those some samples "
+        "earlier. Beyond the band (95 % of white noise) the noise is coloured, or an effect is missing in the case.",
         plot_autocorrelations(fit),
     )  # fmt: skip
     if fit.profiles:
         yield Plate(
-            "profiles", "Profiles", "The least sum of squares with one parameter held, all others fitted again, as its "
-            "rise over the variance of the residuals. The 95 % interval ends where the rise passes the line. Where "
-            "the profile leaves the parabola of the derivatives, their intervals do not hold.",
+            "profiles", "Profiles", "Rise of the least sum of squares, over the variance of the residuals, with one "
+            "parameter fixed and all others fitted again. The 95 % interval ends where the rise passes the line. Where "
+            "the profile differs from the parabola of the derivatives, the intervals from the derivatives are not "
+            "valid.",
             plot_profiles(fit),
         )  # fmt: skip
     known = determined(fit)

@@ -197,8 +197,8 @@ class Problem:
             if is_rough:
                 path = self.parameters[int(np.argmax(np.max(np.abs(rows), axis=0)))].path
                 raise CaseError(
-                    f"a change of {path} by {STEP:g} of its value changes the signal {each.label} by more than a tenth "
-                    "of it: such runs scatter, and no fit to them converges",
+                    f"a change of {path} by {STEP:g} of its value changes the signal {each.label} by more "
+                    "than a tenth: the signal is not a smooth function of it, and no fit converges",
                     remedy="Give a method without chatter: solve.model: {kind: continuous}, or a softer law.",
                 )
 

@@ -53,7 +53,7 @@ class Fitted(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """The profile of a parameter: rise of the loss where it is held.
+    """The profile of a parameter: rise of the loss with this parameter fixed.
 
     All others are fitted again.
     """
@@ -76,7 +76,7 @@ class Shown(NamedTuple):
 
 
 class Resamples(NamedTuple):
-    """How the bootstrap was made."""
+    """Settings of the bootstrap."""
 
     resamples: int
     seed: int
@@ -117,7 +117,7 @@ class Fit:
         return np.asarray(self.covariance / np.outer(size, size))
 
     def draws(self, count: int = draws.WRITTEN, seed: int = 0) -> dict[str, Array]:
-        """Return draws of the case's numbers that the signals allow, by path.
+        """Return random draws of the fitted numbers from their covariance, by path.
 
         They are points for `impactlab.sweep`. They are drawn from the normal distribution of the covariance, as wide as
         the intervals from the derivatives, and cut at the bounds. Numbers of instruments (gain, offset, shift) are left

@@ -60,8 +60,10 @@ def fit(
         Frequency [Hz, or a text as 100 kHz] of a low-pass of data and model alike, 3 dB down there; 0 for none.
     intervals : str or sequence of str
         Intervals beside those from the derivatives: ``profile`` (likelihood), ``bootstrap`` (in blocks), or both.
-    resamples, seed : int
-        How often the bootstrap draws the residuals again, and the seed of its random numbers.
+    resamples : int
+        Number of fits of the bootstrap, each to signals with residuals that are drawn again.
+    seed : int
+        Seed of the random numbers of the bootstrap.
 
     Raises
     ------

@@ -79,8 +79,10 @@ class Signal:
         Gain [1], offset in the unit of the channel, and the time [s] on the clock of this instrument at which the run
         starts: a number (or a text with a unit) where it is known, ``(lower, upper)`` or ``"free"`` where it is fitted.
         By default as the fit has it.
-    unit, time_unit : str, optional
-        Units of ``values`` and ``std``, and of ``times``; by default SI. They are kept in SI.
+    unit : str, optional
+        Unit of ``values`` and ``std``; SI if not given. They are kept in SI.
+    time_unit : str, optional
+        Unit of ``times``; s if not given.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Advice for each warning of a run, and warnings as lines for people."""
+"""Advice for each warning of a run, and the text of warnings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ADVICE: Mapping[str, str] = {
 
 
 def warning_lines(warnings: Iterable[Mapping[str, str]]) -> Iterator[str]:
-    """Yield a line for each code of warnings: first text, number of others, advice."""
+    """Yield a line for each code of warnings: the first text, the number of further ones, the advice."""
     by_code: dict[str, list[str]] = {}
     for warned in warnings:
         by_code.setdefault(warned["code"], []).append(warned["text"])

@@ -39,7 +39,7 @@ class Event(NamedTuple):
 
 
 class ContactSpan(NamedTuple):
-    """One period of contact; of an impulse law, from the first kick to the last."""
+    """One period of contact; under a law of impulses from the first impulse to the last."""
 
     contact: str
     start: float  # s
@@ -47,7 +47,7 @@ class ContactSpan(NamedTuple):
     impulse: float  # N s
     peak_force: float | None  # N; None where the law has no force
     first_impulse: float | None = None  # N s, impulse laws only
-    kicks: int | None = None  # impulse laws only
+    kicks: int | None = None  # number of impulses, impulse laws only
 
     def until(self, duration: float) -> float:
         """Return its end, or the end of the run while still closed [s]."""
@@ -55,22 +55,22 @@ class ContactSpan(NamedTuple):
 
 
 class BranchChange(NamedTuple):
-    """A change of branch of a piecewise linear law: it yields, unloads, opens."""
+    """A change of branch of a piecewise linear law: the instant at which it yields, unloads or opens."""
 
     time: float  # s
     contact: str
-    branch: str  # that begins, by its name in the law
+    branch: str  # name in the law of the branch that begins
 
 
 class LinkResult(NamedTuple):
-    """Results of a link, or of all of one name: forces, permanent set, energy taken."""
+    """Results of a link, or of all links of one name: forces, permanent set, absorbed energy."""
 
     name: str
     pieces: int
-    set: float | None  # m, that of its pieces which is largest in size; None of a law without one
-    largest: float  # N, of the sum of the pieces
-    smallest: float  # N, negative where it pulled
-    loss: float  # J
+    set: float | None  # m, permanent set, the largest of its pieces in size; None for a law without one
+    largest: float  # N, largest force, of the sum of the pieces
+    smallest: float  # N, smallest force, negative where it pulled
+    loss: float  # J, absorbed energy
     sets: tuple[float | None, ...] = ()  # m, of each piece in the order of the scene's contacts
 
 
@@ -219,7 +219,7 @@ class AbstractHistory(Views, ABC):
 
     @abstractmethod
     def channels(self) -> tuple[str, ...]:
-        """Return the names of the recorded channels; an exact history has any other x, too."""
+        """Return the names of the recorded channels; an exact history also has those at any other x."""
 
     @abstractmethod
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
@@ -255,9 +255,9 @@ class AbstractHistory(Views, ABC):
         """Return the instants (n,) [s] at which a channel jumps; empty where it is continuous."""
 
     def turning_times(self, channel: str) -> Array:
-        """Return instants of possible extremes of a channel, besides equal ones, (n,) [s].
+        """Return the instants (n,) [s] at which a channel may have extremes, in addition to equal instants.
 
-        As a rule they are both sides of its jumps. The last step may reach beyond the end of the run.
+        By default these are both sides of its jumps. The last step may reach beyond the end of the run.
         """
         jumps = np.minimum(self.jumps(channel), self.duration)
         return np.concatenate((jumps, np.nextafter(jumps, 0.0)))
@@ -286,15 +286,16 @@ class AbstractHistory(Views, ABC):
     def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
         """Return the recorded instants around an interval of a channel [s].
 
-        They are the last up to its start and the first from its end on. As a rule it is known at any time.
+        These are the last one up to its start and the first one from its end on. By default a channel is known at any
+        time, and the interval is returned.
         """
         return start, end
 
     @property
     def record_rate(self) -> float:
-        """Records of channels per second.
+        """Number of records of channels per second.
 
-        Between them channels are not known; inf where they are known everywhere.
+        Between records channels are interpolated; inf where they are known at any time.
         """
         return math.inf
 
@@ -392,7 +393,7 @@ class AbstractHistory(Views, ABC):
     def impulse_until(self, contact: str, time: float) -> float:
         """Return the impulse of a contact or link up to a time [N s].
 
-        As a rule it is the sum of the force at equal instants.
+        By default it is the mean of the force at equal instants times the time.
         """
         middles = max(0.0, time) * (np.arange(IMPULSE_SAMPLES) + 0.5) / IMPULSE_SAMPLES
         return float(np.mean(self.evaluate(middles, f"force:{contact}"))) * max(0.0, time)

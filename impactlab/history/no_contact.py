@@ -18,7 +18,7 @@ MIN_OPENING = 1e-12  # m, by which a gap grows that is not rounding of positions
 
 
 def no_contact(contact: str, initial_gap: float, gaps: Array, travel: float) -> Warned:
-    """Return the warning of a contact without a touch.
+    """Return the warning of a contact whose faces never met.
 
     Parameters
     ----------
@@ -36,8 +36,9 @@ def no_contact(contact: str, initial_gap: float, gaps: Array, travel: float) -> 
         text = f"the faces never met; the smallest gap was {smallest:.6g} m"
         if smallest >= gaps[0] - MIN_OPENING and gaps[-1] > gaps[0] + MIN_OPENING:
             text += (
-                ", at the start: the bodies move apart. The first of `between` lies left of the second (of beams: "
-                "below it); if they should meet, swap the two, or change the sign of a velocity or of gravity"
+                ", at the start: the bodies move apart. The first body of `between` is on the left of "
+                "the second (for beams: below it). If they should meet, swap the two, or change the sign "
+                "of a velocity or of gravity"
             )
     elif -smallest > NOISE_TOL * travel:
         text = f"the faces overlap by {-smallest:.2g} m at the end of the run: they meet within its last step"

@@ -1,4 +1,4 @@
-"""Views of a history for people, and its files: tables, labelled data, figures, notebook displays.
+"""Tables, labelled data, figures, files and notebook displays of a history.
 
 The code is in modules above this one, with libraries that most runs never need. They are imported by name on first use,
 as plotting backends are.

@@ -303,7 +303,7 @@ def evaluate(test: Test, specimen: Specimen, waves: Literal[1, 2, 3] = 3) -> Cur
 
 
 def _expect_test(given: object) -> None:
-    """Raise `ImpactlabError` where a function was given something else than the waves of a test."""
+    """Raise `ImpactlabError` unless a function was given the waves of a test."""
     expect(given, Test, "Give the result of hopkinson.measured, of_history, or Test(dt, bar, ...).")
 
 
@@ -344,8 +344,9 @@ def warn_if_apart(dt: float, bar: Bar, incident: Array, forces: tuple[Array, Arr
     allowed = 2.0 * MAX_DENSITY * volume / impedance + SHARE * window
     if late > allowed:
         warn_unusual(
-            f"at the first rise, up to {end * dt:.6g} s, the forces on the two faces of the specimen differ by an "
-            f"impulse of {1e6 * late:.3g} us times the force of the incident wave, and the momentum of the specimen "
-            f"explains {1e6 * allowed:.3g} us at most: check that both records begin at one instant, and the distances "
-            "of the gauges from the specimen."
+            f"up to the end of the first rise, {end * dt:.6g} s, the forces on the two faces of the "
+            f"specimen differ by an impulse of {1e6 * late:.3g} us times the force of the incident "
+            f"wave, and the momentum of the specimen accounts for {1e6 * allowed:.3g} us at most: "
+            "check that both records begin at the same instant, and the distances of the gauges from "
+            "the specimen."
         )

@@ -151,8 +151,8 @@ def _warn_if_opposite(test: Test) -> None:
     incident, transmitted = float(test.incident.sum()), float(test.transmitted.sum())
     if transmitted * incident < 0.0 and abs(transmitted) > MIN_OPPOSITE * abs(incident):
         warn_unusual(
-            "the transmitted wave has the other sign than the incident one, and a specimen passes a force on with its "
-            "sign: give both signals with compression positive."
+            "the transmitted wave and the incident wave have opposite signs, and a specimen "
+            "transmits a force with its sign: give both signals with compression positive."
         )
 
 
@@ -166,7 +166,7 @@ def _loud(test: Test, end: float, before: float, threshold: float) -> list[str]:
     for name, wave in (("reflected", test.reflected), ("transmitted", test.transmitted)):
         share = abs(float(wave[window].mean())) / float(np.abs(wave).max() or 1.0)
         if share > threshold:
-            found.append(f"the {name} one still has {100.0 * share:.3g} % of its largest strain")
+            found.append(f"the {name} wave still has {100.0 * share:.3g} % of its largest strain")
     return found
 
 
@@ -178,9 +178,10 @@ def _warn_if_loud(test: Test, end: float, before: float, threshold: float) -> No
     found = _loud(test, end, before, threshold)
     if found:
         warn(
-            f"the waves at the specimen are cut at {end:.6g} s, before one from the far end of a bar reaches a gauge, "
-            f"and {' and '.join(found)}: the curve is right up to there. Give far_ends, the distances from the gauges "
-            "to the far ends of their bars, if they are longer.",
+            f"the waves at the specimen are cut off at {end:.6g} s, before a wave from the far end of "
+            f"a bar reaches a gauge, and {' and '.join(found)}: the curve is valid up to that time. "
+            "Give far_ends, the distances from the gauges to the far ends of their bars, if they are "
+            "longer.",
             DoubtfulResult,
         )
 
@@ -196,11 +197,12 @@ def _warn_of_short_record(
     found = _loud(test, reach, before, threshold)
     to_come = abs(float(incident[len(test.incident) :].sum())) / float(np.abs(incident).sum() or 1.0)
     if to_come > threshold:
-        found.append(f"{100.0 * to_come:.3g} % of the incident one is still to come")
+        found.append(f"{100.0 * to_come:.3g} % of the incident wave is still to come")
     if found:
         warn(
-            f"the record ends before the waves have passed the gauges: the waves at the specimen, and the curve, end "
-            f"at {reach:.6g} s. There {', and '.join(found)}. Record {end - reach:.3g} s longer "
-            f"to have them up to {end:.6g} s, when one from the far end of a bar comes in.",
+            "the record ends before the waves have passed the gauges: the waves at the specimen, and "
+            f"the curve, end at {reach:.6g} s. At that time {', and '.join(found)}. Record "
+            f"{end - reach:.3g} s longer to have them up to {end:.6g} s, when a wave from the far end "
+            "of a bar arrives.",
             DoubtfulResult,
         )

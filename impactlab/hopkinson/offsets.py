@@ -76,8 +76,8 @@ def warn_of_drift(one: Array, two: Array, dt: float, started: int, between: floa
     """
     if started == 0:
         warn_unusual(
-            "a pulse is in the gauges at the first sample, and the waves are separated for a bar that is at rest "
-            "there: begin the record before the first pulse."
+            "the record begins within a pulse, and the separation of waves needs a bar at rest at "
+            "the first sample: begin the record before the first pulse."
         )
     count = started // 2
     if count < MIN_BEFORE:

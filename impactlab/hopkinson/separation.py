@@ -114,9 +114,9 @@ def _warn_of_short_record(values: Array, dt: float, lag: float, threshold: float
     share = abs(float(values[-max(1, round(2.0 * GUARD * lag / dt)) :].mean())) / float(np.abs(values).max())
     if share > threshold:
         warn(
-            f"the record ends at {ends:.6g} s with {100.0 * share:.3g} % of its largest strain, inside the reflected "
-            f"pulse: the wave to the left is right up to {ends - lag:.6g} s, and zero from there on. Record "
-            f"{wanted - ends:.3g} s longer, or cut the waves there.",
+            f"the record ends at {ends:.6g} s, within the reflected pulse, at {100.0 * share:.3g} % "
+            f"of its largest strain: the wave to the left is valid up to {ends - lag:.6g} s, and zero "
+            f"after that. Record {wanted - ends:.3g} s longer, or cut the waves off there.",
             DoubtfulResult,
         )
 

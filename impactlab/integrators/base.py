@@ -143,7 +143,7 @@ class AbstractIntegrator(AbstractScheme):
     load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle, 1 end
     velocity_point: ClassVar[float] = 1.0  # where in the step the velocities at its end belong: 1/2 for leapfrog
     momentum_point: ClassVar[float | None] = None  # the same of the momentum that is measured; None: velocity_point
-    jump_in_force: ClassVar[bool] = False  # F dt holds a closing jump; if not, hard position constraints gain energy
+    jump_in_force: ClassVar[bool] = False  # F dt includes a closing jump; else hard position constraints gain energy
     projects_first: ClassVar[bool] = False  # a projection moves the predictor, not the end of the step
     kicks_then_drifts: ClassVar[bool] = False  # a free mass steps by v += dt F/m, F at the start, then u += dt v
     needs_diagonal_mass: ClassVar[bool] = False

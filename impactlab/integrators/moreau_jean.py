@@ -14,7 +14,7 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class MoreauJean(AbstractIntegrator):
-    """Moreau-Jean time stepping: a theta method whose impulses hold closing jumps.
+    """Moreau-Jean time stepping: a theta method whose impulses include the velocity jumps of impacts.
 
     M (v_new - v) = dt (load - C v_theta - K u_theta) + F dt, u_new = u + dt (theta v_new + (1 - theta) v): an impulse
     moves its face within the step by theta dt times its velocity jump. The order is 2 with theta = 1/2, else 1. The

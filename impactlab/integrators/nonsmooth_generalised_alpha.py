@@ -15,7 +15,7 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class NonsmoothGeneralisedAlpha(AbstractIntegrator):
-    """Generalised-alpha for the smooth motion; contact gives impulses F dt, which hold the closing jump.
+    """Generalised-alpha for the smooth motion; impulses of contacts include the velocity jumps of impacts.
 
     An impulse L of a step adds M^-1 L to the velocities and dt/2 M^-1 L to the displacements at its end; the forces of
     the equation of motion there see both, the filter of accelerations does not.

@@ -255,7 +255,7 @@ def shift(
 
 
 def expect_bar(given: object) -> None:
-    """Raise `ImpactlabError` where a function was given something else than a bar."""
+    """Raise `ImpactlabError` unless a function was given a bar."""
     expect(given, Bar, "Give hopkinson.Bar(diameter=..., wave_speed=..., density=..., poisson=...).")
 
 

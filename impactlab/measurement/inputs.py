@@ -99,7 +99,7 @@ def one_of(name: str, value: Any, allowed: Sequence[str]) -> str:
 
 
 def expect(given: object, kind: type, remedy: str) -> None:
-    """Raise `ImpactlabError` where a function was given something else than an object of a class."""
+    """Raise `ImpactlabError` unless a function was given an object of a class."""
     if not isinstance(given, kind):
         raise ImpactlabError(f"a {kind.__name__} is needed, and {_given(given)} is given", remedy=remedy)
 

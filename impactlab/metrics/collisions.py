@@ -64,7 +64,7 @@ class Collision:
 def collisions(scene: Scene, history: AbstractHistory, *, whole: bool = True) -> tuple[Collision, ...]:
     """Return the collisions of a run, in order of their starts.
 
-    Those not ``whole`` have no energies and no gaps.
+    With ``whole=False`` their energies and gaps are not computed.
     """
     found = []
     channels = frozenset(history.channels())  # once: a chain has thousands

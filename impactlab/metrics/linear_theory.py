@@ -100,9 +100,10 @@ def _warned(name: str, strain: float) -> Iterator[Warned]:
     if strain > MAX_STRAIN:
         yield Warned(
             "large_strain",
-            f"'{name}' is strained by about {100.0 * strain:.2g} % (an estimate within a factor of two): linear theory "
-            f"holds up to about {100.0 * LINEAR:g} %, and few materials bear more without yielding; check speeds, "
-            "masses and sizes with their units, and read the result as that of a linear material without a limit",
+            f"the strain of '{name}' reaches about {100.0 * strain:.2g} % (an estimate within a "
+            f"factor of two). Linear theory is valid up to about {100.0 * LINEAR:g} %, and few "
+            "materials withstand more without yielding. Check speeds, masses and sizes with their "
+            "units; otherwise the result is that of a linear material that does not yield",
         )
 
 
@@ -110,9 +111,10 @@ def _bent(name: str, shortening: float) -> Iterator[Warned]:
     if shortening > BENT_WARN:
         yield Warned(
             "large_bending",
-            f"'{name}' bends so far that its length between its ends changes by about {100.0 * shortening:.2g} %: the "
-            f"linear theory of beams holds up to about {100.0 * BENT_WARN:g} %; check speeds, masses and sizes with "
-            "their units, or give a stiffer or shorter beam",
+            f"'{name}' bends so far that the distance between its ends changes by about "
+            f"{100.0 * shortening:.2g} %. The linear theory of beams is valid up to about "
+            f"{100.0 * BENT_WARN:g} %. Check speeds, masses and sizes with their units, or give a "
+            "stiffer or shorter beam",
         )
 
 

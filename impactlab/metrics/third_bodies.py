@@ -38,7 +38,7 @@ class Others:
         self._known: dict[str, Periods] = {}  # by contact
 
     def part_in(self, pair: tuple[str, str], times: tuple[float, float], impulse: float) -> str | None:
-        """Return in words the other body or force that disturbs a collision, or None.
+        """Return the text that names the other body or force that acts in a collision, or None.
 
         Parts of less than `MAX_SHARE` of the impulse of their collision [N s] do not count.
         """

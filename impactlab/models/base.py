@@ -112,7 +112,7 @@ class AbstractDiscreteModel(ABC):
         """
 
     def own_equations(self) -> AbstractEquations | None:
-        """Return the equations of motion of a body whose matrices change, else None."""
+        """Return the equations of motion of a body whose matrices are not constant, else None."""
         return None
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
@@ -131,7 +131,7 @@ class AbstractDiscreteModel(ABC):
         """Return the places [m] at which fields are given, shape (n,)."""
 
     def arriving(self, face: float, delay: float, speed: Literal["phase", "group"]) -> Array:
-        """Return the face velocity by waves that arrive after ``delay`` [s], mode by mode.
+        """Return the velocity of a face due to the waves that arrive after ``delay`` [s], mode by mode.
 
         It is a row over displacements and velocities, shape (2 n_dof,); see `impactlab.models.messengers`. A body whose
         modes are not known, as here, raises `PairingError`.
@@ -151,7 +151,7 @@ class AbstractRodModel(ABC):
     exact: ClassVar[bool] = False  # True: its rods are solved from event to event where contacts are hard or springs;
     # not inherited by a model that builds its bodies itself or has another theory, unless it states it
     serves_rotation: ClassVar[bool] = False  # its bodies may turn (`Body.rotation`)
-    theory: ClassVar[str] = ""  # of waves, if not the body's own: no reference is of it
+    theory: ClassVar[str] = ""  # of waves, if not that of the body: such runs have no reference
     citations: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
 
@@ -168,7 +168,7 @@ class AbstractRodModel(ABC):
 
     @property
     def reads_partners(self) -> bool:
-        """Whether its bodies may depend on the masses that they meet (`Face.partner_mass`), as here."""
+        """Whether its bodies may depend on the masses in contact with them (`Face.partner_mass`), as here."""
         return True
 
     @abstractmethod

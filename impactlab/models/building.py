@@ -84,9 +84,11 @@ def _check_rest(beam: Beam, gravity: float) -> None:
     for fault, has_it in (("moves as a whole at t = 0", beam.velocity != 0.0), ("has weight", gravity != 0.0)):
         if has_it:
             raise PairingError(
-                f"the beam '{beam.name}' {fault}, and has an infinite end, beyond which all is at rest. Allowed there: "
-                "velocity 0, no gravity",
-                remedy="Let the other body move, leave gravity out, or give a longer beam that ends otherwise.",
+                f"the beam '{beam.name}' {fault}, and has an infinite end, beyond which everything is at "
+                "rest. Allowed there: velocity 0, no gravity",
+                remedy=(
+                    "Give the velocity to the other body, leave gravity out, or give a longer beam with another end."
+                ),
                 path=f"bodies.{beam.name}.ends",
             )
 

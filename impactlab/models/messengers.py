@@ -131,8 +131,8 @@ def beyond(body: ElasticBody, mode: int, face: float, distance: float, delay: fl
     """Return the error of a messenger that would stand beyond the body."""
     room = max(face, body.length - face) if face in (0.0, body.length) else min(face, body.length - face)
     return PairingError(
-        f"the messenger of mode {mode + 1} of '{body.name}' would stand {distance:.6g} m from the face, beyond the "
-        f"body ({room:.6g} m): a wave that is still to be reflected cannot be read",
+        f"the messenger of mode {mode + 1} of '{body.name}' would be {distance:.6g} m from the "
+        f"face, beyond the body ({room:.6g} m), where the wave has not been reflected yet",
         remedy=f"Give a step of {at_most(delay * room / distance, 3)} s or less.",
         path="solve.step",
     )

@@ -83,8 +83,8 @@ class Modal(AbstractRodModel):
             self._check_analytic()
         if self.residual and not (self.basis.free_end and self.mass != "redistributed"):
             raise CaseError(
-                "residual stands for eigenvectors left out of a body whose faces have mass; given are basis "
-                f"'{kind_of(self.basis)}' and mass '{self.mass}'",
+                "residual: true replaces eigenvectors that are left out, of a body whose faces have "
+                f"mass. Given: basis '{kind_of(self.basis)}' and mass '{self.mass}'",
                 remedy="Use basis eigenvectors, and mass consistent or lumped, or leave out residual.",
                 path="residual",
             )
@@ -154,7 +154,8 @@ class Modal(AbstractRodModel):
                 infinite = end.unbounded or end.kind == "infinite"
                 held = f"the infinite end ({side})" if infinite else f"the dashpot at the {side} end"
                 raise PairingError(
-                    f"model 'modal' cannot hold {held} of '{body.name}': it has no undamped modes",
+                    f"model 'modal' does not support {held} of '{body.name}', with which the body has no "
+                    "undamped modes",
                     remedy="Use finite_element or continuous for this body.",
                     path="solve.model",
                 )

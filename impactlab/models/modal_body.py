@@ -141,8 +141,8 @@ class ModalBody(AbstractDiscreteModel):
             )
         if isinstance(self._basis, WithResiduals):
             raise PairingError(
-                "messengers of single modes need modes alone, and "
-                f"'{self._rod.name}' has a static shape for each contact",
+                "messengers of single modes need a body whose coordinates are all modes, and "
+                f"'{self._rod.name}' also has a static shape for each contact",
                 remedy="Leave out residual of model modal.",
                 path="solve.model.residual",
             )
@@ -206,9 +206,11 @@ def proportional_damping(rod: ElasticBody) -> tuple[float, float]:
         if acts
     ]
     if len(times) > 1 or (without and times != {0.0}):
-        what = f"{' and '.join(without)} that is not" if len(times) == 1 else "segments of other viscosity over young"
+        what = (
+            f"{' and '.join(without)} without viscosity" if len(times) == 1 else "segments of several ratios to young"
+        )
         raise PairingError(
-            f"model 'modal' cannot hold the viscosity of '{rod.name}': beside {what}, it couples the modes",
+            f"model 'modal' does not support the viscosity of '{rod.name}': beside {what}, it couples the modes",
             remedy="Use finite_element, or damping of the whole rod: damping: {mass: 1/s, stiffness: s}.",
             path="solve.model",
         )

@@ -72,7 +72,7 @@ class Driving:
 
     @property
     def set(self) -> float | None:
-        """Motion per blow [m] once it repeats within 1e-3, else None.
+        """Permanent motion per blow [m], once it repeats within 1e-3; None before.
 
         Head and toe must move alike.
         """

@@ -46,7 +46,7 @@ Free = Iterable[str] | Mapping[str, tuple[Any, Any]]
 
 @dataclass(frozen=True, repr=False)
 class Match:
-    """The soil under which the pile moves as it was measured."""
+    """Soil parameters for which the computed motion of the pile fits the measured one."""
 
     capacity: Fitted  # N, static, of all soil links together, with its 95 % interval
     parameters: tuple[Fitted, ...]  # the free numbers, as they were named, with their 95 % intervals

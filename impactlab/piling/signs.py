@@ -34,8 +34,8 @@ def check_work(time: Array, force: Array, velocity: Array) -> None:
         text = "the force does no work on the pile: force or velocity is zero"
         if taken > 0.0:
             text = (
-                f"the force gives the pile {prefixed(given, 'J')} and takes {prefixed(taken, 'J')} from it, and a pile "
-                "at rest has no energy to give: force or velocity has the other sign"
+                f"the force gives the pile {prefixed(given, 'J')} and takes {prefixed(taken, 'J')} from "
+                "it, and a pile at rest cannot give energy: force or velocity has the wrong sign"
             )
         raise ImpactlabError(text, remedy=REMEDY)
 
@@ -45,8 +45,8 @@ def check_pressed(force: Array) -> None:
     first = int(np.argmax(np.abs(force) >= PEAK_SHARE * np.abs(force).max()))
     if force[first] < 0.0:
         raise ImpactlabError(
-            f"the force is {prefixed(force[first], 'N')} at sample {first}, and a blow begins with compression: force "
-            "and velocity have the other sign",
+            f"the force is {prefixed(force[first], 'N')} at sample {first}, and a blow begins with "
+            "compression: force and velocity have the wrong sign",
             remedy=REMEDY,
         )
 
@@ -86,9 +86,9 @@ def warn_of_proportion(time: float, force: float, impedance_velocity: float) -> 
     """
     if not impedance_velocity / MAX_PROPORTION <= force <= MAX_PROPORTION * impedance_velocity:
         warn_unusual(
-            f"at the first peak, {time:.4g} s, the force is {prefixed(force, 'N')} and impedance times velocity "
-            f"{prefixed(impedance_velocity, 'N')}. They are equal before waves come back from the soil: check the "
-            "units of force (N), velocity (m/s) and impedance (N s/m)."
+            f"at the first peak, {time:.4g} s, the force is {prefixed(force, 'N')} and impedance "
+            f"times velocity {prefixed(impedance_velocity, 'N')}. They are equal until waves return "
+            "from the soil: check the units of force (N), velocity (m/s) and impedance (N s/m)."
         )
 
 

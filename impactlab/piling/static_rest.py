@@ -84,7 +84,8 @@ def rest_of(run: Simulation, pile: Pile, sets: dict[str, float], start: float) -
         u = u + _share(left_over, u, step) * step
     else:
         raise ImpactlabError(
-            f"the static rest of pile {pile.body.name!r} was not found: {np.abs(rest).max():.3g} N are left over",
+            f"the static equilibrium of pile {pile.body.name!r} was not found: "
+            f"{np.abs(rest).max():.3g} N remain unbalanced",
             remedy="Check the capacities and quakes of its soil.",
         )
     forces = soil(u)[0]
@@ -120,15 +121,15 @@ def check_at_rest(run: Simulation, pile: Pile) -> None:
     wrong = next((c.name for c in others if pile.body.name in (c.left.body, c.right.body)), "")
     text = ""
     if pile.below:
-        text, path = f"the rest between blows is that of a pile of one rod, and {pile.named} are several", "bodies"
+        text, path = f"{pile.named} are several rods, and the static equilibrium is found for a pile of one", "bodies"
     elif not pile.soil:
-        text, path = "no soil holds the pile, so it has no rest", "contacts"
+        text, path = "no soil holds the pile, so that it has no static equilibrium", "contacts"
     elif wrong:
-        text, path = f"the link {wrong!r} holds the pile beside its soil", "contacts"
+        text, path = f"the link {wrong!r} holds the pile in addition to its soil", "contacts"
     elif pile.body.is_held or any(end.is_loaded for _, end in pile.body.ends):
         text, path = "an end of the pile is held or loaded", f"bodies.{pile.body.name}.ends"
     elif run.scene.gravity != 0.0:
-        text, path = "the rest between blows is that of a pile without weight", "gravity"
+        text, path = "gravity is given, and the static equilibrium between blows is computed without weight", "gravity"
     if text:
         raise CaseError(text, remedy="Let links with the law smith alone hold the pile, without gravity.", path=path)
 

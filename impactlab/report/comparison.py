@@ -205,7 +205,7 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
     if "warnings" not in names:
         left_out.remove("warnings")
         below += [f"{row['method']}: {row['warnings']}" for row in rows if row["warnings"]]
-    below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []
+    below += [f"left out because the terminal is narrow: {', '.join(left_out)}"] if left_out else []
     return "\n".join([title, "", *lines, *below])
 
 

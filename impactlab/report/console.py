@@ -45,8 +45,8 @@ UNITS_DERIVED = {
 }  # fmt: skip
 MANY_INTERVALS = 100_000  # of an exact run: seconds, where a run in steps takes hundredths
 ADVICE_OF_STEP = (
-    "in many runs: each joint of segments splits each front; with solve.step.dt the same rods step as delay lines, "
-    "hard contact by wave_identification"
+    "for many runs: each joint of segments splits each front; with solve.step.dt the same "
+    "rods are delay lines in steps, with wave_identification for hard contact"
 )
 MANY_LAWS = 4  # from which the laws of contacts are counted by kind
 STEADY = (
@@ -138,12 +138,12 @@ def summary_text(summary: Mapping[str, Any]) -> str:
 def _rotation(name: str, turn: Mapping[str, Any]) -> str:
     """Return the line of the steady state of a rotating body."""
     facts = [f"{_number(turn[key])} {unit}{words}" for key, unit, words in STEADY if key in turn]
-    unchecked = "; not checked: its momentum, which the centrifugal force changes"
+    unchecked = "; its momentum, which the centrifugal force changes, is not checked"
     return f"  rotating  {name}: {', '.join(facts)}{unchecked if turn['momentum_unchecked'] else ''}"
 
 
 def _errors(summary: Mapping[str, Any]) -> list[str]:
-    """Return the line of the errors against the reference, or of why there is none."""
+    """Return the line of the errors against the reference, or the reason why there are none."""
     errors = summary["errors"]
     if errors is None:
         return [f"  errors    {summary['reference']['text']}"]

@@ -285,7 +285,7 @@ def findings(comparison: Mapping[str, Any]) -> list[str]:
 
 
 def _closest(compared: Sequence[Mapping[str, Any]], norm: str, words: str) -> str:
-    """Return which stepped method is closest; one that is exact would only win against itself."""
+    """Return which stepped method is closest to the reference; exact methods are left out."""
     known = [(row["summary"]["errors"][norm], row["name"]) for row in compared if row["summary"]["method"]["dt"]]
     known = sorted((value, name) for value, name in known if value is not None)
     if len(known) < 2:

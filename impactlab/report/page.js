@@ -3,7 +3,7 @@
 // All of it follows one state: the time, the history shown, the stretch of displacements, the methods switched off.
 
 const data = JSON.parse(document.getElementById("data").textContent);
-function firstFilm() { // of a comparison the exact answer, or the first run that kept its fields where that has none
+function firstFilm() { // of a comparison the exact solution, or the first run that kept its fields where that has none
   const ink = data.compared ? data.methods.findIndex((m) => m.colour === "ink") : 0;
   const keeps = (film) => Object.keys(film.chains).length > 0 || Object.values(film.bodies).some((body) => body.same || body.load);
   return ink > 0 && !keeps(data.films[ink]) ? Math.max(0, data.films.findIndex(keeps)) : Math.max(0, ink);

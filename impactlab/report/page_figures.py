@@ -22,12 +22,13 @@ MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page 
 def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
     """Return the figures of one run."""
     answer = signals.named(trace.reference)
-    dark = f" The thin line is the {answer} answer." if trace.reference is not None else ""
+    dark = f" The thin line is the {answer} solution." if trace.reference is not None else ""
     shares = PageFigure(
         "energy",
         "Shares of the energy",
-        "Stacked: bodies, contacts, booked losses. The dashed line is the energy at the start and the work of loads "
-        "and drives since then; a gap below it is lost without a booking, a rise above it is gained.",
+        "Stacked: bodies, contacts, losses by known formulas. The dashed line is the energy at "
+        "the start and the work of loads and drives since then; below it energy was lost that no "
+        "formula explains, above it energy was gained.",
         partial(balance.energy_shares, trace, scene),
     )
     along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if answer == 'exact' else ''}")
@@ -52,7 +53,7 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
     compared = any(trace.reference is not None for trace in shown)
     reference = exact_of(shown)
     answer = signals.named(reference)
-    dark = f" The thin line is the {answer} answer." if compared else ""
+    dark = f" The thin line is the {answer} solution." if compared else ""
     known = [*([reference] if reference is not None else []), *(trace.history for trace in shown)]
     figures = [*probes(shown, scene, compared=True), *waves(known, scene)]
     if compared:
@@ -70,13 +71,14 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         figures.append(PageFigure("contacts", "Periods of contact", words, partial(overview.contacts, shown, scene)))
     several = len(scene.contacts) > 1
     force = (
-        f"One panel per method on common axes.{dark} Above a panel stands its error away from the jumps"
-        f"{', the largest over all contacts' if several else ''}."
+        f"One panel per method on common axes.{dark} Above a panel is its error away from the "
+        f"jumps{', the largest over all contacts' if several else ''}."
     )
     figures += histories_of(shown, scene, force, dark, force_notes(comparison, several))
     words = (
-        "Energy of bodies and contacts plus booked losses less work, beside its first value: zero for a perfect "
-        "run, above zero is gained from nothing, below is lost without a booking."
+        "Energy of bodies and contacts plus losses by known formulas minus work, relative to its "
+        "first value: zero for a perfect run, above zero where energy was gained, below zero "
+        "where energy was lost that no formula explains."
     )
     figures.append(
         PageFigure("energy", "Energy balance", words, partial(balance.energy_balance, shown, scene), True, False)
@@ -126,7 +128,7 @@ def histories_of(
     drawn, several = with_figures(known), len(named_contacts(known)) > 1
     for number, contact in enumerate(drawn):
         tail, of = (f"_{contact.number}", f", {contact.name}") if several else ("", "")
-        words = f"The whole run, and the same near zero, where penetration and near touches show.{dark}"
+        words = f"The whole run, and the range near zero, which shows penetration and near touches.{dark}"
         traces = shown if notes is not None else [each._replace(name=law_of(each.history, contact)) for each in shown]
         draw = partial(plots.force, traces, scene, contact.name, notes)
         plates.append(
@@ -158,8 +160,8 @@ def histories_of(
         plates.append(PageFigure("displacement", "Displacement", words, draw, True, False))
     if plots.differences(shown):
         words = (
-            "The largest difference of a displacement from the reference so far, in % of its largest value: a curve "
-            "rises where its method goes wrong."
+            "The largest difference of a displacement from the reference so far, in % of its largest "
+            "value: a curve rises when its method becomes inaccurate."
         )
         draw = partial(plots.difference, shown, scene)
         plates.append(PageFigure("difference", "Growth of the difference", words, draw, is_printed=not compared))

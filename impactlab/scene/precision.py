@@ -23,8 +23,9 @@ NOTED_DECADES = 6.0  # decades from which on a ratio is named as the likely caus
 LOST = ("infs or NaNs", "Maximum allowed size", "not positive definite", "illegal value", "did not converge")
 
 LOST_DIGITS = (
-    "Give a smaller step, or bring masses, stiffnesses and times nearer to one another: they leave no digits. Where "
-    "they are ordinary, a part breaks its contract; `impactlab plugins --check NAME` examines one."
+    "Give a smaller step, or bring masses, stiffnesses and times nearer to one another: "
+    "their ratios leave no significant digits. If they are ordinary, a part breaks its "
+    "contract; `impactlab plugins --check NAME` examines a part."
 )
 
 

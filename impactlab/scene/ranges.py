@@ -133,8 +133,9 @@ def lone_bodies(scene: Scene) -> Iterator[str]:
     if lone and len(scene.bodies) > 1:
         more = f" and {len(lone) - MAX_NAMES} more" if len(lone) > MAX_NAMES else ""
         yield (
-            f"no contact names {', '.join(map(repr, lone[:MAX_NAMES]))}{more}, so nothing strikes "
-            f"{'it' if len(lone) == 1 else 'them'}; is an entry of contacts missing, as in between: [hammer, rod.left]?"
+            f"no contact includes {', '.join(map(repr, lone[:MAX_NAMES]))}{more}, so nothing strikes "
+            f"{'it' if len(lone) == 1 else 'them'}; is an entry of contacts missing, as in between: "
+            "[hammer, rod.left]?"
         )
 
 
@@ -214,7 +215,7 @@ def _apart(body: ElasticBody, path: str) -> None:
         ratio = 1.0 if math.isnan(values[0]) else max(values) / min(values)
         if not ratio <= SEGMENTS_APART or math.isinf(ratio):
             raise CaseError(
-                f"the {text} of its segments are apart by a factor of {ratio:.3g}. Allowed: up to {SEGMENTS_APART:g}",
+                f"the {text} of its segments differ by a factor of {ratio:.3g}. Allowed: up to {SEGMENTS_APART:g}",
                 remedy="Check the units of its segments.",
                 path=f"{path}.segments",
             )

@@ -79,8 +79,10 @@ def check_memory(numbers: float, text: str, path: str, remedy: str, share: float
     if not needed <= allowed:
         raise CaseError(
             f"{text} take about {in_bytes(needed)}. Allowed: {in_bytes(allowed)}",
-            remedy=f"{remedy} A larger limit than {in_bytes(memory_limit())} for the whole run is set by "
-            "IMPACTLAB_MEMORY, in bytes.",
+            remedy=(
+                f"{remedy} The limit of the whole run is {in_bytes(memory_limit())}; the environment "
+                "variable IMPACTLAB_MEMORY, in bytes, sets another one."
+            ),
             path=path,
         )
     if needed > FREE_MEMORY_CHECK and (free := available_memory()) is not None and needed > share * free:

@@ -44,8 +44,8 @@ DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velociti
 STIFFER_LINK = "Give a stiffer or shorter link, or several that are clamped to each other."
 SMALLER_STEP = "Give a smaller step, an implicit integrator such as midpoint, or another law."
 RETURNED = (
-    "dampers gave back {share:.2g} % of the reference energy: the step is long beside the decay of damped modes, and "
-    "the scheme overshoots their velocities"
+    "dampers returned {share:.2g} % of the reference energy: the step is long beside the "
+    "decay time of damped modes, and the scheme overshoots their velocities"
 )
 MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, even if its parts declare more
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
@@ -66,7 +66,10 @@ def add_warnings(history: AbstractHistory) -> None:
     found = [*unresolved(history), *unplaced(history), *beams.warnings(history), *overlapping(history)]
     for span in history.contacts:
         if span.kicks is not None and span.kicks > KICKS_WARN:
-            text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
+            text = (
+                f"{span.contact}: {span.kicks} kicks; their number depends on the step, so use the total "
+                "impulse, not the first one"
+            )
             found.append(Warned("chatter", text))
     found += [*noted_by_laws(history), *closed_within_steps(history)]
     found += [*mechanisms.warnings(history), *probes.after(history), *ends.reflecting(scene)]
@@ -80,7 +83,10 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_gain", RETURNED.format(share=100 * returned)))
     loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
     if beyond(history, loss, LOSS_WARN):
-        text = f"{100 * loss:.2g} % of the reference energy was lost without a formula, as by the damping of the scheme"
+        text = (
+            f"{100 * loss:.2g} % of the reference energy was lost in a way that no formula gives, "
+            "such as the numerical damping of the scheme"
+        )
         if own := own_laws(laws.values()):
             text += f"; or law {own} does not report it as `stored` or `dissipated`"
         found.append(Warned("energy_loss", text))
@@ -96,7 +102,7 @@ def add_warnings(history: AbstractHistory) -> None:
 
 
 def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]:
-    """Yield a warning of a loss that continues through many steps.
+    """Yield a warning of an energy loss that continues through a long run.
 
     ``loss`` is a share of the reference energy.
     """
@@ -104,15 +110,15 @@ def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]
     late = float(balance[balance.size // 2] - balance[-1])
     if steps >= LONG_RUN and late > STEADY * loss * reference_energy(history):
         text = (
-            f"{100 * loss:.2g} % of the reference energy was lost over {steps:.2g} steps without a formula, by the "
-            "numerical damping of the scheme, and a longer run loses more. Give a smaller step, or integrator midpoint "
-            "or newmark"
+            f"{100 * loss:.2g} % of the reference energy was lost over {steps:.2g} steps by the "
+            "numerical damping of the scheme, and a longer run loses more. Give a smaller step, or "
+            "integrator midpoint or newmark"
         )
         yield Warned("energy_loss", text)
 
 
 def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield the warnings that laws counted in their memory."""
+    """Yield the warnings for events that laws have counted in their memory."""
     laws = history.method.laws
     if not any(law.noted for law in laws.values()):
         return
@@ -168,8 +174,8 @@ def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
         names = ", ".join(f"'{name}'" for name, each in history.built.items() if each.system.phases is not None)
         yield Warned(
             "coordinates_change",
-            f"{names}: {changes} changes of coordinates, as the contact closed and opened, dropped {100 * share:.2g} % "
-            "of the reference energy, and the motion lacks it",
+            f"{names}: {changes} changes of coordinates, as the contact closed and opened, lost "
+            f"{100 * share:.2g} % of the reference energy, which the motion then lacks",
         )
 
 
@@ -225,7 +231,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         failed = [
             f"{assembly.scene.contacts[number].name}: {laws[number].why_failed}" for number in readout.failed(assembly)
         ]
-        text = "; ".join(failed) or "the forces of several contacts do not agree"
+        text = "; ".join(failed) or "the forces of several coupled contacts did not converge"
         remedy, path = SMALLER_STEP, ""
         if raised is not None:
             text, remedy = law_raised(laws[number], assembly.scene.contacts[number].name, raised), FAULT_OF_LAW
@@ -247,7 +253,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
             continue
         if -record.negative > NEGATIVE_LOSS_TOL * reference_energy(history):  # its book would take it for balanced
             raise failure(
-                f"{contact.name}: law '{kind_of(law)}' replied losses of {record.negative:.6g} J, below zero",
+                f"{contact.name}: law '{kind_of(law)}' returned losses of {record.negative:.6g} J, below zero",
                 remedy="This is a fault of the law: its 'dissipated' and 'unresolved' may not be negative.",
             )
     if clock.step == assembly.steps and clock.n_samples > 1:
@@ -279,7 +285,10 @@ def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
         of_laws = "Give events: located, or a law with a stiffness, such as hertz."  # it takes no other scheme or mesh
     remedy = of_laws or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
     if own := own_laws(laws):
-        remedy += f" Law {own} must report what it holds as `stored`, and declare what it may gain as `gains_energy`."
+        remedy += (
+            f" Law {own} must report the energy that it stores as `stored`, and declare the energy "
+            "that it may gain as `gains_energy`."
+        )
     return pushed_out(history) or stiffer_link(history) or remedy
 
 
@@ -301,9 +310,9 @@ def pushed_out(history: AbstractRecordedHistory) -> str | None:
         gap = history.recorded[f"gap:{contact.name}"].values[0] if contact.overlap_allowed else 0.0
         if gap < 0.0 and history.method.laws[contact.name].holds_position:
             return (
-                f"{contact.name} overlaps by {-gap:.3g} m at t = 0, and its law pushes the faces apart within a step, "
-                "the faster the shorter it is. Give a gap of 0 or more, a spring (penalty), or "
-                "velocity_complementarity, which leaves the overlap."
+                f"{contact.name} overlaps by {-gap:.3g} m at t = 0, and its law moves the faces apart "
+                "within one step: the shorter the step, the faster. Give a gap of 0 or more, a spring "
+                "(penalty), or velocity_complementarity, which does not remove the overlap."
             )
     return None
 
@@ -326,7 +335,7 @@ def check_gain(history: AbstractHistory, bound: float, remedy: Callable[[], str]
     ``remedy`` is called where it did.
     """
     if not all_finite(history.energy.balance):
-        text = "the balance of energy is not a finite number: a law replied an energy that is not a number"
+        text = "the balance of energy is not a finite number: a law returned an energy that is not a finite number"
         raise failure(text, remedy=LOST_DIGITS)
     gain = gain_of(history)
     if beyond(history, gain, min(bound, MAX_GAIN)):
@@ -394,5 +403,8 @@ def check_momentum(
         found = balance(history.scene, name, impulses, time, BodyMomentum(*ends, *largest), loads.get(name))
         error = abs(found.changed - found.given)
         if found.error > MOMENTUM_TOL and error > rounded(history, time).get(name, NOTHING).momentum:
-            text = f"'{name}' was given {found.given:.9g} N s and its momentum changed by {found.changed:.9g} N s"
+            text = (
+                f"the impulses on '{name}' add up to {found.given:.9g} N s, and its momentum changed by "
+                f"{found.changed:.9g} N s"
+            )
             raise failure(text, remedy=LOST_DIGITS)

@@ -64,7 +64,7 @@ def _not_stepped(method: Method) -> Iterator[Warned]:
     if step.courant is not None:
         yield Warned("step_unused", f"the exact solver takes no steps, and ignores courant: {step.courant:g}")
     if method.events == "located":
-        text = "the exact solver takes no steps: it solves for the time of every event, with events: located or without"
+        text = "the exact solver takes no steps: it computes the time of every event, with or without events: located"
         yield Warned("step_unused", text)
 
 

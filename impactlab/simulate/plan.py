@@ -148,7 +148,7 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
         return rule.courant * min(transits)
     highest = max((body.system.rule_frequency for body in built.values()), default=0.0)
     if highest == 0.0:
-        text = "no dt is given, and no body vibrates here whose shortest period could set the step (points_per_period)"
+        text = "no dt is given, and no body has a shortest period from which points_per_period could set the step"
         raise CaseError(text, remedy="Give solve.step: {dt: ...} in seconds.", path="solve.step")
     return 2.0 * math.pi / highest / (rule.points_per_period or 10.0)
 
@@ -180,7 +180,7 @@ def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:
     """Give a warning for each body with places beside the step's grid."""
     for name, body in built.items():
         if isinstance(body.model, AbstractSelfStepping) and (misfit := body.model.misfit(dt)) > MISFIT_WARN:
-            text = f"'{name}': at this step places move to the grid, or the grid to the ends, by {100 * misfit:.2g} % "
+            text = f"'{name}': to fit the grid of this step, contacts or ends are moved by {100 * misfit:.2g} % "
             yield Warned("misfit", text + "of the length; give a smaller step, or another place")
 
 
@@ -217,8 +217,9 @@ def check_yielding(scene: Scene, method: Method, built: dict[str, BuiltBody]) ->
         ):
             there = "" if any(point.body in given for point in contact.faces) else " from the ground to there"
             raise CaseError(
-                f"no force can change the motion of the faces of {contact.name}: all links{there} are rigid and "
-                f"follow their drives, and law '{kind_of(law)}' finds its force from a change of the motion",
+                f"no force can change the motion of the faces of {contact.name}: all links{there} are "
+                f"rigid and follow their drives, and law '{kind_of(law)}' computes its force from a "
+                "change of the motion",
                 remedy="Give a beam as a link, a mass instead of the wall, or a law of the gap, such as hertz.",
                 path=f"contacts.{number}",
             )

@@ -210,7 +210,8 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
         return Axis(path, given, given, "")
     if is_named(path):
         raise CaseError(
-            "a value inside a method or variant changes no point: points take their values after these are chosen",
+            "a value inside a method or variant has no effect: the values of a point are set after "
+            "method and variant are chosen",
             remedy=f"Name the value itself, such as {'.'.join(path.split('.')[2:]) or 'solve.step.courant'}.",
             path=path,
         )

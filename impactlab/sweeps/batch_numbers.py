@@ -33,11 +33,11 @@ INNER_POINTS = 4  # that are built beside the corners
 
 
 class NotServed(Exception):  # noqa: N818 - a reason, no fault: the points are then runs of their own
-    """Why a sweep is not done in a batch."""
+    """The reason why a sweep is not computed as a batch."""
 
 
 class BatchMismatch(NotServed):
-    """A different result of a batch and a run: a fault of impactlab.
+    """Results of a batch and of a run differ: a fault of impactlab.
 
     Users should see it.
     """
@@ -57,7 +57,7 @@ def numbers_of(case: Case) -> marcher.Built:
     """
     run = case.simulation()
     if run.method.tolerance is not None or not is_exact(*run) or any(theories(*run)):
-        raise NotServed("the runs are not exact ones: rods that are not continuous, or laws of another kind")
+        raise NotServed("the runs are not exact: some rods are not continuous, or some laws have no exact solution")
     if any(law.branches() is not None for law in laws_of(*run)):
         raise NotServed("laws that change their branch")
     if any(body.loads for body in run.scene.bodies.values()):

@@ -303,7 +303,7 @@ class Cluster:
 
 
 class ConnectionWatch:
-    """Looks after the connection to a cluster and the number of its workers."""
+    """Monitor of the connection to a cluster and of the number of its workers."""
 
     def __init__(self, client: Client, address: str, own: LocalCluster | None) -> None:
         self.client, self.address, self.own = client, address, own

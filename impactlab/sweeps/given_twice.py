@@ -54,7 +54,7 @@ def refuse_removed(case: Case, path: str, values: Sequence[Any]) -> None:
         for keys in by_set:
             if _value_at(changed, keys) != _value_at(document.data, keys):
                 raise CaseError(
-                    f"an axis whose value {shown(value)} removes {'.'.join(keys)}, which --set gives",
+                    f"an axis with the value {shown(value)}, which removes {'.'.join(keys)}, a key that --set gives",
                     remedy="Leave out --set, or sweep the whole block, with the key in each value of the axis.",
                     path=path,
                 )

@@ -264,7 +264,7 @@ def permanent_set(_scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("1", PAIR)
 def restitution(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Apparent restitution; of the first collision of two bodies."""
+    """Apparent restitution of the first collision of two bodies."""
     found = collisions(scene, history, whole=False)
     return {each.bodies: math.nan if each.restitution is None else each.restitution for each in reversed(found)}
 

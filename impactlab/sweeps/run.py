@@ -241,16 +241,16 @@ def _keep(chunk: Chunk, result: Result, folder: Folder | None) -> None:
 
 
 def kept_words(result: Result, folder: Folder | None) -> str:
-    """Return the last words of a sweep that ended early.
+    """Return the last message of a sweep that ended early.
 
     They are how many points a folder keeps, and how to go on.
     """
     if folder is None:
         return "no point is kept. Give a folder with --out to keep finished ones."
     if not folder.path.is_dir():
-        return "The folder is gone. The same command begins again."
+        return "The folder has been removed. The same command starts the sweep again."
     text = f"{np.count_nonzero(result.status)} of {result.status.size} points are kept in {str(folder.path)!r}."
-    return f"{text} The same command goes on with the others."
+    return f"{text} The same command computes the others."
 
 
 def write(folder: Folder, found: xarray.Dataset, made: Sweep, command: str, repeat: str) -> None:
@@ -272,7 +272,7 @@ def kept_in(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        remedy = f"Finished points stay in {str(path)!r}. The same command goes on, once it can be written to."
+        remedy = f"Finished points stay in {str(path)!r}. The same command continues once the folder can be written to."
         raise SweepError(f"the folder cannot be written: {error}", remedy=remedy) from error
 
 

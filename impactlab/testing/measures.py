@@ -50,7 +50,7 @@ class Measured(NamedTuple):
 
 
 def measured(name: str, unit: str, take: Callable[[], Measured]) -> Measured:
-    """Return a figure, or that it could not be taken."""
+    """Return a measured figure, or the reason why it could not be measured."""
     try:
         with np.errstate(all="ignore"):  # steps beyond the limit are meant to diverge
             return take()._replace(name=name, unit=unit)
@@ -77,7 +77,7 @@ def struck(
 
 
 def walked(simulation: Simulation) -> AbstractHistory:
-    """Return the history of a run, also of one whose energy grows."""
+    """Return the history of a run, even if its energy grows beyond the bound."""
     return run_in_cuts(simulation, lambda step: step + 100_000)
 
 

@@ -147,7 +147,7 @@ def inside(limits: dict[str, float], whole: bool) -> float:
 
 
 def properties_of(part: Any, group: Group, name: str, registry: Registry) -> Iterator[Property]:
-    """Give each property of a part, tried once."""
+    """Yield each property of a part with its result."""
     checks: list[tuple[str, Callable[[], None]]] = [
         ("it goes by the name of its class", lambda: _named(part, name)),
         ("a case file can give its options", lambda: _given(part, group, name, registry)),

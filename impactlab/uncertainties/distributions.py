@@ -145,7 +145,8 @@ class _Reader:
         else:
             raise self._wrong(f"{shown(given)} is not a distribution")
         if np.any(np.asarray(shape.ppf(INNER)) % 1.0) and axes.takes_whole(self.case, self.path):
-            raise self._wrong("a distribution with values between whole numbers, and the case takes whole numbers here",
+            raise self._wrong("a distribution with values that are not whole numbers, where the case takes only whole "
+"numbers",
                               f"Write {NAMES['table']}.")  # fmt: skip
         mean, deviation = float(shape.mean()), float(shape.std())
         if not (math.isfinite(mean) and math.isfinite(deviation)):

@@ -22,8 +22,8 @@ CAPTION = (
 BAND = "Between the outer percentiles, with the mean; dashed: the run at the means."
 COUNTS = "Bars are shares of the samples, lines their 95 % intervals."
 INDICES = (
-    "First: the share of the variance that the number explains alone. Total: the share that it takes part in. Lines "
-    "are 95 % intervals."
+    "First: the share of the variance that the number explains alone. Total: the share "
+    "including its interactions. Lines are 95 % intervals."
 )
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Estimate(NamedTuple):
-    """An estimate with the ends of its 95 % interval; NaN where there is none.
+    """An estimate with its 95 % interval; NaN where there is none.
 
     An end of a percentile is infinite where the samples do not reach it.
     """
@@ -65,8 +65,8 @@ class Index(NamedTuple):
     label: str
     parameter: str
     first: Estimate  # share of the variance that the number explains alone
-    total: Estimate  # share that it takes part in
-    linear: float  # of the linear estimate
+    total: Estimate  # share including its interactions with other numbers
+    linear: float  # share by the linear estimate
 
     @property
     def name(self) -> str:

@@ -263,7 +263,7 @@ def kick_figure() -> Figure:
         right.loglog(KICKS, [of(kick(modes)) for modes in KICKS], color=PALETTE[3 + colour], marker="o", markersize=3.5)
         right.text(0.97, 0.93 - 0.08 * colour, name, color=PALETTE[3 + colour], transform=right.transAxes, ha="right")
     right.set_ylim(1e-3, 12.0)
-    right.set_ylabel("shares, all of them without a unit")
+    right.set_ylabel("share")
     right.set_xlabel("modes")
     for axis in (right.xaxis, right.yaxis):
         log_axis(axis)
@@ -275,8 +275,8 @@ TEXT = """\
 
 <!-- Written by `python -m studies beam_bases`; edit studies/beams/bases.py, not this page. -->
 
-A beam that is struck may be described by a few coordinates, and the literature says which. Errors are against the same
-mesh with all of its modes, so that they are those of the choice of coordinates alone.
+A beam that is struck may be described by a few coordinates, and the literature says which. Errors are relative to the
+same mesh with all of its modes, so that they show the effect of the choice of coordinates only.
 
 ## Lee and Yoon: load-dependent Ritz vectors beat mode shapes
 
@@ -290,15 +290,15 @@ contact of Lankarani and Nikravesh, which Lee and Yoon use):
 ![Error against the number of coordinates](figures/beam_bases_errors.svg)
 
 **{lee_yoon}**
-Ritz vectors hold the static answer to the load from the first one on; mode shapes miss a share of it that falls as
-$1/N^3$. Craig and Bampton's coordinates with that of the contact hold it too, and eigenvectors with the striker
-attached also gain on mode shapes. {others}
+The first Ritz vector is the static response to the load; mode shapes lack a share of this response that falls as
+$1/N^3$. Craig and Bampton's coordinates, with one for the contact, include it too, and eigenvectors with the striker
+attached are also better than mode shapes. {others}
 
 ## Wu and Haug: only the neighbourhood of the contact moves at first
 
 WuHaug1990 cut the beam into substructures and describe the struck one finely, because only what lies near the contact
 is excited at first. A hard mass in the middle of a pinned beam of 2 m, a twentieth of its weight. Root mean square
-error of its velocity [$v_0$] against the endless beam, $\\operatorname{{erfcx}}(\\kappa\\sqrt t)$, until it has lost
+error of its velocity [$v_0$] against the infinite beam, $\\operatorname{{erfcx}}(\\kappa\\sqrt t)$, until it has lost
 57 % of it; and how much of the beam's motion (sum of $v^2$) lies outside the middle quarter when a quarter of that time
 is over:
 
@@ -312,7 +312,7 @@ first scene above the error of the force is {later}.
 ## Palas and others: with all modes, an impulse moves only the point that it strikes
 
 Palas1992. The generalised impulse-momentum equations give each mode its share of an impulse at once: the velocity jumps
-by $J\\sum_i\\phi_i(x)\\,\\phi_i(x_0)$, all over the beam. Wu and Haug call that impossible; Palas and others answer
+by $J\\sum_i\\phi_i(x)\\,\\phi_i(x_0)$, all over the beam. Wu and Haug call that impossible; Palas and others reply
 that with all modes the jump is local. A mass of the beam's own strikes the middle of a pinned beam, restitution 1,
 analytic modes:
 
@@ -321,8 +321,9 @@ analytic modes:
 ![Velocities after a kick](figures/beam_bases_kicks.svg)
 
 **Both are right.** With few modes the whole beam moves at once. The width falls as $1/N$, and the motion beyond $L/10$
-as $1/N$ too. But with it goes the mass that takes part, so that impulse and energy vanish as $1/N$: with all modes one
-kick moves one point, and nothing is transferred. The momentum of an impact on a beam takes time, and many kicks.
+as $1/N$ too. But the mass that takes part falls in the same way, so that impulse and energy vanish as $1/N$: with all
+modes one kick moves one point, and nothing is transferred. The momentum of an impact on a beam takes time, and many
+kicks.
 """
 
 

@@ -316,14 +316,14 @@ def picture() -> Figure:
         left.text(98.0, height, f"{place.name}, {speed}", color=PALETTE[colour], fontsize=7.5, ha="right", va="center")
     left.set_ylim(-0.05, 2.3)
     left.set_xlabel("points in the shortest period")
-    left.set_ylabel("missed, over what the modes do in a step")
-    left.set_title("What the messengers miss")
+    left.set_ylabel("error, over the motion of the modes in a step")
+    left.set_title("Error of the messengers")
     for number, (name, (errors, gains)) in enumerate(orders()[1].items()):
         right.loglog(POINTS, errors, color=PALETTE[number], marker="o", markersize=3.5)
         right.loglog(POINTS, gains, color=PALETTE[number], linestyle=(0, (3, 1.5)), linewidth=1.0)
         right.text(11.0, 10.0 ** (-6.1 - 0.42 * number), name, color=PALETTE[number], fontsize=7.5)
     right.text(
-        11.0, 10.0**-7.5, "whole: error of the mass's position; dashed: energy gained", color=MUTED, fontsize=7.5
+        11.0, 10.0**-7.5, "solid: error of the mass's position; dashed: energy gained", color=MUTED, fontsize=7.5
     )
     right.set_ylim(1e-8, 1.0)
     right.set_xlabel("points in the shortest period")
@@ -354,7 +354,7 @@ def slowing() -> Figure:
                 transform=axes.transAxes,
             )
         axes.plot(t, problem.exact(t * problem.end), color=INK, linewidth=0.9)
-        axes.text(0.97, 0.69, "endless beam, exact", color=INK, ha="right", transform=axes.transAxes)
+        axes.text(0.97, 0.69, "infinite beam, exact", color=INK, ha="right", transform=axes.transAxes)
         axes.set_xlabel("time  κ² t")
         axes.set_title(title)
     panels[0].set_ylabel("velocity of the mass  v / v0")

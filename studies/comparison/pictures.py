@@ -94,7 +94,7 @@ def bouncing_bar() -> Figure:
         energy = mechanical(history)
         axes.plot(np.maximum(bounce, 0.0), energy, color=colour, linewidth=width)
         ends.append((float(min(energy[-1], 1.58)), name, colour))
-    axes.set_xlabel("time, counted in bounces of the exact answer")
+    axes.set_xlabel("time, in bounces of the exact solution")
     axes.set_ylabel("mechanical energy  /  500 J")
     label_lines(axes, ends)
     return figure

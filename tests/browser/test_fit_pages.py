@@ -63,4 +63,4 @@ def test_the_page_shows_all_kinds_of_intervals_and_the_warning(page, browser):
     cells = [each.text for each in browser.find_elements(By.CSS_SELECTOR, "tbody tr:first-child td")]
     ends = [tuple(float(end) for end in cell.split(" to ")) for cell in cells[1:]]
     assert ends[1][0] < ends[0][0] < float(cells[0].split()[0]) < ends[0][1] < ends[1][1]
-    assert "correlate" in browser.find_element(By.CLASS_NAME, "warnings").text
+    assert "neighbouring residuals have a correlation of" in browser.find_element(By.CLASS_NAME, "warnings").text

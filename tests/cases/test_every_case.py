@@ -52,7 +52,7 @@ def test_a_case_says_why_it_exists_and_where_it_comes_from(name: str) -> None:
     text = (CASES / f"{name}.yaml").read_text(encoding="utf-8")
     head = text[: text.index("schema_version")]
     assert "# Why it exists:" in head
-    assert re.search(r"^# What is (exact|known)|the exact answer is", head, re.MULTILINE)
+    assert re.search(r"^# What is (exact|known)|the exact solution is", head, re.MULTILINE)
     case = case_of(name)
     assert case.title
     assert source_key(case.source) in entries(), case.source

@@ -123,7 +123,7 @@ def solved(scene: Simulation) -> AbstractHistory:
     try:
         return exact.solve(*scene)
     except StepError as error:
-        assume("the wave fronts between two echoes" not in str(error))
+        assume("the wave fronts within one round trip" not in str(error))
         raise
 
 

@@ -233,7 +233,7 @@ def test_refusals_name_path_and_remedy():
             "contacts.0",
             "neither side can move",
         ),
-        ([a, rod()], (point(a), point(rod(), "left")), -0.1, HARD, CaseError, "contacts.0.gap", "penetration"),
+        ([a, rod()], (point(a), point(rod(), "left")), -0.1, HARD, CaseError, "contacts.0.gap", "in a hard contact: 0"),
         ([a, rod()], (point(a), point(rod(), "left")), 0.0, Penalty(math.nan), PairingError, "contacts.0.law", "hard"),
     ):
         wrong = scene(bodies, [(*pair, gap, law)], 1.0)

@@ -284,7 +284,7 @@ def test_a_basis_that_leaves_nothing_out_has_no_residual():
 
 
 def test_nitsche_refuses_modes_that_do_not_tell_the_force_at_the_face():
-    with pytest.raises(PairingError, match="hold only 40 %"):
+    with pytest.raises(PairingError, match="have only 40 %"):
         run(*paper(Nitsche(), Modal(100, 40), Newmark()))
     # Craig-Bampton modes hold the static answer to a force at the face.
     scene = paper(Nitsche(), Modal(100, 40, basis=CraigBampton()), Newmark())

@@ -161,7 +161,7 @@ def test_other_places_gravity_and_impulses_are_refused() -> None:
     case = scene(DispersiveIdentification(), 1e-7, 1e-5)
     with pytest.raises(ImpactlabError, match="has weight, and has an infinite end"):
         prepare(*case.but(gravity=-9.81))
-    with pytest.raises(ImpactlabError, match=r"asked for: displacement at 0\.7 m"):
+    with pytest.raises(ImpactlabError, match=r"no displacement at 0\.7 m"):
         run(*case.but(probes=(Probe("beam", 0.7, "displacement"),)))
     with pytest.raises(ImpactlabError, match="strike on a continuous beam is zero"):
         prepare(*scene(ImpulseMomentum(), 1e-7, 1e-5))
@@ -360,7 +360,7 @@ STRAIGHT = "1e-4", "1e-4*(3 - 2*x)", "1e-5*exp(-((x - 0.5)/0.1)**2)", "1e-5*sin(
 @pytest.mark.parametrize(("shape", "quantity", "value"), BENT)
 def test_a_beam_that_is_bent_at_an_infinite_end_is_refused(shape: str, quantity: str, value: float) -> None:
     """Its far part is straight: the moment and the shear force at the end would be let go."""
-    with pytest.raises(ImpactlabError, match="would let go") as caught:
+    with pytest.raises(ImpactlabError, match="would spring back") as caught:
         endless_beam(shape)
     found = re.search(rf"a {quantity} of (\S+) N.* at t = 0 at its infinite end \(left\)", str(caught.value))
     assert found is not None
@@ -386,7 +386,7 @@ def endless_beam(displacement: str) -> il.Case:
 
 def test_a_layer_under_tension_is_refused() -> None:
     body = Beam("beam", (SEGMENT,), INFINITE, INFINITE, tension=10.0)
-    with pytest.raises(PairingError, match="under tension"):
+    with pytest.raises(PairingError, match="has a tension"):
         prepare(*struck_in_the_middle(body, Newmark(), 1e-6, 1e-5).but(model=FiniteElement()))
 
 
@@ -420,7 +420,7 @@ def test_a_rod_that_moves_or_has_weight_has_no_infinite_end(tmp_path: Path, solv
     assert "ends: {right: {dashpot: 36657.7}}" in error.remedy
     error = refused(("schema_version: 1", "schema_version: 1\ngravity: 9.81"))
     assert error.path == "bodies.rod.ends.right"
-    assert "'rod' has weight and an infinite end (right)" in str(error)
+    assert "gravity acts on 'rod', which has an infinite end (right)" in str(error)
     error = refused(("rod: {kind: rod,", "rod: {kind: rod, displacement: 1e-5*x,"))
     assert error.path == "bodies.rod.displacement"
     assert "'rod' has a strain of 1e-05 at t = 0 at its infinite end (right)" in str(error)
@@ -447,4 +447,4 @@ def test_modes_name_the_end_that_they_cannot_hold(tmp_path: Path, end: str, name
     file.write_text(given.replace("right: infinite", f"right: {end}"), encoding="utf-8")
     with pytest.raises(PairingError) as caught:
         il.run(il.load_case(file))
-    assert f"model 'modal' cannot hold {named} of 'rod'" in str(caught.value)
+    assert f"model 'modal' does not support {named} of 'rod'" in str(caught.value)

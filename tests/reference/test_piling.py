@@ -237,8 +237,8 @@ def signals(count: int = 50) -> dict[str, Any]:
         ({"impedance": 0.0}, "impedance is 0"),
         ({"length": 80.0}, "before its echo"),
         ({"damping": -0.1}, "damping is -0.1"),
-        ({"velocity": -signals()["velocity"]}, "no energy to give"),
-        ({"force": -signals()["force"]}, "no energy to give"),
+        ({"velocity": -signals()["velocity"]}, "cannot give energy"),
+        ({"force": -signals()["force"]}, "cannot give energy"),
         ({"force": -signals()["force"], "velocity": -signals()["velocity"]}, "begins with compression"),
         ({"velocity": np.zeros(50)}, "does no work"),
     ],
@@ -254,7 +254,11 @@ def test_the_case_method_refuses_signals_by_name(change: dict[str, Any], said: s
         ("contacts.1.between", ["ram", "helmet"], "0 contacts could be the one on the head"),
         ("bodies.pile.ends", {"right": {"dashpot": 1e5}}, "an end of the pile is held"),
         ("gravity", 9.81, "without weight"),
-        ("contacts.2.law", {"kind": "elastic_plastic", "stiffness": 1e8, "yield_force": 1e5}, "holds the pile beside"),
+        (
+            "contacts.2.law",
+            {"kind": "elastic_plastic", "stiffness": 1e8, "yield_force": 1e5},
+            "holds the pile in addition",
+        ),
     ],
 )
 def test_piles_that_cannot_be_driven_are_refused(path: str, value: Any, said: str) -> None:

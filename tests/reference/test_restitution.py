@@ -245,7 +245,10 @@ def test_a_coarse_explicit_run_is_right_or_warned_of_or_fails(law: HuntCrossley,
 
 def test_an_explicit_step_beyond_stability_says_so() -> None:
     _, duration = hertz_time()
-    with pytest.raises(StepError, match=r"ball\|wall: the power law's tangent stiffness passed the stability limit"):
+    with pytest.raises(
+        StepError,
+        match=r"ball\|wall: at this overlap the tangent stiffness of the power law exceeds the stability limit",
+    ):
         run(*on_wall(Hertz(STIFFNESS), CentralDifference(), duration, 3.0 * duration))
 
 

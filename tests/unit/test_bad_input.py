@@ -79,7 +79,7 @@ EDITS = [
         "area: 9.0e-4",
         "diameter: 20",
         8,
-        "bodies.rod.diameter: 20 m across, and the rod is 0.3 m long",
+        "bodies.rod.diameter: 20 m across a rod of 0.3 m",
         "Check the units, as in '20 mm'. If the body is meant to be so short, give its area.",
     ),
     ("area: 9.0e-4", "width: 10 mm\n    height: 1.51", 9, "bodies.rod.height: 1.51 m"),

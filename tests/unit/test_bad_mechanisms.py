@@ -121,7 +121,7 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     ({**NO_MECHANISM, "contacts.0.along": "x", "bodies.crank": GONE}, "contacts.0.along", "no link", "Remove along"),
     ({"contacts.1": SIDEWAYS}, "contacts.1.along", "'block' moves along one line", "one direction"),
     ({"contacts.1": ITSELF}, "contacts.1.between", "cannot strike itself", "Let a link meet another body"),
-    ({"bodies.block.rotation": {}}, "contacts.0.between", "'block' turns steadily", "Remove its rotation"),
+    ({"bodies.block.rotation": {}}, "contacts.0.between", "'block' has a steady rotation", "Remove its rotation"),
     ({"bodies.crank.length": 0.0}, "bodies.crank.length", "0 m is out of range", "Fix the value"),
     ({"bodies.crank.mass": math.nan}, "bodies.crank.mass", "nan is not a finite number", "Fix the value"),
     ({f"{LAST}.end_mass": -1.0}, f"{LAST}.end_mass", "-1 kg is out of range", "Fix the value"),
@@ -136,7 +136,7 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     (
         {"bodies.idle": {"kind": "mass", "mass": 1.0}, "gravity": [0.0, -9.81]},
         "gravity",
-        "'idle' moves along a line of no known direction",
+        "the direction in which 'idle' moves is not known",
         "Give gravity as a number",
     ),
     (
@@ -221,8 +221,8 @@ def test_a_scheme_for_constant_matrices_is_refused(kind: str) -> None:
 @pytest.mark.parametrize(
     ("law", "text"),
     [
-        ({"kind": "wave_identification"}, "all of whose links move it"),
-        ({"kind": "wave_initialised"}, "law 'wave_initialised' needs the waves that run along a body"),
+        ({"kind": "wave_identification"}, "whose links all move it"),
+        ({"kind": "wave_initialised"}, "law 'wave_initialised' needs the waves that arrive at a face"),
         ({"kind": "nitsche"}, "law 'nitsche' needs the waves"),
         ({"kind": "impedance_residual"}, "law 'impedance_residual' needs the waves"),
         ({"kind": "modal_messengers"}, "law 'modal_messengers' needs the waves"),
@@ -309,7 +309,7 @@ def test_a_weight_that_a_guide_takes_is_told(along: Any, across: str) -> None:
     history = il.run(case_with({"contacts.0.along": along, "gravity": [0.0, -9.81]}))
     found = [warned.text for warned in history.warnings if warned.code == "guided_weight"]
     assert found == (
-        [f"block: {across} m/s2 of gravity act across the motion, and the guide takes that part"] * bool(across)
+        [f"block: {across} m/s2 of gravity act across the motion; the guide carries this component"] * bool(across)
     )
 
 
@@ -331,7 +331,7 @@ def test_the_drive_of_a_second_link_acts_from_the_ground_and_says_so() -> None:
         )
     )
     [text] = [warned.text for warned in history.warnings if warned.code == "ground_drive"]
-    assert text.startswith("b: its drive gives its absolute angle and acts from the ground")
+    assert text.startswith("b: its drive sets its absolute angle and acts from the ground")
     assert "does not act on 'a'" in text
     # All moments about the hinge at the ground are that of the drive: its impulse is the angular momentum.
     t = history.recorded["drive:b"].times

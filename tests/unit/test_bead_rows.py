@@ -195,7 +195,9 @@ def test_a_row_alone_is_stepped_without_the_loop_and_gives_its_snapshots() -> No
 
 def test_a_step_beyond_the_limit_of_the_law_is_refused_as_before() -> None:
     given = tapered(Hertz(5e7))
-    with pytest.raises(StepError, match="the power law's tangent stiffness passed the stability limit"):
+    with pytest.raises(
+        StepError, match="at this overlap the tangent stiffness of the power law exceeds the stability limit"
+    ):
         run(*given)
 
 

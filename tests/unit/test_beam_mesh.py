@@ -196,7 +196,7 @@ def test_viscosity_damps_the_bending_of_a_beam_under_tension_and_not_its_tension
     turning = math.sqrt(natural**2 - rate**2)
     exact = 1e-5 * np.exp(-rate * times) * (np.cos(turning * times) + rate / turning * np.sin(turning * times))
     assert np.abs(found - exact).max() < 2e-4 * 1e-5
-    with pytest.raises(PairingError, match="beside a tension that is not, it couples the modes"):
+    with pytest.raises(PairingError, match="beside a tension without viscosity, it couples the modes"):
         Modal(30, 10).build_beam(beam, 0.0)
 
 

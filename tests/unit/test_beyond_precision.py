@@ -50,7 +50,7 @@ APART = [
         (
             [PENALTY, ("bodies.other", {"kind": "rod", "segments": APART})],
             "bodies.other.segments",
-            "the stiffnesses EA/L of its segments are apart by a factor of 2.1e+17. Allowed: up to 1e+12",
+            "the stiffnesses EA/L of its segments differ by a factor of 2.1e+17. Allowed: up to 1e+12",
         ),
         (
             [PENALTY, ("bodies.rod.material", {"young": 1e-9, "density": 1e20})],

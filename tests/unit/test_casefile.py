@@ -198,10 +198,10 @@ def test_with_replaces_a_block_by_a_whole_one(case):
 @pytest.mark.parametrize(
     ("path", "part", "words"),
     [
-        ("contacts.0.law", Penalty(stiffness=1e9), "the law Penalty is given itself"),
-        ("contacts.0.law", {"kind": Penalty, "stiffness": 1e9}, "the law Penalty is given itself"),
-        ("solve.model", FiniteElement(elements=20), "the model FiniteElement is given itself"),
-        ("solve.integrator", Newmark(), "the integrator Newmark is given itself"),
+        ("contacts.0.law", Penalty(stiffness=1e9), "the law Penalty is given as an object"),
+        ("contacts.0.law", {"kind": Penalty, "stiffness": 1e9}, "the law Penalty is given as an object"),
+        ("solve.model", FiniteElement(elements=20), "the model FiniteElement is given as an object"),
+        ("solve.integrator", Newmark(), "the integrator Newmark is given as an object"),
     ],
 )
 def test_a_part_given_itself_is_answered_with_how_it_is_run(case, path, part, words):
@@ -445,7 +445,9 @@ contacts:
   - {{between: [c, a], {law}}}
 solve: {{duration: 1, step: {{dt: 1e-3}}}}
 """
-    with pytest.raises(CaseError, match=r"test\.yaml:6: contacts\.2\.between: 'c' would lie on the left of 'a'"):
+    with pytest.raises(
+        CaseError, match=r"test\.yaml:6: contacts\.2\.between: this contact places 'c' on the left of 'a'"
+    ):
         load_case(written(tmp_path, text))
 
 

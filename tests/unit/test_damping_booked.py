@@ -149,7 +149,7 @@ def test_filtered_schemes_book_what_dashpots_take(scheme: AbstractIntegrator, vi
 
 def test_filtered_schemes_that_overshoot_damped_modes_fail() -> None:
     """Their balance holds, as the dampers seem to give energy back; the displacement was up to 5 times too large."""
-    with pytest.raises(StepError, match=r"dampers gave back .* % of the reference energy"):
+    with pytest.raises(StepError, match=r"dampers returned .* % of the reference energy"):
         swinging(GeneralisedAlpha(0.0), 1e-4, 2e-5)
 
 

@@ -27,7 +27,7 @@ def warned(history):
 
 
 def stated(text):
-    return float(re.search(r"have (\S+) % of the flexibility of the contact", text)[1]) / 100.0
+    return float(re.search(r"have (\S+) % of the compliance of the contact", text)[1]) / 100.0
 
 
 PEAK = struck(200).contacts[0].peak_force

@@ -187,7 +187,9 @@ def test_a_new_kind_without_its_keys_says_that_it_takes_none_of_the_old_ones(tmp
     with pytest.raises(CaseError, match="this key is missing") as raised:
         case.with_("contacts.0.law.kind", "hertz")
     assert (raised.value.path, raised.value.line) == ("contacts.0.law.stiffness", None)
-    assert raised.value.remedy.endswith("takes none of the keys of the old one: give them with it, as one block.")
+    assert raised.value.remedy.endswith(
+        "without the keys of the old kind: give the kind and its keys together, as one block."
+    )
     assert "given by with_()" in str(raised.value)
 
 

@@ -58,8 +58,8 @@ def test_true_curves_of_compression_recorded_as_negative_are_warned_of() -> None
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda one, two: (one, -two), "transmitted wave has the other sign"),
-        (lambda one, two: (-one, two), "transmitted wave has the other sign"),
+        (lambda one, two: (one, -two), "transmitted wave and the incident wave have opposite signs"),
+        (lambda one, two: (-one, two), "transmitted wave and the incident wave have opposite signs"),
         (lambda one, two: (one, np.roll(two, -30)), "half of its largest strain at 0.000381 s, .* at 0.000403 s"),
         (lambda one, two: (two - pulse(700e-6, 1e-4), one), "the order of the gauges"),
     ],

@@ -240,7 +240,7 @@ def test_correlated_residuals_give_both_intervals(cushioned):
     assert wide / plain == pytest.approx(math.sqrt((1 + found.autocorrelation) / (1 - found.autocorrelation)), rel=1e-9)
     assert (row.lower, row.upper) == row.intervals["widened"]
     assert np.diff(np.log(row.intervals["profile"]))[0] == pytest.approx(wide, rel=0.1)
-    assert "correlate" in found.warnings[0]
+    assert "have a correlation" in found.warnings[0]
     assert "widened" in str(found)
     assert set(found.to_dict()["parameters"][0]["intervals"]) == {"jacobian", "widened", "profile"}
 
@@ -269,7 +269,7 @@ def test_a_fit_above_the_given_noise_is_told(cushioned):
         for std in (size, size / 3.0)
     )
     assert not right.warnings
-    assert "above the noise" in small.warnings[0]
+    assert "times the given standard deviations" in small.warnings[0]
     widths = [np.diff(np.log((found[STIFFNESS].lower, found[STIFFNESS].upper)))[0] for found in (right, small)]
     assert widths[1] == pytest.approx(widths[0], rel=0.1)
 

@@ -46,7 +46,9 @@ def test_a_link_that_bends_far_is_warned_of():
     said = [each.text for each in history.warnings if each.code == "large_bending"]
     share = history.recorded["shortening:arm"].values.max()
     assert len(said) == 1
-    assert said[0].startswith(f"arm: it bends so far that its end comes nearer by {share:.2g} of its length")
+    assert said[0].startswith(
+        f"arm: it bends so far that the distance between its ends falls by {share:.2g} of its length"
+    )
 
 
 def test_a_run_that_fails_by_its_bending_says_so():

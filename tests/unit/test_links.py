@@ -86,7 +86,11 @@ WRONG: list[tuple[list[il.Contact], str, str]] = [
     ([il.Contact("rod.along(0.8, 0.2)", "ground", SMITH, pieces=3)], "contacts.1.between.0", "smaller x to a larger"),
     ([il.Contact("rod.along(0.5, 1.2)", "ground", SMITH, pieces=3)], "contacts.1.between.0", "lies outside the body"),
     ([il.Contact("rod.along(0.2, 0.8)", "ground", SMITH)], "contacts.1.pieces", "this key is missing"),
-    ([il.Contact("rod.right", "ground", SMITH, pieces=3)], "contacts.1.pieces", "no face here lies along one"),
+    (
+        [il.Contact("rod.right", "ground", SMITH, pieces=3)],
+        "contacts.1.pieces",
+        "neither face of this contact extends along a body",
+    ),
     ([il.Contact("rod.along(0.2, 0.8)", "ground", SMITH, pieces=401)], "contacts.1.pieces", "at most 400"),
     (
         [il.Contact("rod.along(0.2, 0.8)", "ground", {"kind": "hertz", "stiffness": 1e9}, pieces=3)],
@@ -121,7 +125,7 @@ def test_links_need_schemes_that_know_where_they_are() -> None:
 def test_the_automatic_choice_refuses_links_by_name() -> None:
     contacts = [il.Contact("rod.right", "ground", SMITH)]
     bodies = {"rod": rod(), "ground": il.Wall()}
-    with pytest.raises(il.CaseError, match="law 'smith' as given makes a link without one") as found:
+    with pytest.raises(il.CaseError, match="law 'smith' with these options has none") as found:
         il.Case(bodies=bodies, contacts=contacts, solve={"duration": "1 ms", "tolerance": 1e-3})
     assert found.value.path == "contacts.0.law"
 

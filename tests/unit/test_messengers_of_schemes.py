@@ -33,7 +33,7 @@ def test_a_drift_is_warned_of_with_its_size() -> None:
     newmark, waves = 2.0 * np.sum(dt / (1.0 + 0.25 * (w * dt) ** 2)), 2.0 * np.sum(np.sin(w * dt) / w)
     share = 1.0 - newmark / waves
     (warned,) = [each for each in history.warnings if each.code == "messengers_apart"]
-    assert f"{100.0 * share:.3g} % off" in warned.text
+    assert f"differs by {100.0 * share:.3g} %" in warned.text
     drift = share * waves * history.impulse_of("m|rod.left")
     assert history.evaluate([6.0], "gap:m|rod.left")[0] == pytest.approx(drift, rel=0.05)
 

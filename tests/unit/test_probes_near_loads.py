@@ -35,7 +35,7 @@ def test_modes_of_a_free_end_lack_the_force_on_it_and_say_so():
     history = held({"kind": "modal", "modes": 20})
     assert abs(history.recorded["force:rod@0"].values[-1]) < 1e-6 * FORCE
     assert warned(history) == [
-        "force:rod@0: the modes kept miss 100 % of the static internal force that a load beside it causes there"
+        "force:rod@0: the modes kept miss 100 % of the static internal force that a load next to it causes there"
     ]
 
 

@@ -109,7 +109,7 @@ def test_no_answer_is_told_apart_from_one_that_is_not_computed():
     assert outlook.reference_s(*api.physics_of(case)).status == "exact"
     nothing = outlook.reference_s(*api.physics_of(two))
     assert nothing.document["status"] == "none"
-    assert nothing.text == "not measured: no exact answer, and none that converges within 7 s"
+    assert nothing.text == "not measured: no exact solution, and no reference that converges within 7 s"
 
 
 def test_methods_of_a_comparison_share_a_converged_reference(tmp_path):
@@ -167,4 +167,4 @@ def test_a_report_is_drawn_against_a_converged_answer(tmp_path):
         app, ["run", str(CASES / "axial_impact.yaml"), *case, "--reference", "--out", str(tmp_path / "out")]
     )
     assert left.exit_code == 0
-    assert "the converged answer" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert "the converged solution" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")

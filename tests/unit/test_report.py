@@ -214,7 +214,7 @@ def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> Non
     summary = summarise("toy", scene().scene, history(), None)
     write_run(tmp_path, summary, history(), scene().scene, None)
     page = (tmp_path / "index.html").read_text().split("</style>")[1].split("<script>")[0].lower()
-    missing = "not measured: no exact answer"  # is said, and nothing else of an exact answer
+    missing = "not measured: no exact solution"  # is said, and nothing else of an exact solution
     assert missing in page
     assert "exact" not in page.replace(missing, "")
     assert (tmp_path / "figures" / "waves.svg").exists()  # its own

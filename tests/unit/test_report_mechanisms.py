@@ -102,7 +102,7 @@ def test_a_joint_without_loss_takes_nothing(history: AbstractHistory) -> None:
 
 def test_the_summary_says_how_errors_are_measured(history: AbstractHistory) -> None:
     text = summary_text(summarise("slider_crank", history.scene, history, None))
-    assert "not measured: no exact answer, and none that converges within 7 s" in text
+    assert "not measured: no exact solution, and no reference that converges within 7 s" in text
 
 
 def test_the_facts_name_links_drives_and_slide() -> None:

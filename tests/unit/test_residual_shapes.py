@@ -87,7 +87,7 @@ def test_energy_is_kept_and_nothing_is_warned_of():
     "given", [{"basis": CraigBampton(), "elements": 20}, {"mass": "redistributed", "elements": 20}]
 )
 def test_bases_with_static_shapes_of_their_own_are_refused(given):
-    with pytest.raises(CaseError, match="residual stands for eigenvectors left out") as refused:
+    with pytest.raises(CaseError, match="residual: true replaces eigenvectors that are left out") as refused:
         Modal(modes=10, residual=True, **given)
     assert refused.value.path == "residual"
 

@@ -373,10 +373,10 @@ def test_counts_have_no_derivative():
         ([MASS, MASS], "twice"),
         (["contacts.0.law.kind"], "not a number"),
         ([], "no parameter"),
-        (["solve.step.dt"], "the step is constant"),
-        ("solve.step.courant, bodies.hammer.mass", "the step is constant"),
-        (["solve.step.points_per_period"], "the step is constant"),
-        (["solve.tolerance"], "chosen once by the tolerance"),
+        (["solve.step.dt"], "the step is fixed"),
+        ("solve.step.courant, bodies.hammer.mass", "the step is fixed"),
+        (["solve.step.points_per_period"], "the step is fixed"),
+        (["solve.tolerance"], "the tolerance chooses a method"),
         (["schema_version"], "the version of the format"),
         (["solve.model.modes"], "a whole number: it changes in steps"),
         (["solve.records"], "a whole number: it changes in steps"),
@@ -572,7 +572,7 @@ def test_a_quantity_without_a_value_says_why_it_has_no_derivative(model):
     opening, meeting = found.find("first_opening", MASS), found.find("restitution", MASS, "other|hammer")
     assert (opening.reason, opening.found) == ("the contact does not open in this run", "withheld")
     assert (meeting.reason, meeting.found) == (
-        "no meeting of these two bodies alone, up to their parting, is seen in this run",
+        "in this run the two bodies do not meet and part without other influences",
         "withheld",
     )
     assert found.find("impulse", MASS).reason == ""

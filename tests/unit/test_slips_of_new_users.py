@@ -40,9 +40,9 @@ def test_bodies_that_no_contact_names_have_a_hint() -> None:
     assert il.Case(bodies=bodies, contacts=touching, solve=solve).hints == ()
     assert il.Case(bodies={"rod": rod}, solve=solve).hints == ()
     (hint,) = il.Case(bodies=bodies, solve=solve).hints
-    assert hint.startswith("no contact names 'hammer', 'rod', so nothing strikes them")
+    assert hint.startswith("no contact includes 'hammer', 'rod', so nothing strikes them")
     (hint,) = il.Case(bodies={**bodies, "wall": il.Wall()}, contacts=touching, solve=solve).hints
-    assert hint.startswith("no contact names 'wall', so nothing strikes it")
+    assert hint.startswith("no contact includes 'wall', so nothing strikes it")
 
 
 def test_a_quake_of_metres_has_one_hint_for_all_pieces() -> None:
@@ -93,7 +93,7 @@ def test_remedies_in_python_name_no_command() -> None:
     with pytest.raises(CaseError) as caught:
         il.Case(bodies={"ball": il.Mass(-1.0)}, solve={"duration": 1e-3})
     assert str(caught.value).endswith(
-        "\nFix the value; case.resolved() of a case without faults gives every value in SI."
+        "\nFix the value. Of a case without faults case.resolved() gives every value in SI."
     )
     with pytest.raises(CaseError, match="`impactlab check FILE` lists all faults"):
         il.load_case("two_rods").with_("solve.duration", -1.0)

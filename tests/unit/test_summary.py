@@ -162,7 +162,7 @@ def test_a_comparison_without_errors_gives_the_reason() -> None:
     """Its columns of errors held dashes, without a word."""
     summary = summarise("toy", scene(ModalLike()).scene, history())
     text = table(comparison("toy", None, [("base", summary), ("other", summary)]))
-    assert text.count("errors not measured: no exact answer") == 1
+    assert text.count("errors not measured: no exact solution") == 1
 
 
 def test_the_summary_is_strict_json() -> None:
@@ -251,7 +251,7 @@ def test_the_text_table_leaves_columns_out_on_a_narrow_terminal() -> None:
     lines = table(two_rows(), width=60).splitlines()
     assert max(map(len, lines[2:5])) <= 60
     assert "impulse [%]" in lines[2]
-    assert lines[-1].startswith("left out on a terminal this narrow: loss, first opening, dt, ")
+    assert lines[-1].startswith("left out because the terminal is narrow: loss, first opening, dt, ")
 
 
 def test_warnings_stand_below_where_the_terminal_is_too_narrow_for_their_column() -> None:

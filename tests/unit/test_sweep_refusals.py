@@ -64,7 +64,7 @@ def no_run(monkeypatch):
         (
             ["--over", f"methods.penalty.{LAW}.stiffness=1e8,1e9"],
             f"methods.penalty.{LAW}.stiffness",
-            "changes no point: points take their values after",
+            "has no effect: the values of a point are set after",
         ),
         (["--over", f"{GAP}=0:1:3log"], GAP, "pass through zero"),
         (["--over", f"{MASS}=1:2:1e3"], MASS, "gives a range of '1e3' values; allowed: 2 to 1000000"),
@@ -83,7 +83,7 @@ def no_run(monkeypatch):
         (
             ["--over", "bodies.rod.kind=rod,beam", "--set", "bodies.rod.length=0.4"],
             "bodies.rod.kind",
-            "'beam' removes bodies.rod.length, which --set gives",
+            "'beam', which removes bodies.rod.length, a key that --set gives",
         ),
         (["--over", "method=penalty,continuous"], "method", "whose method is chosen: continuous"),
         ([*OVER, "--quantities", "restituton"], "", "Did you mean 'restitution'?"),
@@ -239,8 +239,12 @@ def disk_full(*_, **__):
 @pytest.mark.parametrize(
     ("fault", "words", "last"),
     [
-        ("full", "No space left on device", "4 of 6 points are kept in {}. The same command goes on with the others."),
-        ("removed", "No such file or directory", "The folder is gone. The same command begins again."),
+        ("full", "No space left on device", "4 of 6 points are kept in {}. The same command computes the others."),
+        (
+            "removed",
+            "No such file or directory",
+            "The folder has been removed. The same command starts the sweep again.",
+        ),
     ],
 )
 def test_a_folder_that_breaks_ends_the_sweep_and_says_how_to_go_on(tmp_path, monkeypatch, fault, words, last):
@@ -281,7 +285,7 @@ def test_the_keyboard_ends_a_sweep_with_130_and_finished_points(tmp_path, monkey
     out = tmp_path / "out"
     found = invoked(["--over", f"{MASS}=1:2:6"], out)
     assert found.exit_code == 130
-    last = f"interrupted: 2 of 6 points are kept in {str(out)!r}. The same command goes on with the others."
+    last = f"interrupted: 2 of 6 points are kept in {str(out)!r}. The same command computes the others."
     assert found.stderr.splitlines()[-1] == last
 
 

@@ -81,7 +81,7 @@ def test_a_stiffness_relative_to_a_mesh_is_refused(tmp_path):
 
 def test_a_law_whose_default_is_relative_names_the_value_to_give(tmp_path):
     """Nobody gave a stiffness: the message named one, at a line without it."""
-    with pytest.raises(CaseError, match="'penalty' needs a stiffness in N/m here: its default is relative") as caught:
+    with pytest.raises(CaseError, match="'penalty' needs stiffness in N/m here: its default is relative") as caught:
         load(tmp_path).with_settings({"contacts.0.law.kind": "penalty"}, by="--set")
     assert "given by --set: contacts.0.law: law" in str(caught.value)
     assert "--set 'contacts.0.law={kind: penalty, stiffness: 1e9}'" in caught.value.remedy

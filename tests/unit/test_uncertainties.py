@@ -88,7 +88,7 @@ def test_a_table_shows_its_weights(case, given, text):
 @pytest.mark.parametrize("given", ["uniform(20, 60)", "normal(40, 5)", scipy.stats.uniform(20.0, 40.0)])
 def test_a_whole_number_takes_no_continuous_distribution(given):
     meshed = il.load_case("axial_impact").with_("solve.model", {"kind": "finite_element", "elements": 40})
-    with pytest.raises(il.CaseError, match="takes whole numbers here") as raised:
+    with pytest.raises(il.CaseError, match="takes only whole numbers") as raised:
         read_uncertain(meshed, {"solve.model.elements": given})
     assert "table" in raised.value.remedy
 

@@ -63,7 +63,7 @@ def test_a_missing_piece_ends_the_run_with_an_error(
         m.pieces[piece] = address_without(piece)
 
     monkeypatch.setattr(assembly, "fill_pieces", all_but_one)
-    with pytest.raises(StepError, match=f"called its piece {piece} .* did not fill it") as caught:
+    with pytest.raises(StepError, match=f"called its piece {piece} .* was not set up") as caught:
         run(*scene(step))
     assert "Report it" in caught.value.remedy
     monkeypatch.undo()

@@ -276,7 +276,7 @@ def test_a_law_that_gains_more_than_it_declares_is_told_what_to_declare(found):
     bodies, law = (Mass("ball", 1.0, 1.0), Wall("wall")), found.load(LAWS, "spring")(2e6)
     with pytest.raises(StepError, match="energy grew") as failed_run:
         run(*in_a_row(bodies, None, law, ExactModal(), StepRule(dt=1e-5), duration=5e-3))
-    assert "Law 'spring' must report what it holds as `stored`, and declare" in failed_run.value.remedy
+    assert "Law 'spring' must report the energy that it stores as `stored`, and declare" in failed_run.value.remedy
 
 
 def test_slips_of_a_first_law_are_named(found):
@@ -345,7 +345,7 @@ def test_a_law_with_losses_below_zero_passes_its_check_and_its_runs(found):
     )
     bodies, law = (Mass("ball", 1.0, 1.0), Wall("wall")), found.load(LAWS, "generous")(2e6)
     scene = in_a_row(bodies, None, law, ExactModal(), StepRule(dt=1e-5), duration=5e-3)
-    with pytest.raises(StepError, match=r"ball\|wall: law 'generous' replied losses of -\S+ J, below zero"):
+    with pytest.raises(StepError, match=r"ball\|wall: law 'generous' returned losses of -\S+ J, below zero"):
         run(*scene)
 
 

@@ -43,7 +43,7 @@ def energy(scene: SceneRows, styles: MethodStyles) -> Figure:
     """
     panels = (
         ("energy gained", "share of the reference energy", lambda row: row.energy_gain),
-        ("energy lost without a booking", "share of the reference energy", lambda row: row.energy_loss),
+        ("energy lost that no formula explains", "share of the reference energy", lambda row: row.energy_loss),
     )
     return _against_steps(scene, styles, panels, 1e-6, 10.0)
 

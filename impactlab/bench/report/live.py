@@ -20,7 +20,11 @@ from impactlab.report.figures.style import INK, PALETTE
 UPWARDS: tuple[tuple[str, str, Callable[[Row, SceneRows], float | None]], ...] = (
     *((norm.title, norm.axis, lambda row, scene, norm=norm: error(row, norm, scene)) for norm in (BOTH, *NORMS)),
     ("energy gained", "energy gained, share of the reference energy", lambda row, _: row.energy_gain),
-    ("energy lost", "energy lost without a booking, share of the reference energy", lambda row, _: row.energy_loss),
+    (
+        "energy lost",
+        "energy lost that no formula explains, share of the reference energy",
+        lambda row, _: row.energy_loss,
+    ),
     ("force oscillation", "total variation of the force in excess, in peaks", lambda row, _: row.force_oscillation),
 )
 """Title, label and value of each axis of the diagram; the errors come first."""

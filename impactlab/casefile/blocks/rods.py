@@ -95,8 +95,8 @@ class RodBlock(CrossSection, MovingBlock):
                 width = getattr(piece, key)
                 if width is not None and width > MAX_WIDTH * length:
                     raise CaseError(
-                        f"{width:g} m across, and the rod is {length:g} m long. Allowed: at most {MAX_WIDTH:g} times "
-                        "its length, and waves are plane only where it is longer than wide",
+                        f"{width:g} m across a rod of {length:g} m. Allowed: at most {MAX_WIDTH:g} times the "
+                        "length; waves are plane only in rods that are longer than wide",
                         remedy="Check the units, as in '20 mm'. If the body is meant to be so short, give its area.",
                         path=f"{path}.{key}" if self.segments is None else f"{path}.segments.{number}.{key}",
                     )

@@ -1,1 +1,1 @@
-"""Single values of a case: numbers with units, formulas, materials, loads; and their faults."""
+"""Single values of a case: numbers with units, formulas, materials, loads; and the errors of wrong ones."""

@@ -25,7 +25,9 @@ _NEEDED = {
     "model_attributes_type": _BLOCK,
     "string_type": "a string",
 }
-FIX_VALUE = "Fix the value; `impactlab check FILE` lists all faults, and without faults every value in SI."
+FIX_VALUE = (
+    "Fix the value. `impactlab check FILE` lists all faults; of a case without faults it prints every value in SI."
+)
 
 
 def case_error(

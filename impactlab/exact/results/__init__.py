@@ -1,1 +1,1 @@
-"""After the march: channels, energies and links of an exact history."""
+"""Results of the exact solver: channels, energies and links of an exact history."""

@@ -1,1 +1,1 @@
-"""Before the march: a scene as a network of nodes, rod pieces and contacts."""
+"""Set-up of the exact solver: a scene as a network of nodes, rod pieces and contacts."""

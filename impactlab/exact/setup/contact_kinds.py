@@ -144,8 +144,8 @@ def check_hard(scene: Scene, number: int, opens: bool) -> None:
     bare = any(massless(scene, point) for point in contact.faces)
     if not bare and not opens:
         raise CaseError(
-            f"contact {contact.name}: both faces have mass; the exact solver finds the force of a bond from the "
-            "balance of a face without mass",
+            f"contact {contact.name}: both faces have mass; the exact solver supports a bond only "
+            "where one face has no mass",
             path=path,
             remedy="Give one body with the mass of both, or use a model that steps.",
         )
@@ -159,8 +159,9 @@ def check_hard(scene: Scene, number: int, opens: bool) -> None:
     gap, slack = first_gap(scene, number)
     if opens and gap < -slack:
         raise CaseError(
-            f"contact {contact.name}: gap {gap:g} m{' with the initial displacement' if slack else ''}: "
-            "a penetration, which a hard contact cannot hold",
+            f"contact {contact.name}: gap {gap:g} "
+            f"m{' with the initial displacement' if slack else ''}. Allowed in a hard contact: 0 or "
+            "more",
             path=f"{path}.gap",
             remedy="Use penalty with overlap: allowed, or a gap of 0 or more.",
         )
@@ -191,8 +192,8 @@ def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
     if waiting:
         names = " and ".join(scene.contacts[number].name for number in waiting)
         raise CaseError(
-            f"contacts {names} press bodies with mass against each other through faces without mass; the "
-            "velocities after such an impact depend on a coefficient of restitution, which a hard contact does not "
+            f"contacts {names}: bodies with mass collide through faces without mass; their velocities "
+            "after the impact depend on a coefficient of restitution, which a hard contact does not "
             "have",
             path=f"contacts.{waiting[-1]}",
             remedy="Use penalty for one of them, or give each face one contact.",

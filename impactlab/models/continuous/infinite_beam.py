@@ -98,8 +98,8 @@ class InfiniteBeam(AbstractSelfStepping):
     def row(self, x: float, quantity: Quantity) -> Array:
         if quantity not in ("displacement", "velocity") or x != self._x:
             raise PairingError(
-                f"the infinite beam '{self._beam.name}' has only displacement and velocity, at its contact at "
-                f"{self._x:.6g} m; asked for: {quantity} at {x:.6g} m",
+                f"the infinite beam '{self._beam.name}' has only displacement and velocity, at its "
+                f"contact at {self._x:.6g} m, and no {quantity} at {x:.6g} m",
                 remedy="Probe it there, or use theory: timoshenko with continuous, or finite_element.",
                 path="probes",
             )
@@ -149,8 +149,8 @@ def _struck(beam: Beam, gravity: float, faces: tuple[Face, ...]) -> float:
     tip = 0.0 if kinds[0] == "free" else beam.length
     if len(places) > 1:
         raise PairingError(
-            f"the infinite beam '{beam.name}' is struck at {len(places)} places; the response of one to a force on the "
-            "other is not known in closed form",
+            f"the infinite beam '{beam.name}' is struck at {len(places)} places; its response at one "
+            "place to a force at another is not known in closed form",
             remedy=bare,
             path=path,
         )

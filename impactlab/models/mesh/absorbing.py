@@ -136,7 +136,8 @@ def _check_tension(beam: Beam) -> None:
     """Raise `PairingError` where a layer, which nothing pulls, would hold a beam under tension."""
     if beam.tension != 0.0:
         raise PairingError(
-            f"the beam '{beam.name}' is under tension, and the layer that absorbs waves at its infinite end is not",
+            f"the beam '{beam.name}' has a tension, and the layer that absorbs waves at its infinite "
+            "end cannot have one",
             remedy="Leave tension out, or give the ends another support.",
             path=f"bodies.{beam.name}.ends",
         )

@@ -384,8 +384,8 @@ def buckled(beam: Beam) -> CaseError:
     """Return the error of a beam that has no stable steady state under rotation."""
     rate = math.nan if beam.rotation is None else beam.rotation.rate
     return CaseError(
-        f"at {rate:.6g} rad/s '{beam.name}' buckles under its own centrifugal force, or turns about its support: its "
-        "stiffness is not positive",
+        f"at {rate:.6g} rad/s '{beam.name}' buckles under its centrifugal force, or swings about "
+        "its support: its stiffness is not positive",
         remedy="Give a lower rate, or clamp the end nearer to the axis.",
         path=f"bodies.{beam.name}.rotation",
     )

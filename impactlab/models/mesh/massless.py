@@ -113,8 +113,8 @@ def struck_nodes(rod: WaveBody, faces: Sequence[tuple[float, Array]]) -> Ints:
         carried = {0.0: rod.left, rod.length: rod.right}[x].carries if x in (0.0, rod.length) else "inner"
         if carried in ("mass", "dashpot", "force"):
             raise CaseError(
-                f"mass 'redistributed' takes the inertia from a struck face, and that of '{name}' "
-                f"at x = {x:.6g} m carries a {carried}",
+                "mass 'redistributed' moves the mass of a struck face to the neighbouring nodes, and "
+                f"that of '{name}' at x = {x:.6g} m carries a {carried}",
                 remedy="Give mass: lumped or consistent.",
                 path="solve.model.mass",
             )

@@ -1,1 +1,1 @@
-"""Errors of a run from its differences to runs of other resolutions."""
+"""Estimated errors of a run from its differences to runs of other resolutions."""

@@ -50,7 +50,7 @@ class Outlook(NamedTuple):
         if self.theory:
             return f"not measured: a model has the theory of waves '{self.theory}', and no reference is of it"
         if self.status == "none":
-            return f"not measured: no exact answer, and none that converges within {FULL_BUDGET_S:g} s"
+            return f"not measured: no exact solution, and no reference that converges within {FULL_BUDGET_S:g} s"
         return None
 
     @property

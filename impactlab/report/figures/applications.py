@@ -74,14 +74,17 @@ def plates_of(trace: Trace, scene: Scene) -> list[PageFigure]:
         with suppress(ImpactlabError):  # links that hold no pile, or several; a head that was not recorded
             found = measured.head_signals(history)
             words = (
-                "Force and impedance times velocity are one until the first wave comes back from the soil; what "
-                "divides them before 2 L/c is the resistance along the shaft."
+                "Force and impedance times velocity are equal until the first wave returns from the "
+                "soil; their difference before 2 L/c is the resistance along the shaft."
             )
             plates.append(PageFigure("pile_head", "Head of the pile", words, partial(pile_head, found, scene)))
     for number, contact in enumerate(scene.contacts, start=1):
         law = laws.get(contact.name)
         if isinstance(law, Specimen):
-            words = "Nominal stress over nominal strain: the specimen itself, and the curve that its law has when slow."
+            words = (
+                "Nominal stress over nominal strain: the specimen in the run, and the curve of its law "
+                "under slow loading."
+            )
             gauges = by_gauges(history, contact.left.body, contact.right.body, law)
             if gauges is not None:
                 words += (

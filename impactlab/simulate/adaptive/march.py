@@ -108,7 +108,7 @@ class March:
         self.steps += 1
         if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
             self._fail(
-                f"the solver found no step: {reason or 'the state is not a finite number'}",
+                f"the solver did not find a step: {reason or 'the state is not a finite number'}",
                 "Try another method, a looser tolerance, or a softer contact.",
             )
         interpolant = solver.dense_output()
@@ -123,7 +123,7 @@ class March:
             return None
         moved = self.system.motion(self.state)[0] if self._angles else self.state
         if any(abs(math.cos(row @ moved)) < MIN_TILT for row in self._angles):
-            self._fail("a link stands across its slide", REACH_FURTHER)
+            self._fail("a link is perpendicular to its slide", REACH_FURTHER)
         gaps, rates = self.system.gaps_of(self.state)
         for contact, gap, rate in zip(self.system.contacts, gaps, rates, strict=True):
             contact.carry(float(gap), float(rate))

@@ -42,14 +42,14 @@ def check_messengers(scene: Scene, built: dict[str, BuiltBody], starts: tuple[St
         frequencies = np.sqrt(body.system.stiffness[0] / body.system.mass[0])
         missed = miss(row, body.model.row(point.x, "displacement"), frequencies, reading.delay)
         text = (
-            f"the messengers of the modes of '{point.body}' give the motion of the face {point.label} in a step "
-            f"with an error of {100.0 * missed:.3g} %"
+            f"the messengers of the modes of '{point.body}' give the motion of the face {point.label} "
+            f"in a step with an error of {100.0 * missed:.3g} %"
         )
         if missed > reading.most:
             raise PairingError(
-                f"{text}; allowed are {100.0 * reading.most:.3g} %. The wave of a mode gives the motion of the "
-                "face only where the mode is one standing wave with its crest there, not at the tip of a beam, nor "
-                "from the stresses of a coarse mesh",
+                f"{text}. Allowed: {100.0 * reading.most:.3g} %. The wave of a mode gives the motion of "
+                "the face only where the mode is one standing wave with its crest at the face: not at "
+                "the tip of a beam, and not with stresses of a coarse mesh",
                 remedy="Use law dispersive_identification, analytic modes (without elements), or another accept.",
                 path=f"contacts.{number}.law",
             )
@@ -83,15 +83,17 @@ def check_step_of_face(
         share = stepped / reading.compliance  # NaN where the law takes that of the step
         if abs(share - 1.0) > ERROR_WARN:
             text = (
-                f"the balance of the law takes 1/Z for the velocity of the face {point.label} per force; in this step "
-                f"the modes of '{point.body}' give {share:.3g}/Z, so the faces part: give balance: modes"
+                f"the law takes 1/Z for the velocity of the face {point.label} per force, but in this "
+                f"step the modes of '{point.body}' give {share:.3g}/Z, so that the faces separate: give "
+                "balance: modes"
             )
             warnings.append(Warned("messengers_apart", text))
         elif differs > DRIFT_WARN:
             text = (
-                f"under a force a step of the integrator moves the face {point.label} with a velocity that is "
-                f"{100.0 * differs:.3g} % off that of the waves which the messengers of '{point.body}' give: faces "
-                "that stay pressed drift, at any number of modes; exact_modal steps them alike"
+                f"under a force, a step of the integrator moves the face {point.label} with a velocity "
+                f"that differs by {100.0 * differs:.3g} % from that of the waves which the messengers of "
+                f"'{point.body}' give: faces in contact drift, with any number of modes. exact_modal "
+                "agrees with the waves"
             )
             warnings.append(Warned("messengers_apart", text))
     return warnings

@@ -53,16 +53,17 @@ def check_faces(
         if not against:
             continue
         text = (
-            f"in a step of {dt:.6g} s, long beside the damping of '{against[0].body}', {kind_of(integrator)} moves "
-            f"the face {against[0].label} against the force on it"
+            f"in a step of {dt:.6g} s, which is long beside the decay time of '{against[0].body}', "
+            f"{kind_of(integrator)} moves the face {against[0].label} against the force on it"
         )
         if opens < 0.0 and laws[contact.name].hard:
             raise CaseError(
-                f"{text}, by more than the other face of {contact.name} moves along it: no force opens a gap there",
+                f"{text}, by more than the other face of {contact.name} moves with it: no contact force "
+                "can open a gap there",
                 remedy=REMEDY,
                 path="solve.step",
             )
         warnings.setdefault(
-            against[0].label, Warned("coarse_contact", f"{text}; the displacement there is off. {REMEDY}")
+            against[0].label, Warned("coarse_contact", f"{text}; the displacement there is wrong. {REMEDY}")
         )
     return list(warnings.values())

@@ -74,7 +74,10 @@ def constraint_warnings(scene: Scene, method: Method, integrator: AbstractIntegr
                 path=f"contacts.{number}.law",
             )
         if integrator.load_point > 0.0 and method.events == "dated" and not on_continuous_beam(scene, contact, own):
-            text = f"{contact.name}: both faces have mass; how they part depends on where in the step they meet"
+            text = (
+                f"{contact.name}: both faces have mass; their velocities after the contact depend on the "
+                "instant within the step at which they meet"
+            )
             heavy.append(Warned("heavy_faces", text + "; velocity_complementarity has a restitution"))
     return gaining + heavy
 

@@ -342,13 +342,16 @@ def _check_pushed(
     left_out = abs(model.left_out(x, quantity, point.x))
     largest = np.abs(model.row(0.5 * scene.bodies[point.body].length, quantity)).max(initial=0.0)
     if quantity == "force" and facts_at(scene, point, math.nan).end == "force":
-        text = f"the law takes the force at the face for that of the contact, and at {point.label} another acts"
+        text = (
+            "the law takes the internal force at the face for the contact force, and another force "
+            f"acts at {point.label}"
+        )
         remedy = "Use addition_deletion or penalty."
     elif np.abs(model.row(x, quantity)).max(initial=0.0) <= 1e-9 * largest:
         text = f"the law uses the {quantity} at the face, which is zero in all coordinates of '{point.body}'"
     elif quantity == "force" and left_out > MAX_MISSING_FORCE:
         text = (
-            f"the law uses the force at the face, and the modes kept of '{point.body}' hold only "
+            f"the law uses the force at the face, and the modes of '{point.body}' have only "
             f"{100.0 * (1.0 - left_out):.3g} % of it"
         )
     if text:
@@ -367,8 +370,8 @@ def check_phases(phased: Mapping[str, Phases], built: Mapping[str, BuiltBody], s
             )
         if stepper.state.size > 3 * system.load.size:
             raise PairingError(
-                f"'{name}' changes its coordinates with its contact, and this integrator keeps more than displacements "
-                "and velocities",
+                f"'{name}' changes its coordinates with its contact, and the state of this integrator is "
+                "more than displacements and velocities",
                 remedy="Use newmark, midpoint or exact_modal.",
                 path="solve.integrator",
             )

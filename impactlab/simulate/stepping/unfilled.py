@@ -71,7 +71,7 @@ def check_called(clock: ClockRecord) -> None:
     if (piece := _called.piece) is not None:
         _called.piece = None
         raise StepError(
-            f"the step loop called its piece {piece} (see `stepping.arrays`), and the set-up did not fill it",
+            f"the step loop called its piece {piece} (see `stepping.arrays`), which was not set up",
             time=clock.time,
             step=round(clock.time / clock.timed),
             remedy="This is a fault of impactlab, not of the case. Report it, with the case.",

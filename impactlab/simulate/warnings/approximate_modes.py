@@ -63,9 +63,9 @@ def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
             more = f", and {len(found) - 1} more probes of '{name}' are wrong" if len(found) > 1 else ""
             yield Warned(
                 "approximate_modes",
-                f"{worst}: wrong by about {100 * min(1.0, found[worst]):.0f} %{more}. Modes of basis "
-                f"'{kind_of(model.basis)}' vibrate there that differ from those of the mesh in shape and frequency; "
-                f"give {model.basis.finer}, or basis eigenvectors",
+                f"{worst}: wrong by about {100 * min(1.0, found[worst]):.0f} %{more}. The modes of basis "
+                f"'{kind_of(model.basis)}' that vibrate there differ from those of the mesh in shape and "
+                f"frequency; give {model.basis.finer}, or basis eigenvectors",
             )
 
 

@@ -84,8 +84,8 @@ def _too_short(history: AbstractRecordedHistory, contact: Contact, spans: Sequen
         short += min(span.end - span.start, *openings) < limit
     if short:
         text = (
-            f"{contact.name}: {short} of {of} sub-impacts, or openings beside them, are shorter than {limit:.3g} s, "
-            "three times the time resolution of this method: their number is not resolved; compare two resolutions or "
-            "models"
+            f"{contact.name}: {short} of {of} sub-impacts, or the openings next to them, are shorter "
+            f"than {limit:.3g} s, three times the time resolution of this method, which does not "
+            "resolve their number; compare two resolutions or models"
         )
         yield Warned("sub_impacts", text)

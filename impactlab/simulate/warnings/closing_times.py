@@ -89,8 +89,9 @@ def _shifted(
     shift = sum(len(found) * resolutions[name] for name, found in periods.items())
     if shift > SHIFT_WARN * history.scene.round_trip:
         text = (
-            f"{count} contacts, each dated to within {shift / count:.3g} s: later ones may be shifted by up to "
-            f"{shift / history.scene.round_trip:.2g} round trips; give {finer_by(history, history.scene.bodies)}"
+            f"the times of {count} contacts are uncertain by {shift / count:.3g} s each: later ones "
+            f"may be shifted by up to {shift / history.scene.round_trip:.2g} round trips; give "
+            f"{finer_by(history, history.scene.bodies)}"
         )
         yield Warned("drift", text)
 
@@ -155,8 +156,8 @@ def _displaced(
     share, name = worst
     if share > COARSE_WARN:
         text = (
-            f"{name}: closings and openings, each dated to within half the shortest period or a step, may change it by "
-            f"{100.0 * share:.3g} %; give {finer_by(history, late)}"
+            f"{name}: the times of closings and openings are uncertain by half the shortest period or a step, "
+            f"which may change it by {100.0 * share:.3g} %; give {finer_by(history, late)}"
         )
         yield Warned("drift", text)
 
@@ -209,9 +210,9 @@ def _chattering(doubtful: UnresolvedClosings, motions: Mapping[str, Mapping[str,
     if share > MOVED_WARN:
         unresolved, of = doubtful.counts[body_name]
         text = (
-            f"{name}: {unresolved} of {of} contacts of this body, or openings before them, are not resolved, and their "
-            f"impulses may change it by {share:.2g} times its size; their number follows the mesh and the step: "
-            "compare two resolutions or models"
+            f"{name}: {unresolved} of {of} contacts of this body, or openings before them, are not "
+            f"resolved, and their impulses may change it by {share:.2g} times its size. Their number "
+            "depends on the mesh and the step: compare two resolutions or models"
         )
         yield Warned("chatter", text)
 

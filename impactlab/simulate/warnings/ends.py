@@ -31,9 +31,10 @@ def reflecting(scene: Scene) -> Iterator[Warned]:
         if share > REFLECTED_WARN:
             yield Warned(
                 "damped_infinite_end",
-                f"'{body.name}' is damped, and its infinite end is a dashpot of the undamped impedance: it reflects up "
-                f"to about {100.0 * share:.2g} % of a wave. Give a longer body with another end, from which no wave "
-                "comes back within the run, or leave damping and viscosity out",
+                f"'{body.name}' is damped, and its infinite end is a dashpot with the impedance of the "
+                f"undamped body, which reflects up to about {100.0 * share:.2g} % of a wave. Give a "
+                "longer body with another end, from which no wave returns within the run, or leave "
+                "damping and viscosity out",
             )
 
 
@@ -61,9 +62,10 @@ def short_loads(scene: Scene, dt: float) -> Iterator[Warned]:
             if shortest < dt:
                 yield Warned(
                     "short_load",
-                    f"'{name}' at {x:.6g} m: a pulse of the end force lasts about {shortest:.3g} s, and a step "
-                    f"{dt:.3g} s: the motion has at most its impulse, not its shape. Give a shorter step (more "
-                    "elements or modes), or model continuous, which is exact for linear contacts",
+                    f"'{name}' at {x:.6g} m: a pulse of the end force lasts about {shortest:.3g} s, and a "
+                    f"step {dt:.3g} s, so that the motion has at most the impulse of the pulse, not its "
+                    "shape. Give a shorter step (more elements or modes), or model continuous, which is "
+                    "exact for linear contacts",
                 )
 
 

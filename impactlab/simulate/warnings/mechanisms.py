@@ -43,7 +43,10 @@ def _sensitive(history: AbstractHistory) -> Iterator[Warned]:
             continue
         count = sum(len(history.spans(each.name)) for _, each in scene.met_by(name))
         if count > SURE_CONTACTS:
-            text = f"{name}: {count} periods of contact, each following from the one before it with a larger difference"
+            text = (
+                f"{name}: {count} periods of contact, and the difference between two resolutions grows "
+                "from each of them to the next"
+            )
             yield Warned("sensitive_sequence", f"{text}; compare with half the step and with more modes")
 
 
@@ -60,8 +63,9 @@ def _turned_far(history: AbstractRecordedHistory) -> Iterator[Warned]:
         turned = fastest * (history.dt or 0.0)
         if turned > TURN_WARN:
             text = (
-                f"{name}: it turns at {fastest:.3g} rad/s, by {turned:.3g} rad in a step of {history.dt:.3g} s, so "
-                "that contacts may be missed; give a step (dt) in which it turns by some hundredths"
+                f"{name}: it turns at {fastest:.3g} rad/s, by {turned:.3g} rad in a step of "
+                f"{history.dt:.3g} s, so that contacts may be missed; give a step (dt) in which it turns "
+                "by a few hundredths of a radian"
             )
             yield Warned("coarse_turning", text)
 
@@ -79,8 +83,8 @@ def too_bent(history: AbstractRecordedHistory) -> Iterator[str]:
             share = float(known.max(initial=0.0)) / length
             if share > BENT_WARN:
                 yield (
-                    f"{name}: it bends so far that its end comes nearer by {share:.2g} of its length; its shapes have "
-                    f"a linear curvature, and hold up to about {BENT_WARN:g}"
+                    f"{name}: it bends so far that the distance between its ends falls by {share:.2g} of its "
+                    f"length; its curvature is taken as linear, which is valid up to about {BENT_WARN:g}"
                 )
 
 
@@ -90,7 +94,9 @@ def _guided(scene: Scene) -> Iterator[Warned]:
     across = math.sqrt(max(0.0, pull**2 - scene.gravity**2))
     names = [name for name, body in scene.bodies.items() if body.moves and body.falls]
     if names and across > ACROSS_WARN * pull:
-        text = f"{', '.join(names)}: {across:.4g} m/s2 of gravity act across the motion, and the guide takes that part"
+        text = (
+            f"{', '.join(names)}: {across:.4g} m/s2 of gravity act across the motion; the guide carries this component"
+        )
         yield Warned("guided_weight", text)
 
 
@@ -99,8 +105,9 @@ def _driven_from_the_ground(scene: Scene) -> Iterator[Warned]:
     for body in scene.bodies.values():
         for name, before in body.ground_drives:
             text = (
-                f"{name}: its drive gives its absolute angle and acts from the ground, as a belt over the hinges "
-                f"before it; its moment does not act on '{before}', as that of a motor on it would"
+                f"{name}: its drive sets its absolute angle and acts from the ground, like a belt over "
+                f"the hinges before it; its moment does not act on '{before}', as that of a motor there "
+                "would"
             )
             yield Warned("ground_drive", text)
 
@@ -129,9 +136,9 @@ def _swinging(history: AbstractRecordedHistory) -> Iterator[Warned]:
             if swing * abs(side * sag) > SWING_WARN * moved:
                 yield Warned(
                     "static_sag",
-                    f"'{link.name}' is straight at t = 0, and its weight acts from then on: it swings about its static "
-                    f"sag, {sag:.3g} m at {x:.6g} m, by up to {swing * abs(sag):.3g} m within the run, of {moved:.3g} "
-                    f"m that {mark.label} moves; where it hung at rest, leave gravity out: displacements, gaps and "
-                    "moments then count from the sag",
+                    f"'{link.name}' is straight at t = 0, and its weight acts from then on: it vibrates about "
+                    f"its static sag, {sag:.3g} m at {x:.6g} m, by up to {swing * abs(sag):.3g} m within the "
+                    f"run, while {mark.label} moves by {moved:.3g} m. If it hangs at rest at the start, leave "
+                    "gravity out: displacements, gaps and moments then count from the sag",
                 )
                 break

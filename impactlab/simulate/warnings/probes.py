@@ -48,8 +48,8 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody]) -> Iterator[Warned]:
             worst = max(found, key=lambda channel: found[channel])
             yield Warned(
                 "probe_near_load",
-                f"{worst}: the {lacking} {100 * found[worst]:.0f} % of the static internal force that a load "
-                f"beside it causes there{_more(found, name)}",
+                f"{worst}: the {lacking} {100 * found[worst]:.0f} % of the static internal force that a "
+                f"load next to it causes there{_more(found, name)}",
             )
 
 
@@ -88,8 +88,8 @@ def after(history: AbstractRecordedHistory) -> Iterator[Warned]:
             _, most, largest = found[worst]
             yield Warned(
                 "probe_near_load",
-                f"{worst}: the {_lacking(body, model)} up to {most:.3g} of it, by statics under the contact forces of "
-                f"the run, beside a largest value of {largest:.3g}{_more(found, name)}",
+                f"{worst}: the {_lacking(body, model)} up to {most:.3g} of it, by statics under the "
+                f"contact forces of the run; its largest value is {largest:.3g}{_more(found, name)}",
             )
 
 

@@ -162,11 +162,14 @@ def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: fl
     transit = dt * of_waves / of_nodes
     touches = (event.time for event in history.events if event.contact == contact.name and event.kind == "close")
     if any(-dt <= peak - time <= FIRST_FORCE_TIME * transit for time in touches):
-        acts = "the dashpot acts on the mass of the end nodes before waves carry its force away"
-        advice = "courant: 1, with elements that waves cross in one step"
+        acts = "the dashpot acts on the mass of the end nodes before waves can transmit its force"
+        advice = "courant: 1, with elements of a transit time of one step"
         if jumps:
-            acts = "one step stops the mass of the end nodes, and waves cross their elements in more than two"
-            advice = "both bodies elements that waves cross in at most two steps"
+            acts = (
+                "the mass of the end nodes is stopped within one step, and the transit time of their "
+                "elements is more than two"
+            )
+            advice = "both bodies elements of a transit time of at most two steps"
         yield Warned(
             "first_force",
             f"{contact.name}: the peak of the force is that at a touch, where {acts}. It is too large by up to "
@@ -198,9 +201,12 @@ def _few_modes(
             advice = f"give many more modes than {kept}" if sheared else f"give about {enough} modes"
             wrong = "and the force is wrong by up to as much"
             if enough > MAX_MODES_ADVISED:
-                wrong, advice = "so its force is that of a hard contact on the modes kept", "give a law of hard contact"
+                wrong, advice = (
+                    "so that its force is that of a hard contact with these modes",
+                    "give a law of hard contact",
+                )
             yield Warned(
                 "few_modes",
-                f"{contact.name}: the modes left out of '{point.body}' have {100 * share:.2g} % of the flexibility of "
-                f"the contact, {wrong}; {advice}, or a basis with a static shape there",
+                f"{contact.name}: the modes left out of '{point.body}' have {100 * share:.2g} % of the "
+                f"compliance of the contact, {wrong}; {advice}, or a basis with a static shape there",
             )

@@ -40,10 +40,10 @@ def warnings(
         if source and not system.modes and dt > MIN_SHARE * integrator.limit(system):
             yield Warned(
                 "sawtooth",
-                f"'{body.name}': at the stability limit of the step, strain and force inside the elements behind the "
-                f"front from {source} alternate from step to step, as nothing disperses there; displacements, contact "
-                "forces and values at nodes, the mean of both sides, hold. Give courant: 0.95, or model: {kind: "
-                "continuous}",
+                f"'{body.name}': at the stability limit of the step waves do not disperse, and strain and "
+                f"force inside the elements behind the front from {source} alternate from step to step; "
+                "displacements, contact forces and values at nodes, the mean of both sides, are right. "
+                "Give courant: 0.95, or model: {kind: continuous}",
             )
 
 

@@ -110,8 +110,9 @@ def _text(beam: Beam, gravity: float, largest: tuple[float, float, float], swing
         factor = gravity * segment.density * segment.area / (24.0 * segment.bending_stiffness)
         start = f"start from the sag, displacement: {factor:.6g}*{shape}"
     return (
-        f"'{beam.name}' is straight at t = 0, and its weight acts from then on: it swings about its static sag, "
-        f"{at:.3g} m at {x:.6g} m, by up to {swing:.3g} m within the run, of {moved:.3g} m that it moves there; where "
-        f"it hung at rest, {start} (gaps count from the straight beam), or leave gravity out: displacements, gaps and "
-        "moments then count from the sag"
+        f"'{beam.name}' is straight at t = 0, and its weight acts from then on: it vibrates about "
+        f"its static sag, {at:.3g} m at {x:.6g} m, by up to {swing:.3g} m within the run, while "
+        f"it moves by {moved:.3g} m there. If it hangs at rest at the start, {start} (gaps count "
+        "from the straight beam), or leave gravity out: displacements, gaps and moments then "
+        "count from the sag"
     )

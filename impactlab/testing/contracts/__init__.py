@@ -1,4 +1,4 @@
-"""One suite per kind of part, to inherit in a plugin's tests.
+"""Contract suites: one for each kind of part, to inherit in the tests of a plugin.
 
     class TestMyLaw(ContactLawContract):
         part = MyLaw(stiffness=1e9)

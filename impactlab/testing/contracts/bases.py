@@ -20,7 +20,7 @@ KINDS = (("rod", "free"), ("rod", "clamped"), ("beam", "free"), ("beam", "pinned
 
 
 class BasisContract:
-    """Properties of every basis, on a rod and on a beam.
+    """Properties that every basis must have, on a rod and on a beam.
 
     Each has two segments and is struck by a mass at its left end.
 

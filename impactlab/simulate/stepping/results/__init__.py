@@ -1,1 +1,1 @@
-"""After the last step: the history of a run, from the records of the loop."""
+"""Results of a stepped run: its history, from the records of the loop."""

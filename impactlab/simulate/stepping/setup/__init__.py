@@ -1,1 +1,1 @@
-"""Before the first step: a plan as the flat arrays that the loop walks over."""
+"""Set-up of a stepped run: a plan as the flat arrays of the step loop."""
