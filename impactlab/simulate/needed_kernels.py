@@ -46,7 +46,7 @@ def type_of_arrays() -> Any:
     made: dict[str, Any] = {}
     for name, kind in get_type_hints(StepArrays).items():
         if kind in (Array, Ints):
-            made[name] = np.zeros((0,) * DIMENSIONS.get(name, 1), get_args(get_args(kind)[1])[0])
+            made[name] = np.zeros((0,) * DIMENSIONS.get(name, 1), float if kind == Array else np.int64)
         else:
             made[name] = records(get_args(kind)[0], 0)[1]
     return type_of(StepArrays(**made))

@@ -153,7 +153,7 @@ def test_json_that_is_refused():
             parse_json(text)
         assert (caught.value.line, caught.value.path) == (line, path)
     with pytest.raises(CaseError, match="not JSON") as caught:
-        parse_json('{\n"a": 1,\n}')
+        parse_json('{\n"a": 1,\nb}')
     assert caught.value.line == 3
 
 
