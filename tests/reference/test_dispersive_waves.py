@@ -285,7 +285,7 @@ def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
             ModalMessengers(),
             0.0,
             1e-7,
-            "a force acts on the face of the right body",
+            "an end force also acts on the face of the right body",
         ),
     ],
 )
