@@ -353,7 +353,7 @@ def test_points_that_a_batch_leaves_are_runs_with_their_status(small):
         STATUSES.index(name) for name in ("completed", "completed", "failed", "completed")
     ]
     assert np.isnan(found["peak_force"].values[2, 0])
-    assert "accuracy" in str(found["reason"].values[2]) or "fast" in str(found["reason"].values[2])
+    assert "rounding errors" in str(found["reason"].values[2]) or "fast" in str(found["reason"].values[2])
 
 
 def test_a_grid_with_a_refused_corner_is_no_batch(small):
