@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
 
-from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.energy import MIN_ENERGY
@@ -32,6 +31,7 @@ from impactlab.simulate.stepping.results import readout
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.simulate.warnings import approximate_modes, beams, ends, mechanisms, probes
 from impactlab.simulate.warnings.closing_times import unplaced
+from impactlab.simulate.warnings.laws import closed_within_steps, noted_by_laws, own_laws
 from impactlab.simulate.warnings.resolvability import unresolved
 from impactlab.types import Array, Level
 
@@ -53,7 +53,6 @@ OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
-PERIODS_WARN, PERIOD_TOL = 10, 1e-6  # of contact within one step each, from which a law seems not to report them
 
 Failure = Callable[..., StepError]  # of a text and a remedy; time, step and history are set
 
@@ -115,52 +114,6 @@ def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]
             "integrator midpoint or newmark"
         )
         yield Warned("energy_loss", text)
-
-
-def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield the warnings for events that laws have counted in their memory."""
-    laws = history.method.laws
-    if not any(law.noted for law in laws.values()):
-        return
-    for contact, memory in zip(history.scene.contacts, history.memories(), strict=True):
-        for noted in laws[contact.name].noted:
-            if count := int(memory[noted.slot]):
-                yield Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}")
-
-
-def closed_within_steps(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield warnings for plugin laws whose contacts last at most one step.
-
-    All contacts of such a law begin and end within one step. So does one that presses the faces and never sets
-    `in_contact`.
-    """
-    laws = history.method.laws
-    if history.dt is None or all(map(is_built_in, set(map(type, laws.values())))):
-        return
-    for contact in history.scene.contacts:
-        law = laws[contact.name]
-        if law.two_sided or not law.answers_force or is_built_in(type(law)):
-            continue
-        spans = history.spans(contact.name)
-        longest = max((span.until(history.duration) - span.start for span in spans), default=0.0)
-        if len(spans) >= PERIODS_WARN and longest <= (1.0 + PERIOD_TOL) * history.dt:
-            name = kind_of(law)
-            text = (
-                f"{contact.name}: each of {len(spans)} periods of contact lasts one step at most. Law '{name}' must "
-                "set reply.in_contact to 1.0 in each step at whose end the faces are still in contact; `impactlab "
-                f"plugins --check {name}` tests it"
-            )
-            yield Warned("chatter", text)
-
-
-def is_built_in(kind: type[AbstractContactLaw]) -> bool:
-    """Return whether a class of laws comes with impactlab."""
-    return kind.__module__.startswith("impactlab.")
-
-
-def own_laws(laws: Iterable[AbstractContactLaw]) -> str:
-    """Return the names of laws from outside impactlab, quoted; empty if none."""
-    return ", ".join(sorted({f"'{kind_of(law)}'" for law in laws if not is_built_in(type(law))}))
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
