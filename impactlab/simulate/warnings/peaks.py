@@ -19,8 +19,8 @@ from impactlab.simulate.planning.contact_facts import ContactFacts
 from impactlab.types import Array
 
 RESOLUTIONS = 3.0  # time resolutions: forces that last less may be oscillations of the mesh, modes or contact
-# Largest force over the largest mean in this time. Of 24 contacts of the bundled cases above it, the largest force of 22
-# is wrong by a fifth or more; a half sine as short as contacts without `coarse_contact` are has 1.02.
+# Largest force over the largest mean in this time. Of the bundled cases 24 contacts are above it, and the largest force
+# of 22 is wrong by a fifth or more; a half sine as short as contacts without `coarse_contact` are has 1.02.
 RATIO_WARN = 1.25
 MIN_RECORDS = 2.0  # records in this time, below which the mean over it is not known
 
