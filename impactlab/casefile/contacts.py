@@ -157,11 +157,8 @@ def links_meet_others(contact: CaseContact) -> None:
         if not own or name in links or isinstance(block, WallBlock) or contact.block.along is None:
             continue
         if getattr(block, "rotation", None) is not None:
-            raise contact.refused(
-                f"{name!r} has a steady rotation, which bodies in contact with a mechanism cannot have: a "
-                "mechanism is computed in a frame at rest",
-                "Remove its rotation.",
-            )
+            text = f"{name!r} has a steady rotation, and a mechanism is computed in a frame at rest"
+            raise contact.refused(text, "Remove its rotation.")
         first, here = directions(contact.case)[name], direction(contact.block.along)
         if math.hypot(first[0] - here[0], first[1] - here[1]) > SAME_DIRECTION:
             raise contact.refused(
@@ -380,9 +377,8 @@ def has_a_law(contact: CaseContact) -> None:
     """Refuse a contact without a law, unless a tolerance makes it a hard one."""
     if contact.block.law is None and contact.case.solve.tolerance is None:
         remedy = (
-            "Name a law: law: {kind: addition_deletion} for hard contact, on continuous rods with "
-            "a step {kind: wave_identification}. Or give solve.tolerance, with which a contact "
-            "without a law is hard."
+            "Name a law: law: {kind: addition_deletion} for hard contact, on continuous rods with a step "
+            "{kind: wave_identification}. Or give solve.tolerance, with which a contact without a law is hard."
         )
         raise contact.refused("this key is missing", remedy, "law")
 
