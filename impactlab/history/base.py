@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
@@ -230,6 +230,10 @@ class AbstractHistory(Views, ABC):
         ImpactlabError
             If a time lies outside [0, duration] by more than rounding, or the channel was not recorded.
         """
+
+    def evaluate_each(self, t: Array, channels: Sequence[str]) -> Array:
+        """Return several channels at times t, shape (n,) [s]: shape (channels, n); see `evaluate`."""
+        return np.array([self.evaluate(t, channel) for channel in channels]).reshape(len(channels), len(t))
 
     @abstractmethod
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:

@@ -90,7 +90,7 @@ def _add_channels(
         of.setdefault("contact_force" if quantity == "force" and label in contacts else quantity, []).append(channel)
     for quantity, channels in of.items():
         dimension = "contact" if quantity in ("contact_force", "gap") else f"{quantity}_at"
-        values = np.array([history.evaluate(times, channel) for channel in channels])
+        values = history.evaluate_each(times, channels)
         variables[quantity] = ((dimension, "time"), values, labelled(quantity))
         coordinates[dimension] = (dimension, _texts(split(channel)[1] for channel in channels))
         if dimension != "contact":
@@ -345,9 +345,10 @@ def _body_fields(dataset: xarray.Dataset) -> dict[str, BodyFields]:
 def to_pandas(history: AbstractHistory, times: Array) -> pandas.DataFrame:
     """Return all channels as columns over time [s]; ``attrs["units"]`` has the unit of each."""
     library = needed("pandas")
-    values = {name: history.evaluate(times, name) for name in history.channels()}
-    table: pandas.DataFrame = library.DataFrame(values, library.Index(times, name="time"))
-    table.attrs["units"] = {"time": "s", **{name: UNITS[split(name)[0]] for name in history.channels()}}
+    names = history.channels()
+    rows = history.evaluate_each(times, names)
+    table: pandas.DataFrame = library.DataFrame(rows.T, library.Index(times, name="time"), names)
+    table.attrs["units"] = {"time": "s", **{name: UNITS[split(name)[0]] for name in names}}
     return table
 
 

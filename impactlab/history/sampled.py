@@ -89,7 +89,8 @@ class SampledHistory(AbstractHistory):
     def of(cls, history: AbstractHistory) -> SampledHistory:
         """Return a history sampled at the instants of a page."""
         time = page_times(history.duration)
-        values = {name: history.evaluate(time, name) for name in channels_of(history)}
+        names = channels_of(history)
+        values = dict(zip(names, history.evaluate_each(time, names), strict=True))
         return cls(Simulation(history.scene, history.method), facts_of(history), time, values, body_fields(history))
 
     def channels(self) -> tuple[str, ...]:

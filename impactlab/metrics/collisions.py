@@ -260,10 +260,11 @@ def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) ->
 
     The change is that between the instants around the time.
     """
-    apart = 1.0 / history.record_rate if history.record_rate > 0.0 else 0.0
-    around = np.clip([time - apart, time, time + apart], 0.0, history.duration)
-    before, now, after = history.evaluate(around, channel)
-    changed = np.ptp([before, now, after])
+    rate, last = history.record_rate, history.duration
+    apart = 1.0 / rate if rate > 0.0 else 0.0
+    around = [min(max(0.0, t), last) for t in (time - apart, time, time + apart)]
+    before, now, after = values = history.evaluate(around, channel).tolist()
+    changed = max(values) - min(values)
     return None if changed > MAX_CHANGE * max(scene.fastest, abs(before), abs(after)) else float(now)
 
 

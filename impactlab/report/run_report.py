@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +61,6 @@ def write_run(
     """
     out_dir = Path(out_dir)
     (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    np.savez_compressed(out_dir / "history.npz", **history_arrays(history, scene))
     name, (part, left_out) = _label(summary), drawn_part(scene)
     trace = Trace(name, history, PALETTE[0], reference=reference[1] if reference else None)
     page = Page(
@@ -77,7 +77,7 @@ def write_run(
             ("history.npz", "every channel, for numpy.load"),
             *_data(out_dir, scene, data),
         ],
-        others=[data] if data is not None else [],
+        others=[partial(_write_arrays, out_dir / "history.npz", history, scene), *([] if data is None else [data])],
     )
     write_page(out_dir, page, part, provenance, files, left_out)
 
@@ -108,6 +108,10 @@ def _label(summary: Mapping[str, Any]) -> str:
     return ", ".join(laws) or "no contact"
 
 
+def _write_arrays(path: Path, history: AbstractHistory, scene: Scene) -> None:
+    np.savez_compressed(path, **history_arrays(history, scene))
+
+
 def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
     """Return the arrays of history.npz by name.
 
@@ -117,7 +121,7 @@ def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
     channels, book = history.channels(), history.energy
     time = file_times(history.duration, len(channels), NPZ_POINTS)
     arrays: dict[str, Any] = {"time": time}
-    arrays |= {channel: history.evaluate(time, channel) for channel in channels}
+    arrays |= dict(zip(channels, history.evaluate_each(time, channels), strict=True))
     arrays |= {
         "events/time": np.array([event.time for event in history.events], dtype=float),
         "events/contact": np.array([event.contact for event in history.events], dtype=str),

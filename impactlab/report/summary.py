@@ -8,6 +8,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import numpy as np
+
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history.base import AbstractHistory, ContactSpan, Event, LinkResult
 from impactlab.history.extremes import extremes
@@ -173,22 +175,24 @@ def final(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
 
     It is position [m] and velocity of rigid bodies, momentum, and energy [J].
     """
-    bodies = {name: _final(history, body) for name, body in scene.bodies.items() if body.moves}
+    moving = {name: body for name, body in scene.bodies.items() if body.moves}
+    keys = {name: ("momentum", "energy") if body.elastic else ("position", "velocity") for name, body in moving.items()}
+    single = [name for name, body in moving.items() if not body.changes]
+    read = [f"{key}:{name}" for name in single for key in keys[name]]  # at once: a chain has thousands
+    values = history.evaluate_each(np.array([history.duration]), read).reshape(-1, 2).tolist()
+    ends = {name: dict(zip(keys[name], pair, strict=True)) for name, pair in zip(single, values, strict=True)}
+    bodies = {name: ends.get(name) or _mechanism_at_end(history, body) for name, body in moving.items()}
     return {"time": history.duration, "bodies": bodies}
 
 
-def _final(history: AbstractHistory, body: Body) -> dict[str, Any]:
+def _mechanism_at_end(history: AbstractHistory, body: Body) -> dict[str, Any]:
+    found: dict[str, Any] = {}
     if isinstance(body, Mechanism):
-        turned = {
-            key: {link.name: history.at_end(f"{quantity}:{link.name}") for link in body.links}
-            for key, quantity in (("angles", "angle"), ("rates", "rate"))
-        }
-        return turned | {"energy": history.at_end(f"energy:{body.name}")}
-    if isinstance(body, PartMechanism):
-        read = {channel: history.at_end(channel) for channel, _, _ in body.recorded}
-        return read | {"energy": history.at_end(f"energy:{body.name}")}
-    quantities = ("momentum", "energy") if body.elastic else ("position", "velocity")
-    return {quantity: history.at_end(f"{quantity}:{body.name}") for quantity in quantities}
+        for key, quantity in (("angles", "angle"), ("rates", "rate")):
+            found[key] = {link.name: history.at_end(f"{quantity}:{link.name}") for link in body.links}
+    elif isinstance(body, PartMechanism):
+        found = {channel: history.at_end(channel) for channel, _, _ in body.recorded}
+    return found | {"energy": history.at_end(f"energy:{body.name}")}
 
 
 def energy(history: AbstractHistory) -> dict[str, Any]:

@@ -15,11 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError, closest
 from impactlab.history.base import END_ROUNDING, AbstractHistory, Cost, Field, instants_around, places_on, within_run
+from impactlab.numerics.interpolation import interpolated
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.planning.contact_facts import ContactFacts
 from impactlab.simulate.planning.preparation import BuiltBody
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array, Quantity
 
 
@@ -58,6 +60,7 @@ def probed(scene: Scene) -> Iterator[Probed]:
 
 SAME_PLACE = 1e-9  # of a body's length: a place this near to a face is the face
 MIN_LOCATED = 1000  # instants, from which on their steps are kept: for fewer a comparison takes longer than the search
+MAX_TOGETHER = 50_000  # values of channels that are read at once: some passes over them stay in the cache
 MAX_LISTED = 12  # times in a message
 MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
 # Fields that refer to the memory of a run.
@@ -142,11 +145,36 @@ class AbstractRecordedHistory(AbstractHistory):
             return values[step]
         if channel not in self._slopes:  # the value at t = 0 belongs to no step
             self._slopes[channel] = np.append(0.0, slopes(middles[1:], values[1:]))
-        mean = values.take(step)
-        sloped = mean + self._slopes[channel].take(step) * (t - middles.take(step))
-        if pulls:
-            return np.asarray(sloped)
-        return np.asarray(np.maximum(sloped, np.minimum(mean, 0.0)))  # beyond the last step a force that falls is zero
+        return _on_slopes(values.take(step), self._slopes[channel].take(step), t - middles.take(step), pulls)
+
+    def evaluate_each(self, t: Array, channels: Sequence[str]) -> Array:
+        t, found = within_run(t, self.duration), np.empty((len(channels), len(t)))
+        alike: dict[tuple[int, bool, int, bool], tuple[list[int], list[Channel]]] = {}
+        for number, name in enumerate(channels):
+            self._check_channel(name)
+            channel = self._channel(name)
+            key = id(channel.times), channel.stepped, id(channel.middles), channel.pulls
+            numbers, group = alike.setdefault(key, ([], []))
+            numbers.append(number)
+            group.append(channel)
+        for numbers, group in alike.values():
+            some = max(1, MAX_TOGETHER // max(1, group[0].times.size))
+            for first in range(0, len(group), some):
+                rows = np.array([channel.values for channel in group[first : first + some]])
+                found[numbers[first : first + some]] = self._together(t, group[0], rows)
+        return found
+
+    def _together(self, t: Array, first: Channel, rows: Array) -> Array:
+        """Return channels that differ only in their values, (channels, n), at times t [s]."""
+        if not first.stepped:
+            return interpolated(t, first.times, rows)
+        step = self._step_at(first.times, t)
+        if first.middles is None:
+            return np.asarray(rows[:, step])
+        means = rows[:, step]
+        slope = np.zeros_like(rows)
+        slope[:, 1:] = slopes(first.middles[1:], rows[:, 1:])
+        return _on_slopes(means, slope[:, step], t - first.middles[step], first.pulls)
 
     def _step_at(self, times: Array, t: Array) -> NDArray[np.int64]:
         """Return the numbers of a stepped channel's values at times t [s].
@@ -196,7 +224,7 @@ class AbstractRecordedHistory(AbstractHistory):
         inside = found.values[: np.searchsorted(found.times, self.duration)]  # the last step may reach beyond the end
         return float(inside.max(initial=self.at_end(channel)))
 
-    @property
+    @cached_property
     def record_rate(self) -> float:
         times = next((each.times for each in self.recorded.values()), np.zeros(0))
         return 1.0 / float(np.max(np.diff(times))) if times.size > 1 else 0.0
@@ -281,6 +309,15 @@ class AbstractRecordedHistory(AbstractHistory):
         _, model, system = self.built[body]
         rows = [model.row(x, read)] + ([] if system.phases is None else [system.phases.closed.row(x, read)])
         return np.concatenate(rows)
+
+
+def _on_slopes(means: Array, slope: Array, after: Array, pulls: bool) -> Array:
+    """Return forces at times after the middles of their steps [s], from means and slopes in these.
+
+    Beyond the last step a force that falls and may not pull is zero.
+    """
+    sloped = means + slope * after
+    return np.asarray(sloped if pulls else np.maximum(sloped, np.minimum(means, 0.0)))
 
 
 class Rows(NamedTuple):

@@ -110,7 +110,7 @@ class RecordedHistory(AbstractRecordedHistory):
 
     def _channel(self, name: str) -> Channel:
         found = self.recorded[name]
-        return self._settled.channels.get(name, found) if found.rate else found
+        return self._settled.settled(name, found) if found.rate else found
 
     @cached_property
     def _settled(self) -> run_ends.EndChannels:
@@ -118,7 +118,7 @@ class RecordedHistory(AbstractRecordedHistory):
 
         They are needed where the records lie beside these instants.
         """
-        given = self.assembly, self._integrator, self.duration, self.recorded, self._late_closings
+        given = self.assembly, self._integrator, self.duration, self._late_closings
         return run_ends.settled(*given, lambda: self._around)
 
     @cached_property
@@ -152,7 +152,8 @@ class RecordedHistory(AbstractRecordedHistory):
         return self._settled.load_impulses
 
     def energy_ends(self) -> EnergyEnds:
-        found, (_, early, end, start, *_) = super().energy_ends(), self._settled
+        found, ends = super().energy_ends(), self._settled
+        early, end, start = ends.early, ends.end, ends.start
         if end is not None:
             final, work = end[1] + end[SAMPLED::3].sum(), end[SAMPLED + 1 :: 3].sum() - start[SAMPLED + 1 :: 3].sum()
             booked = {name: float(lost) for name, lost in zip(BOOKED, end[2:SAMPLED], strict=True)}

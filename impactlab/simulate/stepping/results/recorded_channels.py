@@ -83,6 +83,7 @@ class RecordedChannels(Mapping[str, Channel]):
         self._integrator = integrator
         self.record = assembly.memory.record[: assembly.clock.n_records]  # (n_records, n_columns), of the loop
         self._sample = assembly.memory.sample[: assembly.clock.n_samples]
+        self._sample_times = self._sample[:, 0]
         self._read: dict[str, Channel] = {}
 
     def __getitem__(self, name: str) -> Channel:
@@ -110,7 +111,7 @@ class RecordedChannels(Mapping[str, Channel]):
 
     def _channel(self, source: Source) -> Channel:
         if source.kept == "sample":
-            return Channel(self._sample[:, 0], self._sample[:, source.columns[0]], False, None, source.rate)
+            return Channel(self._sample_times, self._sample[:, source.columns[0]], False, None, source.rate)
         times: Array = getattr(self.instants, source.instants)
         if source.kept == "bead_gaps":
             return Channel(times, self._bead_gaps[source.columns[0]], False)

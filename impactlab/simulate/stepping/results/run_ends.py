@@ -10,10 +10,12 @@ with the run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.base import Operators
@@ -49,25 +51,70 @@ class Early(NamedTuple):
     damping: float
 
 
-class EndChannels(NamedTuple):
-    """Channels, samples and load impulses with their values at both run ends."""
+@dataclass
+class EndChannels:
+    """Channels, samples and load impulses with their values at both run ends.
 
-    channels: dict[str, Channel]  # those that differ from the records
+    A chain of beads has tens of thousands of channels: each is made when it is first read, and those at the same
+    instants share the array of these.
+    """
+
+    rates: dict[str, Rate]  # of the channels that differ from the records
+    duration: float  # s
+    slack: float  # s
+    missing: frozenset[str]  # channels without a record at the end of the run
+    around: RecordsAround | None  # the end of the run; None where no channel needs them
     early: Early | None  # None where the first sample is that of t = 0
     end: Array | None  # sample at the end of the run; None where it lies between two samples of the run
     start: Array  # first sample
     load_impulses: dict[str, float]  # N s, of loads over time in the run, by body
+    _made: dict[str, Channel] = field(default_factory=dict)
+    _instants: dict[tuple[int, float, bool, bool], tuple[Array, Array, NDArray[np.bool_]]] = field(default_factory=dict)
+
+    def settled(self, name: str, recorded: Channel) -> Channel:
+        """Return a channel with its values at both ends, from the recorded one."""
+        rate = self.rates.get(name)
+        if rate is None:
+            return recorded
+        if name not in self._made:
+            self._made[name] = self._settled(rate, recorded)
+        return self._made[name]
+
+    def _settled(self, rate: Rate, channel: Channel) -> Channel:
+        values, ends = channel.values, self.around if rate.channel in self.missing else None
+        times, kept = self._instants_of(rate, channel.times, ends is not None)
+        if rate.at_start is not None:
+            values = np.concatenate(([rate.at_start], values[1:]))
+        if ends is not None:
+            rows = (ends.sample if rate.sampled else ends.record)[:, rate.column]
+            values = np.append(values[kept], ends.at(self.duration, rows, rate.lag, rate.at_start))
+        return channel._replace(times=times, values=values)
+
+    def _instants_of(self, rate: Rate, recorded: Array, ends: bool) -> tuple[Array, NDArray[np.bool_]]:
+        """Return the instants of a channel, and which of the recorded ones they keep."""
+        lag, starts = rate.lag if rate.sampled else 0.0, rate.at_start is not None
+        key = id(recorded), lag, starts, ends
+        known = self._instants.get(key)
+        if known is not None and known[0] is recorded:  # of a copy, another array may have this id
+            return known[1:]
+        times = np.maximum(recorded - lag, 0.0) if lag != 0.0 else recorded
+        if starts:
+            times = np.concatenate(([0.0], times[1:]))
+        kept = times < self.duration - self.slack
+        if ends:
+            times = np.append(times[kept], self.duration)
+        self._instants[key] = recorded, times, kept
+        return times, kept
 
 
 def settled(
     assembly: Assembly,
     integrator: AbstractIntegrator,
     duration: float,
-    recorded: Mapping[str, Channel],
     touches: LateClosings,
     beyond: Callable[[], RecordsAround | None],
 ) -> EndChannels:
-    """Return the channels of a run whose records lie beside its start or its end.
+    """Return the ends of a run whose records lie beside its start or its end.
 
     Parameters
     ----------
@@ -76,8 +123,6 @@ def settled(
     integrator : AbstractIntegrator
     duration : float
         Where the run ends [s], in its last step.
-    recorded : mapping
-        Its channels as they were recorded.
     touches : LateClosings
         Those in its last step.
     beyond : function
@@ -85,27 +130,26 @@ def settled(
     """
     rates, slack = list(_rates(assembly, integrator)), ON_STEP * assembly.dt
     last = assembly.clock.time + slack  # of values at the ends of steps
-    missing = {rate.channel for rate in rates if touches.kicked or rate.lag != 0.0 or duration > last}
+    missing = frozenset(rate.channel for rate in rates if touches.kicked or rate.lag != 0.0 or duration > last)
     around = beyond() if missing else None
-    found: dict[str, Channel] = {}
-    for rate in rates:
-        channel = recorded[rate.channel]
-        times, values = channel.times, channel.values
-        if rate.sampled and rate.lag != 0.0:
-            times = np.maximum(times - rate.lag, 0.0)
-        if rate.at_start is not None:
-            times, values = np.concatenate(([0.0], times[1:])), np.concatenate(([rate.at_start], values[1:]))
-        if around is not None and rate.channel in missing:
-            rows, kept = (around.sample if rate.sampled else around.record)[:, rate.column], times < duration - slack
-            at_end = around.at(duration, rows, rate.lag, rate.at_start)
-            times, values = np.append(times[kept], duration), np.append(values[kept], at_end)
-        if times is not channel.times:
-            found.setdefault(rate.channel, channel._replace(times=times, values=values))
     early = integrator.velocity_point < 1.0
     lag = 0.5 * assembly.dt if early else 0.0
-    end = None if around is None else around.at(duration, around.sample, lag)
-    start, given = assembly.memory.sample[0].copy(), _load_impulses(assembly, integrator, duration, around)
-    return EndChannels(found, _before_start(assembly) if early else None, end, start, given)
+    differing: dict[str, Rate] = {}
+    for rate in rates:
+        moved = (rate.sampled and rate.lag != 0.0) or rate.at_start is not None
+        if moved or (around is not None and rate.channel in missing):
+            differing.setdefault(rate.channel, rate)
+    return EndChannels(
+        rates=differing,
+        duration=duration,
+        slack=slack,
+        missing=missing,
+        around=around,
+        early=_before_start(assembly) if early else None,
+        end=None if around is None else around.at(duration, around.sample, lag),
+        start=assembly.memory.sample[0].copy(),
+        load_impulses=_load_impulses(assembly, integrator, duration, around),
+    )
 
 
 def _load_impulses(
