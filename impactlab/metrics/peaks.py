@@ -42,11 +42,26 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
         if not laws[contact.name].answers_force:
             return None
         away = near_jumps(reference, scene, laws, contact)
-        hard = laws[contact.name].hard
-        peak, wanted = (find_peak(each, contact, away, hard).force for each in (history, reference))
+        law = laws[contact.name]
+        peak, wanted = (
+            largest_step(each, contact)
+            if each.dt is not None and has_largest_step(law, away)
+            else find_peak(each, contact, away, law.hard).force
+            for each in (history, reference)
+        )
         peaks.append((peak, wanted))
     least = MIN_PEAK * max((wanted for _, wanted in peaks), default=0.0)
     return largest([abs(peak - wanted) / wanted if wanted > least else None for peak, wanted in peaks])
+
+
+def has_largest_step(law: AbstractContactLaw, left_out: Array) -> bool:
+    """Return whether the largest force of a stepped run is that of its periods of contact: links have none."""
+    return not left_out.size and not law.two_sided
+
+
+def largest_step(history: AbstractHistory, contact: Contact) -> float:
+    """Return the largest force of all steps of a run [N], also of those between records."""
+    return max((span.peak_force or 0.0 for span in history.spans(contact.name)), default=0.0)
 
 
 class Peak(NamedTuple):

@@ -26,6 +26,8 @@ from impactlab.simulate.checks import add_warnings
 from impactlab.simulate.warnings.resolvability import in_a_choice
 from impactlab.types import Progress
 
+ALMOST_ALL = 0.75  # of the steps are kept by a run that keeps every one, whose last one may be shorter
+
 
 def first_guess(scene: Scene, method: Method) -> Simulation:
     """Return the description that is predicted to be the cheapest within the tolerance."""
@@ -96,7 +98,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     if not history.choice.met:
         text = (
             f"no description that a choice may try keeps {allowed(method):g}: the best one has an estimated error of "
-            f"{level.error:.2g} ({history.choice.chosen}){_mostly(level)}"
+            f"{level.error:.2g} ({history.choice.chosen}){_mostly(level)}{_between_records(history)}"
         )
         history.warnings.append(Warned("tolerance_not_met", text))
     return history
@@ -110,6 +112,14 @@ def _mostly(level: Level) -> str:
     if not level.worst:
         return ""
     return f", of the {level.worst}; solve.tolerance_on names the quantities that count"
+
+
+def _between_records(history: AbstractHistory) -> str:
+    """Return as text that a run keeps only some of its steps; empty where it keeps all."""
+    if history.dt is None or history.record_rate * history.dt > ALMOST_ALL:
+        return ""
+    every = round(1.0 / (history.record_rate * history.dt))
+    return f". Of {every} steps one is kept, with lines between; a larger solve.records may lower the error"
 
 
 def _stepped(request: Simulation) -> Iterator[Study]:

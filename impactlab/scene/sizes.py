@@ -120,13 +120,18 @@ def default_records(scene: Scene, most: int) -> int:
     return max(MIN_RECORDS, min(most, int(room)))
 
 
+def keeps_default(scene: Scene) -> bool:
+    """Return whether a scene keeps the default count of instants, which is smaller for many bodies."""
+    return scene.records in (RECORDS, default_records(scene, RECORDS))
+
+
 def kept_of_rows(scene: Scene, steps: int, columns: int) -> int:
     """Return the count of instants kept in a run with rows of beads.
 
     By default they are few, as a record costs more than a step. ``columns`` is how many numbers of a record are those
     of the rows.
     """
-    if scene.records not in (RECORDS, default_records(scene, RECORDS)):
+    if not keeps_default(scene):
         return scene.records
     return min(scene.records, max(MIN_RECORDS, steps // STEPS_A_RECORD, int(NUMBERS_OF_ROWS / columns)))
 

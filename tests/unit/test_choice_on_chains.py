@@ -7,11 +7,14 @@ import impactlab as il
 from impactlab.metrics.peaks import find_peak, peak_force
 from impactlab.refine import search
 from impactlab.refine.descriptions.rods import MIN_FINENESS
+from impactlab.refine.descriptions.rows_of_beads import row_of_beads
 from impactlab.refine.errors.distances import difference
 from impactlab.refine.errors.level_errors import estimate_errors
 from impactlab.refine.references.converged import descriptions_of
 from impactlab.refine.studies import studies_of
 from impactlab.scene.method import Simulation
+from impactlab.scene.problem import RECORDS
+from impactlab.scene.sizes import default_records
 from tests.solving import run_case
 
 
@@ -33,6 +36,38 @@ def test_a_chain_is_stepped_by_leapfrog_within_the_error_stated(tolerance):
     laws = fine.method.laws
     error = difference(history, fine, history.scene, laws, ("displacements", "impulses", "peak_forces"))
     assert error <= history.choice.expected_error <= tolerance
+
+
+def test_few_records_do_not_keep_a_chain_from_its_tolerance():
+    """Means over several steps differ between runs by 2 % of a force: the largest forces of all steps are compared."""
+    history = il.run(chain(40, 6e-4, tolerance=2e-3, records=400))
+    assert history.choice.met
+    assert history.assembly.stride > 1
+    fine = il.run(chain(40, 6e-4, integrator={"kind": "central_difference"}, step={"dt": 5e-9}))
+    peaks = [[max(span.peak_force for span in each.spans(contact.name)) for contact in fine.scene.contacts]
+             for each in (history, fine)]  # fmt: skip
+    assert peaks[0] == pytest.approx(peaks[1], rel=2e-3)
+    assert peak_force(history, fine, fine.scene) == pytest.approx(
+        max(abs(one / other - 1.0) for one, other in zip(*peaks, strict=True)), rel=1e-9
+    )
+
+
+def test_a_tolerance_that_few_records_miss_names_the_key_for_more():
+    history = il.run(chain(40, 6e-4, tolerance=3e-5, records=100))
+    [text] = [each.text for each in history.warnings if each.code == "tolerance_not_met"]
+    every = history.assembly.stride
+    assert text.endswith(
+        f"Of {every} steps one is kept, with lines between; a larger solve.records may lower the error"
+    )
+
+
+def test_a_chain_of_a_thousand_beads_keeps_as_many_instants_as_memory_allows():
+    """Its default, of fewer instants than that of small scenes, was taken for a number that the case gives."""
+    request = Simulation(*chain(1000, 1e-3, tolerance=1e-3).simulation())
+    assert request.scene.records < RECORDS
+    assert row_of_beads(request).simulation(30_000).scene.records == default_records(request.scene, RECORDS) + 1
+    given = Simulation(*chain(1000, 1e-3, tolerance=1e-3, records=300).simulation())
+    assert row_of_beads(given).simulation(30_000).scene.records == 300
 
 
 def test_no_description_takes_a_chain_of_one_contact_off_the_scheme_that_conserves_energy():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.peaks import find_peak, peak_force
 from tests.solving import run_case
 
+CASES = Path(__file__).resolve().parents[2] / "cases"
 ROUND_TRIP = 2.0 / 5188.7  # s, of a rod of 1 m
 
 
@@ -101,3 +104,11 @@ def test_a_peak_is_not_left_out_where_faces_chatter() -> None:
     assert history.choice is not None
     assert history.choice.met
     assert abs(peak / exact - 1.0) <= history.choice.expected_error
+
+
+@pytest.mark.parametrize("records", [300, 20_000])
+def test_the_peak_of_a_link_is_that_of_its_force(records: int) -> None:
+    """Links have no periods of contact, whose largest forces are those of all steps."""
+    case = il.load_case(CASES / "smith_pile.yaml").with_("solve.records", records)
+    coarse, fine = (il.run(case.with_("solve.step", {"courant": courant})) for courant in (0.5, 0.25))
+    assert 0.0 < peak_force(coarse, fine, fine.scene) < 0.1

@@ -14,11 +14,10 @@ from impactlab.refine.descriptions import cost
 from impactlab.refine.descriptions.contact_times import shortest_rise
 from impactlab.refine.descriptions.description import Description
 from impactlab.scene.method import Method, Simulation, StepRule, laws_of
-from impactlab.scene.problem import RECORDS
-from impactlab.scene.sizes import default_records
+from impactlab.scene.sizes import default_records, keeps_default
 
 MAX_RECORDS = 200_000  # instants kept, as of every description
-STEPS_A_RECORD = 8  # at most, of the finest run: beyond the instants that are kept, a record is the mean of a few steps
+STEPS_A_RECORD = 32  # at most, of the finest run: with more, lines between the instants kept are the larger error
 COARSEST = 2.0  # steps in the shortest rise sqrt(m/k): leapfrog is stable up to a step of twice that of a pair
 
 
@@ -38,7 +37,7 @@ def row_of_beads(request: Simulation) -> Description:
     def simulation(steps: int) -> Simulation:
         method = Method(request.method.laws, {}, CentralDifference(), StepRule(dt=duration / steps))
         made = Simulation(scene, method)
-        return made if scene.records != RECORDS else made.but(records=most + 1)
+        return made.but(records=most + 1) if keeps_default(scene) else made
 
     return Description(
         "rigid bodies, leapfrog",

@@ -13,7 +13,15 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.frame import touched_in
 from impactlab.metrics.fronts import MIN_JUMP
 from impactlab.metrics.norms import ZERO, displaced
-from impactlab.metrics.peaks import MIN_PEAK, Laws, find_peak, near_jumps, smooth_force
+from impactlab.metrics.peaks import (
+    MIN_PEAK,
+    Laws,
+    find_peak,
+    has_largest_step,
+    largest_step,
+    near_jumps,
+    smooth_force,
+)
 from impactlab.refine.convergence import Distance, Pairs
 from impactlab.refine.errors.moving_frames import CELLS, MovingFrames, moving_frames
 from impactlab.refine.errors.raw_records import Records, Sizes, records_of, sizes_of
@@ -149,7 +157,8 @@ def _peaks(
 
     Two runs are compared at the instants of both peaks. Peaks below `MIN_PEAK` of the largest are left out. The larger
     of these two differences bounds that of the peaks. Two peaks may agree by luck while the forces around them ring;
-    the forces at the instants of both do not.
+    the forces at the instants of both do not. Of smooth forces in long runs, which keep means over several steps, the
+    largest forces of all steps are compared.
     """
     every: list[tuple[str, list[list[float]]]] = []
     for number, contact in enumerate(scene.contacts):
@@ -158,7 +167,10 @@ def _peaks(
             continue
         samples = raw[-1].force(number, law.hard).samples() if raw and law.force_jumps else None
         left_out = near_jumps(histories[-1], scene, laws, contact, least_jump, samples)
-        if raw:
+        if raw and has_largest_step(law, left_out) and any(each.thinned for each in raw):
+            # Means over several steps, which are not the same in both runs, differ by more than the largest forces.
+            found = [[largest_step(history, contact)] * len(histories) for history in histories]
+        elif raw:
             forces = [each.force(number, law.hard) for each in raw]
             times = [each.peak_time(number, law.hard, left_out) for each in raw]
             found = [[force.at(t) for t in times] for force in forces]

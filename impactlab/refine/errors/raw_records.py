@@ -93,7 +93,8 @@ class Records:
         self.record, self.columns = record, assembly.layout.displacement_columns
         self.arrays, self.dt = assembly.memory, assembly.dt
         whole = (len(record) - 1) * assembly.dt  # located events cut steps
-        self.of_every_step = assembly.stride == 1 and abs(record[-1, 0] - whole) <= WHOLE_TOL * assembly.dt
+        self.thinned = assembly.stride > 1
+        self.of_every_step = not self.thinned and abs(record[-1, 0] - whole) <= WHOLE_TOL * assembly.dt
         self._layout, self._duration = assembly.layout, history.duration
         self._late = assembly.integrator.load_point - 0.5
         self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}  # also by each channel alone
