@@ -28,7 +28,7 @@ ON_STEP = 1e-9  # of a step: a run that ends this close to the end of a step end
 OUT_OF_REACH = 1e3  # of the lengths of a scene, by which faces that are apart stay apart after the end of the run
 ROOM = 8  # records and samples of the steps after the end: the loop wants some to spare
 
-Raw = Sequence[tuple[float, int, int, float, float, float]]  # events: time, contact of the scene, kind, ...
+RawEvent = tuple[float, int, int, float, float, float]  # the fields of `EventRecord`
 
 
 class RecordsAround(NamedTuple):
@@ -87,7 +87,9 @@ def _struck(assembly: Assembly, place: int) -> bool:
     return hard and contact.force != 0.0 and contact.span_impulse == given
 
 
-def late_closings(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, duration: float) -> LateClosings:
+def late_closings(
+    assembly: Assembly, integrator: AbstractIntegrator, raw: Sequence[RawEvent], duration: float
+) -> LateClosings:
     """Return the kicks and late touches in the last step of a run.
 
     The run ends inside that step.
@@ -96,10 +98,9 @@ def late_closings(assembly: Assembly, integrator: AbstractIntegrator, raw: Raw, 
     kicked, late = False, set[int]()
     if duration < clock.time - ON_STEP * dt:
         kicked = any(contact.impulse != 0.0 for contact in assembly.contacts)
-        for time, number, kind, *_ in reversed(raw):
+        for time, place, kind, *_ in reversed(raw):
             if time < clock.time - 3.0 * dt:  # events of one step are not in order
                 break
-            place = layout.places[number]
             touches_late = kind == event_times.CLOSE and time > duration and place < len(layout.solved)
             if touches_late and assembly.acting.laws[layout.contacts[place].name].hard:
                 late.add(place)

@@ -26,13 +26,16 @@ from impactlab.history.noise_floor import Found, above_noise
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
+from impactlab.numerics.garbage_collection import GarbageCollectionPaused
+from impactlab.numerics.records import dtype_of
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times
-from impactlab.simulate.stepping.arrays import SAMPLED
+from impactlab.simulate.stepping.arrays import SAMPLED, EventRecord
 from impactlab.simulate.stepping.results import readout, run_ends
 from impactlab.simulate.stepping.results.beyond_end import (
     ON_STEP,
     LateClosings,
+    RawEvent,
     RecordsAround,
     around_end,
     late_closings,
@@ -65,24 +68,16 @@ class RecordedHistory(AbstractRecordedHistory):
         self._places: dict[str, Array] = {}  # of their fields
         self._times = np.zeros(0)  # of the snapshots
         self._integrator = integrator
-        self._raw: list[tuple[float, int, int, float, float, float]] = []
+        self._raw: list[RawEvent] = []
         self._up_to_last_step = False
 
     def drain(self) -> None:
         """Take the events out of the loop's buffer."""
-        assembly = self.assembly
-        for event in assembly.events[: assembly.clock.n_events]:
-            self._raw.append(
-                (
-                    event.time,
-                    assembly.layout.numbers[event.contact],
-                    event.kind,
-                    event.impulse,
-                    event.span_impulse,
-                    event.span_peak,
-                )
-            )
-        assembly.clock.n_events = 0
+        assembly, kind = self.assembly, dtype_of(EventRecord)
+        if assembly.clock.n_events:
+            buffer: Any = assembly.events  # C structures
+            self._raw += np.frombuffer(buffer, kind, assembly.clock.n_events).tolist()
+            assembly.clock.n_events = 0
 
     def finish(self) -> None:
         """End the run; its records are read on first use."""
@@ -170,7 +165,8 @@ class RecordedHistory(AbstractRecordedHistory):
 
     @cached_property
     def _found(self) -> Found:
-        return self._read_events()
+        with GarbageCollectionPaused(len(self._raw)):  # hard contacts of a mesh may open and close in each step
+            return self._read_events()
 
     @cached_property
     def events(self) -> tuple[Event, ...]:  # type: ignore[override] # may be assigned, as that of every history
@@ -369,7 +365,8 @@ class RecordedHistory(AbstractRecordedHistory):
         started: dict[int, float] = {}
         early = {number: self._before_start(number) for number in assembly.layout.plan.start_forces}
         kicks: dict[int, list[tuple[float, float]]] = {}
-        for time, number, kind, impulse, span_impulse, peak in self._raw:
+        for time, place, kind, impulse, span_impulse, peak in self._raw:
+            number = assembly.layout.numbers[place]
             name = contacts[number].name
             if time > self.duration:
                 continue
