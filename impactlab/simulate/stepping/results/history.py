@@ -26,6 +26,7 @@ from impactlab.history.noise_floor import Found, above_noise
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
+from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times
 from impactlab.simulate.stepping.arrays import SAMPLED
@@ -107,6 +108,10 @@ class RecordedHistory(AbstractRecordedHistory):
             values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
             channels[each.channel] = Channel(times, values, False)
         return channels
+
+    def force_means(self, contact: Contact) -> tuple[Array, Array]:
+        source, record = self.assembly.layout.sources[f"force:{contact.name}"], self._channels.record
+        return record[:, 0], record[:, source.columns[0]]
 
     def _channel(self, name: str) -> Channel:
         found = self.recorded[name]
