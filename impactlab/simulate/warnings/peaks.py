@@ -19,11 +19,12 @@ from impactlab.simulate.planning.contact_facts import ContactFacts
 from impactlab.types import Array
 
 RESOLUTIONS = 3.0  # time resolutions: forces that last less may be oscillations of the mesh, modes or contact
-# Largest force over the largest mean in this time. Of 173 contacts above it in random runs of rods the largest force of
-# 155 is wrong by a tenth or more; a half sine as short as contacts without `coarse_contact` are has 1.02.
+# Largest force over the largest mean in this time, beyond the ratio of a force that decays as exp(-Z t/m). Of 164
+# contacts above it in random runs of rods the largest force of 150 is wrong by a tenth or more; a half sine as short as
+# contacts without `coarse_contact` are has 1.02.
 RATIO_WARN = 1.15
 # Long runs keep means over several steps. The mean is then taken over this many records, if they are at most so many
-# times longer than the time above. Over such times more right forces vary: of 136 above this ratio 111 are wrong.
+# times longer than the time above. Over such times more right forces vary: of 123 above this ratio 103 are wrong.
 MIN_RECORDS, MAX_LONGER, RATIO_WARN_LONGER = 2.0, 4.0, 1.25
 
 
@@ -45,7 +46,8 @@ def oscillating(history: AbstractRecordedHistory, contact: Contact, facts: Conta
     thinned = time > resolved
     if time > MAX_LONGER * resolved:
         return
-    least = RATIO_WARN_LONGER if thinned else RATIO_WARN
+    decays = time * facts.impedance / facts.striker if facts.impedance < math.inf else 0.0  # of a mass m on a rod Z
+    least = (RATIO_WARN_LONGER if thinned else RATIO_WARN) * (decays / -math.expm1(-decays) if decays > 0.0 else 1.0)
     peak = max((span.peak_force or 0.0 for span in history.spans(contact.name)), default=0.0)
     if any(peak <= least * mean for mean in beside(times, values, time)):
         return
