@@ -16,7 +16,7 @@ AREA = np.pi * 0.01**2
 STIFFNESS = 1e8  # N/m
 HARD = {"kind": "addition_deletion"}
 SPRING = {"kind": "penalty", "stiffness": STIFFNESS}
-MESH = {"model": {"kind": "finite_element", "elements": 50}, "integrator": {"kind": "newmark"}, "step": {"courant": 0.5}}
+MESH = {"model": {"kind": "finite_element", "elements": 50}, "step": {"courant": 0.5}}
 EXACT = {"model": {"kind": "continuous"}}
 
 

@@ -58,10 +58,11 @@ def _text(scene: Scene, rest: StaticRest, largest: Swing) -> str:
     name, x = largest.node
     place = f" at {x:.6g} m" if scene.bodies[name].waves is not None else ""
     return (
-        f"'{name}' is not in static equilibrium at t = 0: its weight, and that of bodies which rest on it, act from then "
-        f"on. It vibrates about its equilibrium, {largest.sag:.3g} m away{place}, by up to "
-        f"{largest.share * largest.moved:.3g} m within the run, while it moves by {largest.moved:.3g} m there. If it is "
-        f"at rest at the start, leave gravity out: displacements and forces then count from the equilibrium{rest.start()}"
+        f"'{name}' is not in static equilibrium at t = 0: its weight, and that of bodies which rest on it, act from "
+        f"then on. It vibrates about its equilibrium, {largest.sag:.3g} m away{place}, by up to "
+        f"{largest.share * largest.moved:.3g} m within the run, while it moves by {largest.moved:.3g} m there. If it "
+        "is at rest at the start, leave gravity out: displacements and forces then count from the equilibrium"
+        f"{rest.start()}"
     )
 
 
@@ -237,5 +238,3 @@ class StaticRest:
                 return math.inf
             low, high = (middle, high) if stiffness * middle < weight else (low, middle)
         return weight / low
-
-
