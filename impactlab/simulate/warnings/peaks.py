@@ -13,9 +13,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.history.base import Warned
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.planning.contact_facts import ContactFacts
+from impactlab.simulate.warnings.sawtooth import MIN_SHARE
 from impactlab.types import Array
 
 RESOLUTIONS = 3.0  # time resolutions: forces that last less may be oscillations of the mesh, modes or contact
@@ -35,11 +38,12 @@ def oscillating(history: AbstractRecordedHistory, contact: Contact, facts: Conta
     no bound (`singular_force`).
     """
     scene, law = history.scene, history.method.laws[contact.name]
-    elastic = [scene.bodies[point.body] for point in contact.faces if scene.bodies[point.body].elastic is not None]
+    elastic = [body for point in contact.faces if (body := scene.bodies[point.body].elastic) is not None]
     if law.two_sided or not law.answers_force or not elastic or any(body.unbounded_first_force for body in elastic):
         return
     times, values = history.force_means(contact)
-    resolved = RESOLUTIONS * (facts.resolution_of_all + facts.delay)
+    exact = all(keeps_waves(history, body) for body in elastic)
+    resolved = RESOLUTIONS * ((history.dt or 0.0 if exact else facts.resolution_of_all) + facts.delay)
     if times.size <= MIN_RECORDS:
         return
     time = max(resolved, MIN_RECORDS * float(times[-1] - times[0]) / (times.size - 1))
@@ -62,6 +66,14 @@ def oscillating(history: AbstractRecordedHistory, contact: Contact, facts: Conta
         f"{mean:.4g} N, and with model continuous or a mesh at courant 1"
     )
     yield Warned("peak_oscillates", text)
+
+
+def keeps_waves(history: AbstractRecordedHistory, body: ElasticBody) -> bool:
+    """Return whether waves of a body do not disperse: on a lumped mesh of a rod at the stability limit of the step."""
+    scheme, system = history.method.integrator, history.built[body.name].system
+    if body.waves is None or body.rotation is not None or system.modes or not isinstance(scheme, AbstractIntegrator):
+        return False
+    return scheme.needs_diagonal_mass and history.dt is not None and history.dt > MIN_SHARE * scheme.limit(system)
 
 
 def beside(times: Array, values: Array, time: float) -> Iterator[float]:
