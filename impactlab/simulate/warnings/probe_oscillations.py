@@ -22,22 +22,33 @@ RESOLUTIONS = 5.0  # half shortest periods of the body, or steps: what lasts les
 # Largest value over the largest mean in this time, beyond the ratio of a force that decays as exp(-Z t/m). Of 22 probes
 # above it in random runs without another warning of forces, the extremes of 20 were wrong by a tenth or more.
 RATIO_WARN = 1.1
-SAID = frozenset({"peak_oscillates", "coarse_contact", "first_force", "energy_gain", "energy_loss", "short_load"})
+SAID = frozenset(
+    {
+        "approximate_modes",
+        "coarse_contact",
+        "energy_gain",
+        "energy_loss",
+        "first_force",
+        "peak_oscillates",
+        "probe_near_load",
+        "short_load",
+    }
+)
 
 
 def warnings(history: AbstractRecordedHistory, codes: Container[str]) -> Iterator[Warned]:
     """Yield a warning for each rod or shaft with probes that oscillate.
 
-    None where one of the ``codes`` found already states that forces are not resolved.
+    None where one of the ``codes`` found already states that forces, or probes, are not resolved.
     """
     if any(code in codes for code in SAID):
         return
     for body in history.scene.wave_bodies:
         time = _resolved(history, body)
+        least = RATIO_WARN * _decay(history, body, time)
         found: dict[str, tuple[float, float, float]] = {}
         for probe in history.scene.probes if time > 0.0 else ():
             if probe.body == body.name and body.reading(probe.quantity)[0] in (*INTERNAL_FORCES, "strain"):
-                least = RATIO_WARN * _decay(history, body, time)
                 largest, mean = _largest(history.recorded[probe.channel], time, least)
                 if largest > least * mean > 0.0:
                     found[probe.channel] = largest / mean, largest, mean
