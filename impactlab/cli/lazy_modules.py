@@ -26,11 +26,12 @@ if TYPE_CHECKING:
     from impactlab.report import choice as choices
     from impactlab.report import compare_report, console, output, provenance, run_report
     from impactlab.report.figures import figure_files, film_files
-    from impactlab.sweeps import axes, given_twice
+    from impactlab.sweeps import axes, axis_texts, given_twice
     from impactlab.testing import verdict as verdicts
 else:
     api = lazy("impactlab.api")
     axes = lazy("impactlab.sweeps.axes")
+    axis_texts = lazy("impactlab.sweeps.axis_texts")
     bench_report = lazy("impactlab.bench.report.write")
     benching = lazy("impactlab.bench.run")
     casefile = lazy("impactlab.casefile")

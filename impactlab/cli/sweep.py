@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.lazy_modules import axes, console, derivatives, given_twice, sweeps, uncertainties
+from impactlab.cli.lazy_modules import axes, axis_texts, console, derivatives, given_twice, sweeps, uncertainties
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option
 from impactlab.cli.reporting import CommandFailed, given_by, reporting
 from impactlab.errors import CaseError, DoubtfulResult
@@ -75,7 +75,7 @@ def sweep(
     """
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
-        read = [axes.read_over(loaded, text) for text in over or []]
+        read = [axis_texts.read_over(loaded, text) for text in over or []]
         given_twice.refuse_twice(loaded, [path for path, _ in read])
         names = sweeps.DEFAULT if quantities is None else names_in(quantities)
         others = [*(f"--over={text}" for text in over or []), *([f"--points={points}"] if points is not None else [])]
@@ -86,7 +86,7 @@ def sweep(
             found = sweeps.sweep(
                 loaded,
                 dict(read) or None,
-                points=axes.read_points(points) if points is not None else None,
+                points=axis_texts.read_points(points) if points is not None else None,
                 quantities=names,
                 workers=workers,
                 out=out,

@@ -134,6 +134,11 @@ class AbstractRecordedHistory(AbstractHistory):
     def channels(self) -> tuple[str, ...]:
         return tuple(self.recorded)
 
+    def force_means(self, contact: Contact) -> tuple[Array, Array]:
+        """Return instants [s], and the mean force of a contact from the instant before up to each [N]."""
+        force = self.recorded[f"force:{contact.name}"]
+        return force.times, force.values
+
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         t = within_run(t, self.duration)
         self._check_channel(channel)

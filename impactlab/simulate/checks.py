@@ -29,7 +29,7 @@ from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.results import readout
 from impactlab.simulate.stepping.setup.assembly import Assembly
-from impactlab.simulate.warnings import approximate_modes, beams, ends, mechanisms, probes
+from impactlab.simulate.warnings import approximate_modes, beams, ends, mechanisms, probe_oscillations, probes, weights
 from impactlab.simulate.warnings.closing_times import unplaced
 from impactlab.simulate.warnings.laws import closed_within_steps, noted_by_laws, own_laws
 from impactlab.simulate.warnings.resolvability import unresolved
@@ -73,6 +73,7 @@ def add_warnings(history: AbstractHistory) -> None:
     found += [*noted_by_laws(history), *closed_within_steps(history)]
     found += [*mechanisms.warnings(history), *probes.after(history), *ends.reflecting(scene)]
     found += approximate_modes.warnings(history)
+    found += weights.warnings(history)
     meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
     found += never_closed(history, meeting)
     gain = gain_of(history)
@@ -91,6 +92,7 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_loss", text))
     elif beyond(history, loss, SLOW_LOSS_WARN):
         found += slow_loss(history, loss)
+    found += probe_oscillations.warnings(history, {each.code for each in (*found, *history.warnings)})
     found += [*dropped_in_maps(history), *overstrained(history)]
     if scene.round_trip > 0.0:
         for contact in meeting:

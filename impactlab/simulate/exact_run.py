@@ -16,6 +16,7 @@ from impactlab.scene.precision import in_precision, quietly
 from impactlab.scene.problem import Scene
 from impactlab.scene.recent import KeepsResults
 from impactlab.scene.sizes import check_records
+from impactlab.simulate.warnings import weights
 from impactlab.startup.wall_time import spent_on
 from impactlab.types import Progress
 
@@ -48,6 +49,7 @@ def run(scene: Scene, method: Method, progress: Progress | None, begun: StartedM
     solved = clock.perf_counter()
     with spent_on("checks"):
         history.warnings.extend(warnings)
+        history.warnings.extend(weights.warnings(history))
     history.cost.setup_s += planned - began
     history.cost.checks_s += clock.perf_counter() - solved
     return history

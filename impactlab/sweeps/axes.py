@@ -6,35 +6,27 @@ They are read and checked before the first run.
 from __future__ import annotations
 
 import contextlib
-import csv
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from impactlab.casefile import Case
-from impactlab.casefile.document import parse_value
-from impactlab.casefile.edit import check_name, is_named, numbered, plain, refuse_unknown_body
-from impactlab.casefile.text.words import shown
+from impactlab.casefile.edit import check_name, in_order, is_named, numbered, plain, refuse_unknown_body
 from impactlab.casefile.values.units import to_si
-from impactlab.errors import CaseError, ImpactlabError, unreadable
+from impactlab.errors import CaseError, ImpactlabError
 from impactlab.sweeps.given_twice import refuse_removed, refuse_twice
 from impactlab.types import Array
 
 BY, BY_DRAWING = "the sweep", "the distribution"  # that give the values of a point, in messages
 METHOD = "method"  # path of an axis whose values are names of methods of the case
 MAX_POINTS = 10_000_000
-MAX_RANGE = 1_000_000  # values of one range
 MAX_CHECKED = 200  # numbers of an axis that are checked one by one, some milliseconds each
 MAX_KEPT_BODIES = 2000  # of all cases of an axis that are kept for its points, some 10 kB each
 SPREAD_NUMBERS = 12  # numbers of a longer axis that are, evenly from the least to the largest
-HALF_RANGE = re.compile(r"[-+]?[0-9.][^:,\[\]{}]*:[-+]?[0-9.][^:,\[\]{}]*")
-BAD_COUNT = re.compile(r"(?P<ends>[-+]?[0-9.][^:,\[\]{}]*:[-+]?[0-9.][^:,\[\]{}]*):(?P<count>[^:,\[\]{}]*)")
-RANGE = re.compile(r"(?P<first>[^:]+):(?P<last>[^:]+):(?P<count>[0-9]{1,9})(?P<log>log)?")
 
 
 @dataclass(frozen=True)
@@ -96,6 +88,12 @@ class Points:
             found[axis.path] = axis.values[place]
         return dict(reversed(found.items()))
 
+    def first_with(self, axis: Axis, value: Any) -> dict[str, Any]:
+        """Return path and value of each axis at the first point with a value of an axis."""
+        if self.listed:
+            return self.settings(axis.values.index(value))
+        return {**self.settings(0), axis.path: value}
+
     def case(self, case: Case, number: int) -> Case:
         """Return the case of a point; raises the errors of the case there."""
         settings = self.settings(number)
@@ -110,12 +108,14 @@ class Points:
 def at_point(case: Case, settings: Mapping[str, Any], by: str = BY) -> Case:
     """Return a case with the values of a point.
 
-    The method is chosen first, then the values are given ``by`` these words.
+    The method is chosen first, then the values are given ``by`` these words, a kind before the keys of its block.
     """
     settings = dict(settings)
     method = settings.pop(METHOD, None)
     case = case if method is None else case.method(method)
-    return case.with_settings(settings.items(), by=by) if settings else case
+    kinds = any(path.endswith(".kind") for path in settings)
+    pairs = in_order(settings.items(), case.document.data) if kinds else settings.items()
+    return case.with_settings(pairs, by=by) if settings else case
 
 
 Known = Mapping[str, Mapping[str, Any]]
@@ -145,7 +145,7 @@ def listed(case: Case, columns: Mapping[str, Iterable[Any]], known: Known | None
         counts = ", ".join(f"{path} {length}" for path, length in lengths.items())
         raise CaseError(f"columns of different lengths: {counts}", remedy="Give one value of each path per point.")
     _refuse_many(list(given.values())[:1])
-    return Points(_checked(case, given, known), listed=True)
+    return Points(_checked(case, given, known, are_listed=True), listed=True)
 
 
 def _columns(given: Any, name: str) -> Iterable[tuple[str, Iterable[Any]]]:
@@ -181,18 +181,50 @@ def _refuse_many(values: Iterable[Sequence[Any]]) -> None:
         raise CaseError(text, remedy="Give fewer values.")
 
 
-def _checked(case: Case, given: Mapping[str, tuple[Any, ...]], known: Known | None) -> tuple[Axis, ...]:
+def _checked(
+    case: Case, given: Mapping[str, tuple[Any, ...]], known: Known | None, are_listed: bool = False
+) -> tuple[Axis, ...]:
     refuse_twice(case, list(given))
     for path, values in given.items():
         if path != METHOD:
             refuse_removed(case, path, values)
-    return tuple(read_axis(case, path, values, (known or {}).get(path)) for path, values in given.items())
+    return tuple(
+        read_axis(case, path, values, (known or {}).get(path), _beside(case, path, given, are_listed))
+        for path, values in given.items()
+    )
 
 
-def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str, Any] | None = None) -> Axis:
+def _beside(
+    case: Case, path: str, given: Mapping[str, tuple[Any, ...]], are_listed: bool
+) -> tuple[Mapping[str, Any], ...]:
+    """Return the values that other axes give to the block of an axis whose kind is an axis.
+
+    A kind alone may lack keys, and a key may belong to one kind only. They are those of each point that is listed, and
+    of a grid the first ones with each of the kinds.
+    """
+    names = {each: numbered(case.document.data, each) for each in given if each != METHOD}
+    blocks = [name.removesuffix("kind") for name in names.values() if name.endswith(".kind")]
+    own = [block for block in blocks if names.get(path, "").startswith(block)]
+    others = [each for each in names if each != path and any(names[each].startswith(block) for block in own)]
+    if not others:
+        return ()
+    if are_listed:
+        return tuple({each: given[each][place] for each in others} for place in range(len(given[path])))
+    firsts = {each: given[each][0] for each in others}
+    return (firsts, *({**firsts, each: kind} for each in others if each.endswith(".kind") for kind in given[each][1:]))
+
+
+def read_axis(
+    case: Case,
+    path: str,
+    given: tuple[Any, ...],
+    known: Mapping[str, Any] | None = None,
+    beside: Sequence[Mapping[str, Any]] = (),
+) -> Axis:
     """Return an axis with its values in SI units, checked by the case.
 
-    Values that are ``known`` are not checked again.
+    Values that are ``known`` are not checked again. Each value is checked with those ``beside`` it, of each point or of
+    all.
 
     Raises
     ------
@@ -216,19 +248,28 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
             path=path,
         )
     refuse_unknown_body(case.document.data, path)
-    unit = case.unit_of(path)
-    if len(given) > MAX_CHECKED and all(type(value) is float for value in given) and _span_is_si(case, path, given):
+    unit = _unit(case, path, given[0], beside)
+    is_long = not beside and len(given) > MAX_CHECKED and all(type(value) is float for value in given)
+    if is_long and _span_is_si(case, path, given):
         return Axis(path, given, given, unit)
-    distinct = {repr(value): value for value in given}
-    keeps = len(distinct) * len(case.scene().bodies) <= MAX_KEPT_BODIES
+    distinct = {repr(value): place for place, value in reversed([*enumerate(given)])}
+    keeps = not beside and len(distinct) * len(case.scene().bodies) <= MAX_KEPT_BODIES
     cases: dict[str, Case] = {}
-    in_si: dict[str, Any] = {}
-    for key, value in distinct.items():
-        changed = _with_value(case, path, value)
-        in_si[key] = _value_in_si(case, changed, path, value)
+    numbers: dict[str, Any] = {}
+    for key, place in distinct.items():
+        value = given[place]
+        changed = _with_value(case, path, value, beside[place % len(beside)] if beside else {})
+        numbers[key] = _value_in_si(case, changed, path, value)
         if keeps:
             cases[key] = changed
-    return Axis(path, given, tuple(in_si[repr(value)] for value in given), unit, (case, cases))
+    return Axis(path, given, tuple(numbers[repr(value)] for value in given), unit, (case, cases))
+
+
+def _unit(case: Case, path: str, first: Any, beside: Sequence[Mapping[str, Any]]) -> str:
+    """Return the unit of an axis; empty where it differs with the kinds beside it."""
+    kinds = {repr([value for each, value in other.items() if each.endswith(".kind")]): other for other in beside}
+    found = {_with_value(case, path, first, other).unit_of(path) for other in kinds.values()}
+    return found.pop() if len(found) == 1 else "" if found else case.unit_of(path)
 
 
 def takes_whole(case: Case, path: str) -> bool:
@@ -260,15 +301,15 @@ def _span_is_si(case: Case, path: str, given: Sequence[float]) -> bool:
     numbers = np.array(given)
     if not np.all(np.isfinite(numbers)):
         raise CaseError("an axis with a number that is not finite", path=path, remedy="Give finite values.")
-    return all(_in_si(case, path, given[place]) == given[place] for place in spread(numbers))
+    return all(in_si(case, path, given[place]) == given[place] for place in spread(numbers))
 
 
-def _with_value(case: Case, path: str, value: Any) -> Case:
-    """Return the case with a value of a path, which passes its checks."""
+def _with_value(case: Case, path: str, value: Any, beside: Mapping[str, Any] = MappingProxyType({})) -> Case:
+    """Return the case with a value of a path and those beside it, which passes its checks."""
     if isinstance(value, float) and not math.isfinite(value):
         raise CaseError(f"{value} is not a finite number", path=path, remedy="Give finite values.")
     with _named(path):
-        return at_point(case, {path: value})
+        return at_point(case, {path: value, **beside})
 
 
 @contextlib.contextmanager
@@ -281,7 +322,7 @@ def _named(path: str) -> Iterator[None]:
         raise
 
 
-def _in_si(case: Case, path: str, value: Any) -> Any:
+def in_si(case: Case, path: str, value: Any) -> Any:
     """Return a value of a path in SI, as the case reads it."""
     return _value_in_si(case, _with_value(case, path, value), path, value)
 
@@ -308,91 +349,3 @@ def _with_unit(value: Any, unit: str) -> Any:
         return to_si(value, unit)
     except ValueError:
         return value
-
-
-def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
-    """Return path and values of an axis of the command line.
-
-    ``PATH=A,B,C`` lists values, ``PATH=FIRST:LAST:COUNT`` gives equal steps, ``PATH=FIRST:LAST:COUNTlog`` equal ratios.
-    """
-    path, equals, values = (part.strip() for part in text.partition("="))
-    if not equals or not path or not values:
-        raise CaseError(f"--over {shown(text)} is not PATH=VALUES", remedy="Write PATH=A,B,C or PATH=FIRST:LAST:COUNT.")
-    found = RANGE.fullmatch(values)
-    if found is None and (counted := BAD_COUNT.fullmatch(values)):
-        text = f"--over {shown(text)} gives a range of {shown(counted['count'])} values; allowed: 2 to {MAX_RANGE}"
-        raise CaseError(text, remedy=f"Write {path}=FIRST:LAST:COUNT, as in {counted['ends']}:11.", path=path)
-    if found is None and HALF_RANGE.fullmatch(values):
-        text = f"--over {shown(text)} gives a range without its number of values"
-        raise CaseError(text, remedy=f"Write {path}=FIRST:LAST:COUNT, as in {path}={values}:11.", path=path)
-    if found is None and (ends := values.split(":"))[2:] and HALF_RANGE.fullmatch(":".join(ends[:2])):
-        text = f"--over {shown(text)}: {shown(':'.join(ends[2:]))} is not a number of values"
-        raise CaseError(text, remedy=f"Write a whole number, as in {path}={ends[0]}:{ends[1]}:11, or 11log.", path=path)
-    if found is None:
-        return path, [_parsed(value, path) for value in _split(values)]
-    first, last = (_in_si(case, path, _parsed(found[name], path)) for name in ("first", "last"))
-    count = int(found["count"])
-    for end in (first, last):
-        if not isinstance(end, (int, float)) or isinstance(end, bool):
-            text = f"{shown(end)} is not a number and cannot begin or end a range"
-            raise CaseError(text, path=path, remedy="List the values.")
-    if not 2 <= count <= MAX_RANGE:
-        text = f"a range of {count} values; allowed: 2 to {MAX_RANGE}"
-        raise CaseError(text, remedy="Give another number of values.", path=path)
-    if found["log"] and not first * last > 0.0:
-        raise CaseError(
-            f"equal ratios from {first:g} to {last:g} pass through zero", path=path, remedy="Leave out log."
-        )
-    return path, (np.geomspace if found["log"] else np.linspace)(first, last, count).tolist()
-
-
-def _parsed(text: str, path: str) -> Any:
-    """Return the value of a text of an axis, read as in a case file."""
-    if not text.strip():
-        raise CaseError("a value is missing", path=path, remedy="Write PATH=A,B,C with a value at each place.")
-    try:
-        return parse_value(text.strip())
-    except CaseError as error:
-        error.path, error.given_by = error.path or path, "--over"
-        raise
-
-
-def _split(values: str) -> list[str]:
-    """Return the parts between commas outside brackets."""
-    parts, depth = [""], 0
-    for letter in values:
-        depth += (letter in "[{") - (letter in "]}")
-        if letter == "," and depth == 0:
-            parts.append("")
-        else:
-            parts[-1] += letter
-    return parts
-
-
-def read_points(file: Path) -> dict[str, list[Any]]:
-    """Return the columns of a CSV file of points.
-
-    A column is headed by a path, with a unit in brackets or none.
-    """
-    try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            header, *rows = [row for row in csv.reader(stream) if row]
-    except (OSError, ValueError, csv.Error) as error:
-        raise CaseError(
-            f"the points cannot be read: {unreadable(file, error)}", file=str(file), remedy="Give a CSV file."
-        ) from None
-    columns: dict[str, list[Any]] = {}
-    for number, heading in enumerate(header):
-        named = re.fullmatch(r"\s*([^\s\[]+)\s*(?:\[([^\]]*)\])?\s*", heading)
-        if named is None or named[1] in columns:
-            raise CaseError(f"{shown(heading)} is not a valid column heading, or appears twice", file=str(file),
-                            remedy="Write a path of the case, as in: bodies.hammer.mass [kg].")  # fmt: skip
-        columns[named[1]] = [_cell(file, line, row, number, named[2] or "") for line, row in enumerate(rows, start=2)]
-    return columns
-
-
-def _cell(file: Path, line: int, row: Sequence[str], number: int, unit: str) -> Any:
-    if len(row) <= number or not row[number].strip():
-        raise CaseError("a value is missing", file=str(file), line=line, remedy="Give a value in each column.")
-    value = parse_value(row[number].strip())
-    return f"{row[number].strip()} {unit}" if unit and isinstance(value, (int, float)) else value

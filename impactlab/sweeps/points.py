@@ -72,6 +72,13 @@ class Sweep:
             "command": command,
         }
 
+    def _with(self, axis: axes.Axis, value: Any) -> Case:
+        """Return the case with a value of an axis alone; of a kind that lacks keys alone, at the first such point."""
+        try:
+            return axes.at_point(self.case, {axis.path: value})
+        except ImpactlabError:
+            return axes.at_point(self.case, self.points.first_with(axis, value))
+
     def _modules(self) -> set[str]:
         """Return the top modules of plugins that the results come from."""
         names = [each.name for each in self.wanted]
@@ -80,7 +87,7 @@ class Sweep:
         for axis in self.points.axes:
             if not axis.is_numeric:
                 distinct = {repr(value): value for value in axis.values}.values()
-                cases += [axes.at_point(self.case, {axis.path: value}) for value in distinct]
+                cases += [self._with(axis, value) for value in distinct]
         return ({top(each) for each in entries} | {name for case in cases for name in plugin_modules(case)}) - {
             "impactlab"
         }

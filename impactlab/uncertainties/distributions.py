@@ -15,7 +15,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.text.words import closest, shown
 from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError, ImpactlabError
-from impactlab.sweeps import axes, given_twice
+from impactlab.sweeps import axes, axis_texts, given_twice
 from impactlab.types import Array
 
 NAMES = {
@@ -222,7 +222,7 @@ class _Reader:
         return self._table([pair[0] for pair in pairs], [pair[1] for pair in pairs] if len(pairs[0]) == 2 else None)
 
     def _of_file(self, file: Path, column: str) -> Shape:
-        columns = axes.read_points(file)
+        columns = axis_texts.read_points(file)
         weights = columns.pop(WEIGHT, None)
         names = [column] if column else list(columns)
         if len(names) != 1 or names[0] not in columns:

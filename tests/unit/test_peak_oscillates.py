@@ -78,3 +78,60 @@ def test_short_contact_that_is_resolved_is_not_named(elements: int) -> None:
     # The spring swings in 2 pi sqrt(m/k) = 0.2 ms: a smooth pulse, shorter than the wave's round trip.
     run = il.run(il.Case.from_dict(ball(1e7, elements)))
     assert not warned(run)
+
+
+def ball_on_beam(law: dict[str, Any], theory: str = "timoshenko", **solve: Any) -> il.Case:
+    """Return a ball that strikes the middle of a pinned beam."""
+    beam = {"kind": "beam", "length": 0.5, "section": {"width": 0.04, "height": 0.04}, "material": "steel"}
+    method = {"model": {"kind": "finite_element", "elements": 20}, "step": {"dt": 1e-6}, **solve}
+    return il.Case.from_dict(
+        {
+            "schema_version": 1,
+            "bodies": {
+                "ball": {"kind": "mass", "mass": 0.5, "velocity": 1.0},
+                "beam": {**beam, "theory": theory, "ends": {"left": "pinned", "right": "pinned"}},
+            },
+            "contacts": [{"between": ["ball", "beam.at(0.25)"], "law": law}],
+            "solve": {"duration": 6e-4, **method},
+        }
+    )
+
+
+def largest(run: AbstractHistory) -> float:
+    """Return the largest contact force of a run [N]."""
+    return max(span.peak_force or 0.0 for span in run.contacts)
+
+
+def test_hard_contact_on_a_timoshenko_beam_is_named() -> None:
+    # Each closing stops the mass of the face in a step, with a force that grows as 1/dt.
+    hard = {"kind": "addition_deletion"}
+    run = il.run(ball_on_beam(hard, integrator={"kind": "moreau_jean"}))
+    waves = il.run(ball_on_beam(hard, model={"kind": "continuous"}, step={"dt": 2e-7}))
+    assert largest(run) > 3.0 * largest(waves)
+    assert len(warned(run)) == 1
+
+
+@pytest.mark.parametrize("theory", ["timoshenko", "euler_bernoulli"])
+@pytest.mark.parametrize("stiffness", [1e7, 1e8])
+def test_soft_contact_on_a_beam_is_not_named(theory: str, stiffness: float) -> None:
+    law = {"kind": "penalty", "stiffness": stiffness}
+    run = il.run(ball_on_beam(law, theory, integrator={"kind": "newmark"}))
+    assert not warned(run)
+
+
+def test_overshoots_at_fronts_in_a_row_are_named() -> None:
+    # Fronts pass one joint after another: each adds its overshoot, and a window of three resolutions holds part of it.
+    run = il.run(il.load_case("chain_of_bars"))
+    exact = il.run(il.load_case("chain_of_bars").with_("solve.model", kind="continuous"))
+    assert largest(run) > 1.4 * largest(exact)
+    assert any(text.startswith("first.right|second.left") for text in warned(run))
+
+
+def test_records_of_several_resolutions_are_enough() -> None:
+    # Of three times 400 steps 100 are kept: each record is longer than a time resolution, 3.1 steps.
+    case = il.load_case("two_rods").method("penalty")
+    [before] = warned(il.run(case))
+    duration = 3.0 * il.run(case).duration
+    [text] = warned(il.run(case.with_settings({"solve.duration": duration, "solve.records": 100})))
+    assert "that the records of this long run show" in text
+    assert text.split(" is ")[0] == before.split(" is ")[0]

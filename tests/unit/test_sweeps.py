@@ -25,7 +25,7 @@ from impactlab.cli import app
 from impactlab.contact.penalty import Penalty
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
-from impactlab.sweeps import axes, chunks, counts, engines, points, run
+from impactlab.sweeps import axes, axis_texts, chunks, counts, engines, points, run
 from impactlab.sweeps.quantities import contact_loss, quantities_of, values
 from tests.solving import in_steps
 
@@ -77,12 +77,41 @@ def test_a_grid_has_a_dimension_per_axis_and_the_values_of_single_runs(case):
 def test_listed_points_and_words(case, tmp_path):
     file = tmp_path / "points.csv"
     file.write_text("bodies.hammer.mass [g], contacts.0.law.kind\n500, wave_identification\n1000, penalty\n")
-    found = il.sweep(case, points=axes.read_points(file), quantities=["peak_force"])
+    found = il.sweep(case, points=axis_texts.read_points(file), quantities=["peak_force"])
     assert found["peak_force"].dims == ("point", "contact")
     assert found[MASS].values.tolist() == [0.5, 1.0]
     assert found["contacts.0.law.kind"].values.tolist() == ["wave_identification", "penalty"]
     expected = il.run(case.with_settings([(MASS, 1.0), ("contacts.0.law.kind", "penalty")])).contacts[0].peak_force
     assert found["peak_force"].values[1, 0] == expected
+
+
+KINDS = {"contacts.0.law.kind": ["penalty", "hertz"], "contacts.0.law.stiffness": [1e9, 1e12]}
+
+
+def test_a_kind_with_the_keys_of_its_block_is_a_grid(case):
+    """A law of another kind has no stiffness of its own: that of the other axis is checked with it."""
+    found = il.sweep(case, KINDS, quantities=["peak_force"])["peak_force"].values[..., 0]
+    for row, kind in zip(found, KINDS["contacts.0.law.kind"], strict=True):
+        for peak, stiffness in zip(row, KINDS["contacts.0.law.stiffness"], strict=True):
+            single = il.run(case.with_("contacts.0.law", kind=kind, stiffness=stiffness))
+            assert peak == max(span.peak_force for span in single.contacts)
+    other = il.sweep(case, dict(reversed(KINDS.items())), quantities=["peak_force"])["peak_force"].values[..., 0]
+    assert other.T.tolist() == found.tolist()
+
+
+def test_kinds_with_their_keys_are_listed_points(case):
+    base = case.with_("contacts.0.law", kind="addition_deletion")  # without a stiffness
+    found = il.sweep(base, points=KINDS, quantities=["peak_force"])
+    assert found["contacts.0.law.stiffness"].attrs.get("units", "") == ""  # N/m of one, N/m^1.5 of the other
+    assert (
+        found["peak_force"].values[1, 0]
+        == il.sweep(case, KINDS, quantities=["peak_force"])["peak_force"].values[1, 1, 0]
+    )
+
+
+def test_a_key_that_one_of_the_kinds_lacks_is_refused(case):
+    with pytest.raises(il.CaseError, match="'stiffness' is not known"):
+        il.sweep(case, {**KINDS, "contacts.0.law.kind": ["penalty", "addition_deletion"]}, quantities=["peak_force"])
 
 
 def test_an_axis_of_methods():
@@ -101,7 +130,7 @@ def test_an_axis_of_methods():
     ],
 )
 def test_axes_of_the_command_line(case, text, values):
-    path, found = axes.read_over(case, text)
+    path, found = axis_texts.read_over(case, text)
     assert path == text.partition("=")[0]
     assert found == pytest.approx(values) if values and "kg" not in str(values) else len(found) == 2
 
@@ -114,7 +143,7 @@ def test_an_axis_of_a_key_that_the_case_turns_into_others_is_in_si():
          "contacts": [{"between": ["hammer", "rod.left"], "law": {"kind": "addition_deletion"}}],
          "solve": {"duration": "0.1 ms", "model": {"kind": "continuous"}}}
     )  # fmt: skip
-    path, given = axes.read_over(case, "bodies.rod.diameter=10 mm:30 mm:3")
+    path, given = axis_texts.read_over(case, "bodies.rod.diameter=10 mm:30 mm:3")
     assert given == pytest.approx([0.01, 0.02, 0.03])
     found = il.sweep(case, {path: ["10 mm", "20 mm", 0.03]}, quantities=["peak_force"])
     assert found[path].values == pytest.approx([0.01, 0.02, 0.03])

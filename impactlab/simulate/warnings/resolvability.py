@@ -70,7 +70,7 @@ def _too_coarse(
     swing = min(math.sqrt(mass / stiffness), mass / dashpot if dashpot > 0.0 else math.inf)
     time = max(mass / impedance, swing) if mass < math.inf else math.inf
     words = "the speed of the striking body changes"
-    if float(history.recorded[f"gap:{contact.name}"].values[0]) < 0.0 and 0.0 < stiffness < math.inf:
+    if 0.0 < stiffness < math.inf and float(history.recorded[f"gap:{contact.name}"].values[0]) < 0.0:
         at_start = float(history.energy.stored[0])
         if at_start > MIN_STORED * float(history.energy.total[0]):
             # An initial overlap relaxes as fast as the spring lets it.

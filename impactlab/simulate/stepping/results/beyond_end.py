@@ -92,12 +92,13 @@ def late_closings(
 ) -> LateClosings:
     """Return the kicks and late touches in the last step of a run.
 
-    The run ends inside that step.
+    The run ends inside that step, or the momenta at its end belong to an instant inside it.
     """
     clock, layout, dt = assembly.clock, assembly.layout, assembly.dt
-    kicked, late = False, set[int]()
-    if duration < clock.time - ON_STEP * dt:
+    kicked, late, ends_inside = False, set[int](), duration < clock.time - ON_STEP * dt
+    if ends_inside or integrator.momentum_early != 0.0:
         kicked = any(contact.impulse != 0.0 for contact in assembly.contacts)
+    if ends_inside:
         for time, place, kind, *_ in reversed(raw):
             if time < clock.time - 3.0 * dt:  # events of one step are not in order
                 break

@@ -28,6 +28,7 @@ from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.numerics.records import dtype_of
+from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times
 from impactlab.simulate.stepping.arrays import SAMPLED, EventRecord
@@ -102,6 +103,10 @@ class RecordedHistory(AbstractRecordedHistory):
             values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
             channels[each.channel] = Channel(times, values, False)
         return channels
+
+    def force_means(self, contact: Contact) -> tuple[Array, Array]:
+        source, record = self.assembly.layout.sources[f"force:{contact.name}"], self._channels.record
+        return record[:, 0], record[:, source.columns[0]]
 
     def _channel(self, name: str) -> Channel:
         found = self.recorded[name]

@@ -1,0 +1,93 @@
+"""The warning of rods and masses that are not in static equilibrium at t = 0, and the start that it proposes."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.history.base import AbstractHistory
+
+G, DENSITY, YOUNG, LENGTH, WEIGHT = 9.81, 7850.0, 2.1e11, 10.0, 50.0
+AREA = np.pi * 0.01**2
+STIFFNESS = 1e8  # N/m
+HARD = {"kind": "addition_deletion"}
+SPRING = {"kind": "penalty", "stiffness": STIFFNESS}
+MESH = {"model": {"kind": "finite_element", "elements": 50}, "step": {"courant": 0.5}}
+EXACT = {"model": {"kind": "continuous"}}
+
+
+def struck(solve: dict[str, Any] = EXACT, law: dict[str, Any] = SPRING, **changes: Any) -> AbstractHistory:
+    """A hammer strikes a weight that rests on a clamped rod, downwards."""
+    given = {"gravity": G, "velocity": 0.5, "gap": 0.0, "displacement": None, "duration": 2e-3, **changes}
+    rod = {"kind": "rod", "length": LENGTH, "diameter": 0.02, "ends": {"left": "free", "right": "clamped"}}
+    rod["material"] = {"young": YOUNG, "density": DENSITY}
+    if given["displacement"] is not None:
+        rod["displacement"] = given["displacement"]
+    bodies = {
+        "hammer": {"kind": "mass", "mass": 1.0, "velocity": given["velocity"]},
+        "weight": {"kind": "mass", "mass": WEIGHT},
+        "rod": rod,
+    }
+    contacts = [
+        {"between": ["hammer", "weight"], "gap": 1e-4, "law": {"kind": "penalty", "stiffness": 1e7}},
+        {"between": ["weight", "rod.left"], "gap": given["gap"], "overlap": "allowed", "law": law},
+    ]
+    scene = {"schema_version": 1, "bodies": bodies, "contacts": contacts, "gravity": given["gravity"]}
+    return il.run(il.Case.from_dict({**scene, "solve": {"duration": given["duration"], **solve}}))
+
+
+def texts(history: AbstractHistory) -> list[str]:
+    return [warned.text for warned in history.warnings if warned.code == "weight_at_start"]
+
+
+@pytest.mark.parametrize("solve", [EXACT, MESH], ids=["exact", "mesh"])
+@pytest.mark.parametrize("law", [HARD, SPRING], ids=["hard", "spring"])
+def test_the_start_that_is_proposed_is_in_equilibrium(solve: dict[str, Any], law: dict[str, Any]) -> None:
+    (text,) = texts(struck(solve, law))
+    shape, gap = re.search(r"displacement of 'rod': (\S.*?); gap of weight\|rod.left: (\S+)$", text).groups()  # type: ignore[union-attr]
+    # Under its own weight a rod shortens by rho g L2/(2 E), under one on its end by m g L/(E A).
+    sag = DENSITY * G * LENGTH**2 / (2.0 * YOUNG) + WEIGHT * G * LENGTH / (YOUNG * AREA)
+    spring = WEIGHT * G / STIFFNESS if law is SPRING else 0.0
+    assert float(gap) == pytest.approx(-sag - spring, rel=1e-6)
+    at_rest = struck(EXACT, law, displacement=shape, gap=float(gap), duration=1e-4)
+    before = np.linspace(0.0, 1e-4, 50)  # the hammer arrives after 0.2 ms
+    top = at_rest.evaluate(before, "displacement:rod@0")
+    assert top[0] == pytest.approx(sag, rel=1e-6)
+    assert np.ptp(top) < 1e-8 * sag
+    assert at_rest.evaluate(before[1:], "force:weight|rod.left") == pytest.approx(WEIGHT * G, rel=1e-6)
+    assert not texts(struck(EXACT, law, displacement=shape, gap=float(gap)))
+
+
+def test_the_swing_is_that_of_the_run() -> None:
+    # In 2 ms the weight falls by 0.5 g t2 at most, far less than twice its distance from the equilibrium.
+    (text,) = texts(struck())
+    assert float(re.search(r"by up to (\S+) m within", text)[1]) == pytest.approx(0.5 * G * 4e-6, rel=2e-3)  # type: ignore[index]
+
+
+@pytest.mark.parametrize("changes", [{"velocity": 50.0}, {"gravity": 0.0}, {"velocity": 0.0}, {"gap": 1e-2}])
+def test_no_warning_without_a_reason(changes: dict[str, Any]) -> None:
+    """A hard blow, no weight, nothing but the weight; and a weight that rests on nothing falls."""
+    found = texts(struck(**changes))
+    assert not [text for text in found if text.startswith("'weight'")]
+    assert "gap" in changes or not found
+
+
+def test_a_law_that_stiffens_has_a_sag_but_no_formula() -> None:
+    (text,) = texts(struck(law={"kind": "hertz", "stiffness": 1e10}))
+    assert text.endswith("count from the equilibrium")
+
+
+def test_what_nothing_holds_falls_without_a_warning() -> None:
+    bodies = {"hammer": il.Mass(1.0, velocity=1.0), "rod": il.Rod(length=1.0, diameter=0.02, material="steel")}
+    law = {"kind": "addition_deletion"}
+    case = il.Case(
+        bodies=bodies,
+        contacts=[il.Contact("hammer", "rod.left", law)],
+        gravity=G,
+        solve={"duration": 0.01, "model": {"kind": "continuous"}},
+    )
+    assert not texts(il.run(case))
