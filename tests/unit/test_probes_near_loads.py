@@ -109,7 +109,7 @@ def test_moments_that_lack_modes_beside_a_short_impact_are_warned_of(modes, wron
     assert not warned(mesh)
     if wrong:
         assert warned(few)[0].startswith("bending_moment:b@0.5: the modes kept miss up to")
-        assert "and 1 more probes of 'b' miss some" in warned(few)[0]
+        assert "and 1 more probe of 'b' misses some" in warned(few)[0]
 
 
 @pytest.mark.parametrize(("elements", "place"), [(40, 0.5), (41, 0.5), (20, 0.337), (20, 0.02)])

@@ -12,6 +12,7 @@ from collections.abc import Container, Iterator
 import numpy as np
 
 from impactlab.history.base import Warned
+from impactlab.printing import counted
 from impactlab.scene.bodies import WaveBody
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.warnings.peaks import MIN_RECORDS, beside, keeps_waves
@@ -55,13 +56,14 @@ def warnings(history: AbstractRecordedHistory, codes: Container[str]) -> Iterato
         if found:
             worst = max(found, key=lambda channel: found[channel])
             ratio, largest, mean = found[worst]
-            more = f", as do {len(found) - 1} more probes of '{body.name}'" if len(found) > 1 else ""
+            more = f", as does that of {counted(len(found) - 1, 'more probe')} of it" if len(found) > 1 else ""
             yield Warned(
                 "probe_oscillates",
-                f"{worst}: the largest value, {largest:.4g}, is {ratio:.2g} times the largest mean over {time:.3g} s, "
+                f"{worst}: the largest value, {largest:.4g}, is {ratio:.3g} times the largest mean over {time:.3g} s, "
                 f"five time resolutions of '{body.name}' under this method. Elements and modes oscillate as fast "
                 f"behind a front or in a short pulse, so that it follows the mesh{more}. Compare it with this mean, "
-                f"{mean:.4g}; give {FINER}",
+                f"{mean:.4g}; give {FINER}. Behind a sharp front oscillations remain: there use model continuous, or a "
+                "lumped mesh at courant 1",
             )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from impactlab.history.base import Warned
 from impactlab.models.base import AbstractDiscreteModel
 from impactlab.models.modal_body import ModalBody
+from impactlab.printing import counted
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import AbstractRecordedHistory
@@ -107,7 +108,8 @@ def _lacking(body: ElasticBody, model: AbstractDiscreteModel) -> str:
 
 def _more(found: Mapping[str, object], body: str) -> str:
     """Return the end of a text on the worst of several probes."""
-    return f", and {len(found) - 1} more probes of '{body}' miss some" if len(found) > 1 else ""
+    others = len(found) - 1
+    return f", and {counted(others, 'more probe')} of '{body}' miss{'es' if others == 1 else ''} some" if others else ""
 
 
 def of_unit_force(body: ElasticBody, x: float, quantity: Quantity) -> float:
