@@ -88,7 +88,7 @@ def _struck(assembly: Assembly, place: int) -> bool:
 
 
 def late_closings(
-    assembly: Assembly, integrator: AbstractIntegrator, raw: Sequence[RawEvent], duration: float
+    assembly: Assembly, integrator: AbstractIntegrator, raw: Sequence[Any], duration: float
 ) -> LateClosings:
     """Return the kicks and late touches in the last step of a run.
 
@@ -99,12 +99,14 @@ def late_closings(
     if ends_inside or integrator.momentum_early != 0.0:
         kicked = any(contact.impulse != 0.0 for contact in assembly.contacts)
     if ends_inside:
-        for time, place, kind, *_ in reversed(raw):
-            if time < clock.time - 3.0 * dt:  # events of one step are not in order
+        for events in reversed(raw):
+            near = events[events["time"] >= clock.time - 3.0 * dt]  # events of one step are not in order
+            for time, place, kind, *_ in near.tolist():
+                touches_late = kind == event_times.CLOSE and time > duration and place < len(layout.solved)
+                if touches_late and assembly.acting.laws[layout.contacts[place].name].hard:
+                    late.add(place)
+            if not near.size:
                 break
-            touches_late = kind == event_times.CLOSE and time > duration and place < len(layout.solved)
-            if touches_late and assembly.acting.laws[layout.contacts[place].name].hard:
-                late.add(place)
     if integrator.velocity_point < 1.0:
         kicked = kicked or any(_struck(assembly, place) for place in range(len(assembly.contacts)))
     return LateClosings(kicked or bool(late), frozenset(late))

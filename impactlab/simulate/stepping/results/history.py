@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, final
 
@@ -22,7 +22,7 @@ from impactlab.history.base import (
     within_run,
 )
 from impactlab.history.frame import carried_by, drifts_alone, groups, touched_in
-from impactlab.history.noise_floor import Found, above_noise
+from impactlab.history.noise_floor import Found, above_noise, reach_of, share_of
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
@@ -32,7 +32,7 @@ from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times
 from impactlab.simulate.stepping.arrays import SAMPLED, EventRecord
-from impactlab.simulate.stepping.results import readout, run_ends
+from impactlab.simulate.stepping.results import readout, rounding_touches, run_ends
 from impactlab.simulate.stepping.results.beyond_end import (
     ON_STEP,
     LateClosings,
@@ -69,7 +69,7 @@ class RecordedHistory(AbstractRecordedHistory):
         self._places: dict[str, Array] = {}  # of their fields
         self._times = np.zeros(0)  # of the snapshots
         self._integrator = integrator
-        self._raw: list[RawEvent] = []
+        self._raw: list[Any] = []  # structured arrays of the fields of `EventRecord`
         self._up_to_last_step = False
 
     def drain(self) -> None:
@@ -77,7 +77,7 @@ class RecordedHistory(AbstractRecordedHistory):
         assembly, kind = self.assembly, dtype_of(EventRecord)
         if assembly.clock.n_events:
             buffer: Any = assembly.events  # C structures
-            self._raw += np.frombuffer(buffer, kind, assembly.clock.n_events).tolist()
+            self._raw.append(np.frombuffer(buffer, kind, assembly.clock.n_events).copy())
             assembly.clock.n_events = 0
 
     def finish(self) -> None:
@@ -170,7 +170,9 @@ class RecordedHistory(AbstractRecordedHistory):
 
     @cached_property
     def _found(self) -> Found:
-        with GarbageCollectionPaused(len(self._raw)):  # hard contacts of a mesh may open and close in each step
+        with GarbageCollectionPaused(
+            sum(map(len, self._raw))
+        ):  # hard contacts of a mesh may open and close in each step
             return self._read_events()
 
     @cached_property
@@ -363,15 +365,31 @@ class RecordedHistory(AbstractRecordedHistory):
             carried=None if drifts_alone(scene, joined) else carried_by(joined, time),
         )
 
+    def _raw_events(self, steps: float, left_alone: Container[int]) -> list[RawEvent]:
+        """Return the events of a run of so many steps, touches by rounding that follow each other as one."""
+        if len(self._raw) == 1 and len(self._raw[0]) < rounding_touches.MIN_EVENTS:
+            return list(self._raw[0].tolist())
+        if not self._raw:
+            return []
+        numbers, contacts = self.assembly.layout.numbers, self.scene.contacts
+        of = reach_of(self.scene, self.assembly.method).groups
+        groups = np.array([of[contacts[number].name] for number in numbers])
+        alone = {place for place, number in enumerate(numbers) if number in left_alone}
+        raw = np.concatenate(self._raw)
+        found = rounding_touches.joined(raw[raw["time"] <= self.duration], groups, share_of(steps), alone)
+        return list(found.tolist())
+
     def _read_events(self) -> Found:
         assembly, contacts = self.assembly, self.scene.contacts
         events: list[Event] = []
         spans: list[ContactSpan] = []
         started: dict[int, float] = {}
         early = {number: self._before_start(number) for number in assembly.layout.plan.start_forces}
+        steps = self.duration / assembly.dt
         kicks: dict[int, list[tuple[float, float]]] = {}
-        for time, place, kind, impulse, span_impulse, peak in self._raw:
-            number = assembly.layout.numbers[place]
+        numbers = assembly.layout.numbers
+        for time, place, kind, impulse, span_impulse, peak in self._raw_events(steps, early):
+            number = numbers[place]
             name = contacts[number].name
             if time > self.duration:
                 continue
@@ -397,5 +415,4 @@ class RecordedHistory(AbstractRecordedHistory):
                 total = sum(impulse for _, impulse in given)
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
         events.sort(key=lambda event: event.time)
-        steps = self.duration / assembly.dt
         return above_noise(self.scene, assembly.method, events, spans, steps)
