@@ -26,11 +26,6 @@ def touch(start: float, end: float, contact: int, impulse: float, peak: float) -
     return [(start, contact, CLOSE, 0.0, 0.0), (end, contact, OPEN, impulse, peak)]
 
 
-@pytest.fixture(autouse=True)
-def few_events(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rounding_touches, "MIN_EVENTS", 2)
-
-
 def test_touches_by_rounding_in_a_row_become_one() -> None:
     small = [event for k in range(1, 5) for event in touch(0.1 * k, 0.1 * k + 0.05, 0, 1e-13, 1e-12 * k)]
     rows = events_of(*touch(0.0, 0.05, 0, 1.0, 2.0), *small, *touch(0.6, 0.7, 0, 1.0, 2.0))
@@ -76,9 +71,10 @@ def test_a_chain_of_rods_that_rest_on_each_other_has_the_same_events(monkeypatch
             "step": {"courant": 1.0},
         },
     )
+    monkeypatch.setattr(rounding_touches, "MIN_EVENTS", 2)
     history = il.run(case)
     raw = sum(len(each) for each in history._raw)
-    assert raw > 4 * len(history._raw_events(history.duration / history.dt, ()))
+    assert raw > 4 * len(rounding_touches.events_of(history.assembly, history._raw, history.duration, ()))
     monkeypatch.setattr(rounding_touches, "MIN_EVENTS", 10**9)
     alone = il.run(case)
     assert history.events == alone.events

@@ -28,8 +28,6 @@ ON_STEP = 1e-9  # of a step: a run that ends this close to the end of a step end
 OUT_OF_REACH = 1e3  # of the lengths of a scene, by which faces that are apart stay apart after the end of the run
 ROOM = 8  # records and samples of the steps after the end: the loop wants some to spare
 
-RawEvent = tuple[float, int, int, float, float, float]  # the fields of `EventRecord`
-
 
 class RecordsAround(NamedTuple):
     """Records and samples around the end of a run; see `StepArrays`.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, final
 
@@ -22,7 +22,7 @@ from impactlab.history.base import (
     within_run,
 )
 from impactlab.history.frame import carried_by, drifts_alone, groups, touched_in
-from impactlab.history.noise_floor import Found, above_noise, reach_of, share_of
+from impactlab.history.noise_floor import Found, above_noise
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
@@ -36,7 +36,6 @@ from impactlab.simulate.stepping.results import readout, rounding_touches, run_e
 from impactlab.simulate.stepping.results.beyond_end import (
     ON_STEP,
     LateClosings,
-    RawEvent,
     RecordsAround,
     around_end,
     late_closings,
@@ -365,31 +364,17 @@ class RecordedHistory(AbstractRecordedHistory):
             carried=None if drifts_alone(scene, joined) else carried_by(joined, time),
         )
 
-    def _raw_events(self, steps: float, left_alone: Container[int]) -> list[RawEvent]:
-        """Return the events of a run of so many steps, touches by rounding that follow each other as one."""
-        if len(self._raw) == 1 and len(self._raw[0]) < rounding_touches.MIN_EVENTS:
-            return list(self._raw[0].tolist())
-        if not self._raw:
-            return []
-        numbers, contacts = self.assembly.layout.numbers, self.scene.contacts
-        of = reach_of(self.scene, self.assembly.method).groups
-        groups = np.array([of[contacts[number].name] for number in numbers])
-        alone = {place for place, number in enumerate(numbers) if number in left_alone}
-        raw = np.concatenate(self._raw)
-        found = rounding_touches.joined(raw[raw["time"] <= self.duration], groups, share_of(steps), alone)
-        return list(found.tolist())
-
     def _read_events(self) -> Found:
         assembly, contacts = self.assembly, self.scene.contacts
         events: list[Event] = []
         spans: list[ContactSpan] = []
         started: dict[int, float] = {}
         early = {number: self._before_start(number) for number in assembly.layout.plan.start_forces}
-        steps = self.duration / assembly.dt
         kicks: dict[int, list[tuple[float, float]]] = {}
-        numbers = assembly.layout.numbers
-        for time, place, kind, impulse, span_impulse, peak in self._raw_events(steps, early):
-            number = numbers[place]
+        for time, place, kind, impulse, span_impulse, peak in rounding_touches.events_of(
+            assembly, self._raw, self.duration, early
+        ):
+            number = assembly.layout.numbers[place]
             name = contacts[number].name
             if time > self.duration:
                 continue
@@ -415,4 +400,4 @@ class RecordedHistory(AbstractRecordedHistory):
                 total = sum(impulse for _, impulse in given)
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
         events.sort(key=lambda event: event.time)
-        return above_noise(self.scene, assembly.method, events, spans, steps)
+        return above_noise(self.scene, assembly.method, events, spans, self.duration / assembly.dt)

@@ -7,17 +7,38 @@ here those in a row become one, with the sum of their impulses, before an object
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impactlab.history.noise_floor import MIN_OPENING
+from impactlab.history.noise_floor import MIN_OPENING, reach_of, share_of
 from impactlab.simulate.stepping.event_times import CLOSE, OPEN
+from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import Array, Ints
 
 MIN_EVENTS = 5000  # of a run: fewer are read as they are
+RawEvent = tuple[float, int, int, float, float, float]  # the fields of `EventRecord`
+
+
+def events_of(
+    assembly: Assembly, raw: Sequence[Any], duration: float, left_alone: Container[int]
+) -> Iterable[RawEvent]:
+    """Return the events of a run from arrays of its records, touches by rounding that follow each other as one.
+
+    Contacts that are left alone are given by their numbers in the scene.
+    """
+    if sum(map(len, raw)) < MIN_EVENTS:
+        return [event for each in raw for event in each.tolist()]
+    numbers, contacts, events = assembly.layout.numbers, assembly.scene.contacts, np.concatenate(raw)
+    group_of = reach_of(assembly.scene, assembly.method).groups
+    groups = np.array([group_of[contacts[number].name] for number in numbers])
+    alone = {place for place, number in enumerate(numbers) if number in left_alone}
+    found: list[RawEvent] = joined(
+        events[events["time"] <= duration], groups, share_of(duration / assembly.dt), alone
+    ).tolist()
+    return found
 
 
 def joined(events: Any, groups: Ints, share: float, left_alone: Container[int]) -> Any:
@@ -34,8 +55,6 @@ def joined(events: Any, groups: Ints, share: float, left_alone: Container[int]) 
     left_alone : container of int
         Contacts whose events stay as they are.
     """
-    if events.size < MIN_EVENTS:
-        return events
     order = np.argsort(events["contact"], kind="stable")
     kind, contact = events["kind"][order], events["contact"][order]
     paired = (kind[:-1] == CLOSE) & (kind[1:] == OPEN) & (contact[:-1] == contact[1:])
