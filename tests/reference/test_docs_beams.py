@@ -31,8 +31,9 @@ def test_the_words_are_true() -> None:
     plain = np.array([table[modes][4] for modes in first_force.COUNTS])
     assert plain[1:] / plain[:-1] == pytest.approx(2.0, rel=0.05)  # doubles with the number of modes
     times = np.geomspace(1e-5, first_force.LAST, 20)
-    assert first_force.waves(times, dt=2e-8) == pytest.approx(first_force.endless(times), rel=0.06)
-    assert first_force.waves(np.array([4e-9, 8e-9]))[0] == pytest.approx(1.0, rel=1e-3)
+    late, early = first_force.continuous(2e-8, 1.01 * times[-1]), first_force.continuous(4e-9, 8e-9)
+    assert first_force.mean_force(late, times) == pytest.approx(first_force.endless(times), rel=0.06)
+    assert first_force.mean_force(early, np.array([4e-9])) == pytest.approx(1.0, rel=1e-3)
 
 
 @pytest.mark.slow
