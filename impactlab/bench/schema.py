@@ -102,8 +102,7 @@ class Row(NamedTuple):
     @property
     def courant(self) -> float | None:
         """Return c dt/h of the settings; None where they set the step in another way."""
-        value = setting(settings_of(self.settings), "solve.step.courant")
-        return float(value) if isinstance(value, int | float) else None
+        return courant_of(self.settings)
 
     @property
     def special(self) -> bool:
@@ -143,6 +142,13 @@ def settings_of(text: str) -> dict[str, Any]:
     except ValueError:
         return {}
     return settings if isinstance(settings, dict) else {}
+
+
+@cache
+def courant_of(text: str) -> float | None:
+    """Return c dt/h of the column ``settings`` of a row."""
+    value = setting(settings_of(text), "solve.step.courant")
+    return float(value) if isinstance(value, int | float) else None
 
 
 def setting(block: Any, path: str) -> Any:

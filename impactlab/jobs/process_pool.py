@@ -14,14 +14,17 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from multiprocessing import get_context, parent_process
+from multiprocessing.context import BaseContext
 from queue import SimpleQueue
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from impactlab.errors import CaseError
+from impactlab.numerics.threads import one_thread
 
 T = TypeVar("T")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 PR_SET_PDEATHSIG = 1  # of prctl(2)
+PRELOADED = ("impactlab.bench.worker", "impactlab.sweeps.engines")  # once, before workers are forked
 MAX_WARM_UP_S = 600.0  # to compile the loops on a slow machine
 MAX_TEXT = 500  # characters of an error
 
@@ -74,7 +77,8 @@ def outcomes(
         return
     done: SimpleQueue[tuple[T, Any]] = SimpleQueue()
     with _one_thread_each():
-        pool = ProcessPool(min(workers, len(jobs)), 0, _start, (initializer, initargs), get_context("spawn"))
+        setup = (dict(os.environ), initializer, initargs)
+        pool = ProcessPool(min(workers, len(jobs)), 0, _start, setup, worker_context())
         try:
             if warm_up is not None:
                 status, value = _ended(pool.schedule(warm_up, timeout=MAX_WARM_UP_S), MAX_WARM_UP_S)
@@ -108,7 +112,24 @@ def _ended(future: Any, limit: float) -> tuple[str, Any]:
         return "raised", f"{type(error).__name__}: {str(error)[:MAX_TEXT]}"
 
 
-def _start(initializer: Callable[..., None] | None, initargs: tuple[Any, ...]) -> None:
+def worker_context(*modules: str) -> BaseContext:
+    """Return the context that starts workers.
+
+    On Linux they are forked from a server, a process of one thread that has imported the package, and further modules
+    where it does not run yet: imports take a second. Elsewhere each worker imports for itself.
+    """
+    if sys.platform != "linux":
+        return get_context("spawn")
+    from multiprocessing import forkserver
+
+    context = get_context("forkserver")
+    context.set_forkserver_preload([*PRELOADED, *modules])
+    with _one_thread_each():
+        forkserver.ensure_running()
+    return context
+
+
+def _start(environment: dict[str, str], initializer: Callable[..., None] | None, initargs: tuple[Any, ...]) -> None:
     """Prepare a worker: prints go to standard error, and the process ends with its owner."""
 
     def attend() -> None:
@@ -117,6 +138,11 @@ def _start(initializer: Callable[..., None] | None, initargs: tuple[Any, ...]) -
             owner.join()
             os._exit(1)
 
+    many = os.environ.get(THREADS[1]) != "1"  # a server that other code started, maybe with numpy imported
+    os.environ.clear()
+    os.environ.update(environment)  # of the owner now; the server has that of its start
+    if many:
+        one_thread().__enter__()
     sys.stdout = sys.stderr
     threading.Thread(target=attend, daemon=True).start()
     if sys.platform == "linux":  # by the system, also in the middle of a compiled run

@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
+import os
 import re
 import threading
 import time
@@ -24,7 +25,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError, ExtraError, SweepError
-from impactlab.jobs.process_pool import MAX_WARM_UP_S
+from impactlab.jobs.process_pool import MAX_WARM_UP_S, worker_context
 from impactlab.jobs.sources import code_hash, numeric_environment, tree_hash
 from impactlab.sweeps.chunks import Chunk, joined
 from impactlab.sweeps.engines import CHUNK_SECONDS, POINT_LIMIT_S, computed, points_in
@@ -97,7 +98,9 @@ def _local(count: int) -> Iterator[LocalCluster]:
     import dask
     from distributed import LocalCluster
 
-    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
+    method = worker_context("distributed").get_start_method()
+    settings = {"distributed.scheduler.allowed-failures": 1, "distributed.worker.multiprocessing-method": method}
+    with dask.config.set(settings):
         cluster = LocalCluster(
             n_workers=count,
             threads_per_worker=1,
@@ -108,6 +111,7 @@ def _local(count: int) -> Iterator[LocalCluster]:
             memory_limit=0,  # results stay in memory
             silence_logs=logging.CRITICAL,
             preload=[DEAF],
+            env=dict(os.environ),
         )
         try:
             yield cluster

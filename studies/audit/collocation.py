@@ -138,7 +138,9 @@ def gather(net, stage, t, step, count, times, steps, waves, hints):  # type: ign
 
     They are read from the pieces stored so far.
     """
-    stage.pushed[:] = 0.0
+    for s in range(STAGES):
+        for i in range(net.kind.size):
+            stage.pushed[s, i] = 0.0
     for e in range(net.node.size):
         piece = e // 2
         for s in range(STAGES):
@@ -166,13 +168,14 @@ def gather(net, stage, t, step, count, times, steps, waves, hints):  # type: ign
 def collocate(net, stage, mode, approach, t, step, u0, v0, small):  # type: ignore[no-untyped-def]
     """Solve the stages by fixed-point iteration; return whether it converged."""
     n = net.kind.size
-    stage.dv[:] = 0.0
-    for s in range(STAGES):
-        stage.v[s] = v0
-        stage.u[s] = u0
     v, u, dv, kind = stage.v, stage.u, stage.dv, net.kind
+    largest = 0.0
+    for i in range(n):  # element by element: to assign rows takes numba longer to compile than all the rest
+        for s in range(STAGES):
+            v[s, i], u[s, i], dv[s, i] = v0[i], u0[i], 0.0
+        largest = max(largest, abs(u0[i]))
     last = np.inf
-    small += 1e-15 * np.abs(u0).max() / step  # the rounding of displacements
+    small += 1e-15 * largest / step  # the rounding of displacements
     for turn in range(40):
         change = 0.0
         for i in range(n):

@@ -123,8 +123,11 @@ def march(net, rule, duration, stage, out, u0, v0):  # noqa: C901 - one loop, on
             out.touches[c] += 1
     hints, heads, tails = np.zeros(ends, np.int64), np.zeros(ends, np.int64), np.zeros(ends, np.int64)
     fresh, always = np.ones(nodes, np.bool_), np.ones(nodes, np.bool_)
-    t, m, sample, jumps, toggles, changes = 0.0, 0, 0, 0, 0, 0
-    longest = min(rule.longest, net.transit.min()) if ends else rule.longest
+    t, jumps, toggles, changes = 0.0, 0, 0, 0
+    m, sample = np.int64(0), np.int64(0)  # for a constant the functions that take them would be compiled twice
+    longest = rule.longest
+    for transit in net.transit:
+        longest = min(longest, transit)
     wanted, strongest = 0.01 * longest, 0.0
     merge = MERGE * rule.rough / rule.speed * duration
     while t < duration - merge:

@@ -243,7 +243,7 @@ def messengers_on_love_rod() -> Finding:
         "square over T) of the inverted Laplace transform. By group speeds the readings miss "
         f"{percent(dispersive.missed(place, 10.0, 'group'))} of what the modes do in a step",
         {"missed": missed, "error": error, "group": dispersive.missed(place, 10.0, "group")},
-        missed < 1e-11 and error < 5e-3,
+        missed < 1e-11 and error < 1e-3,
     )
 
 

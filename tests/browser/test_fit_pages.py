@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from selenium import webdriver
 from selenium.webdriver.common.by import By
 
 import impactlab as il
-from tests.browser.support import chromium, console, faults, made_once, requests, show
+from tests.browser.support import console, faults, made_once, requests, show
 from tests.cases.support import CASES
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -32,12 +30,6 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
         found.write(folder, "impactlab fit")
 
     return made_once(tmp_path_factory, "fit_page", make) / "fit.html"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[webdriver.Chrome]:
-    with chromium() as driver:
-        yield driver
 
 
 @pytest.mark.parametrize("dark", [False, True])

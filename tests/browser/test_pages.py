@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from typer.testing import CliRunner
 
 from impactlab.bench.report.write import write_bench
 from impactlab.cli import app
-from tests.browser.support import chromium, console, faults, look, made_once, requests, show
+from tests.browser.support import console, faults, look, made_once, requests, show
 from tests.cases.support import CASES
 from tests.unit.test_bench_report import HAND, written
 
@@ -38,12 +37,6 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
     folder = made_once(tmp_path_factory, "pages", make)
     return {name: folder / name / "index.html" for name in COMMANDS}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[webdriver.Chrome]:
-    with chromium() as driver:
-        yield driver
 
 
 def views(driver: webdriver.Chrome) -> list[Any]:

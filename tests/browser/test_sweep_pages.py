@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab.cli import app
-from tests.browser.support import chromium, console, faults, look, made_once, requests, show
+from tests.browser.support import console, faults, look, made_once, requests, show
 from tests.cases.support import CASES
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -44,12 +43,6 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
     folder = made_once(tmp_path_factory, "sweep_pages", make)
     return {name: folder / name / "index.html" for name in ARGUMENTS}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[webdriver.Chrome]:
-    with chromium() as driver:
-        yield driver
 
 
 def values(driver: webdriver.Chrome) -> list[str]:

@@ -9,7 +9,7 @@ from selenium.webdriver.common.by import By
 from typer.testing import CliRunner
 
 from impactlab.cli import app
-from tests.browser.support import chromium, console, faults, requests, show
+from tests.browser.support import console, faults, requests, show
 from tests.cases.support import CASES
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -25,19 +25,18 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out / "index.html"
 
 
-def test_the_page_is_whole_silent_and_accessible_in_every_light(page):
-    with chromium() as browser:
-        for dark in (False, True):
-            show(browser, page, dark=dark, wait=False)
-            assert faults(browser) == []
-        assert console(browser) == []
-        assert requests(browser) == []
-        assert [each.get_attribute("id") for each in browser.find_elements(By.TAG_NAME, "figure")] == [
-            "contacts",
-            "indices",
-            "final_velocity",
-        ]
-        assert "the linear estimate is wrong" in browser.find_element(By.CLASS_NAME, "warnings").text
-        assert browser.find_element(By.CSS_SELECTOR, "tbody small").text.startswith("±")
-        show(browser, page, width=400, wait=False)
-        assert browser.execute_script("return document.documentElement.scrollWidth") <= 400
+def test_the_page_is_whole_silent_and_accessible_in_every_light(page, browser):
+    for dark in (False, True):
+        show(browser, page, dark=dark, wait=False)
+        assert faults(browser) == []
+    assert console(browser) == []
+    assert requests(browser) == []
+    assert [each.get_attribute("id") for each in browser.find_elements(By.TAG_NAME, "figure")] == [
+        "contacts",
+        "indices",
+        "final_velocity",
+    ]
+    assert "the linear estimate is wrong" in browser.find_element(By.CLASS_NAME, "warnings").text
+    assert browser.find_element(By.CSS_SELECTOR, "tbody small").text.startswith("±")
+    show(browser, page, width=400, wait=False)
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= 400

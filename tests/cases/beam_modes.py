@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -122,6 +123,57 @@ class Impact:
     velocity: float  # m/s, of the striker at the end
 
 
+@njit(cache=True)
+def force_of_one(  # type: ignore[no-untyped-def]
+    state, push, gap, compliance, stiffness, exponent, force
+):
+    """Fill the forces where at most one face is pressed, also with its force; return whether that is so."""
+    faces, moving = push.shape
+    number, free = -1, 0.0
+    for k in range(faces):
+        depth = state[2 * moving] - gap[k]
+        for n in range(moving):
+            depth -= push[k, n] * state[n]
+        if depth > 0.0:
+            if number >= 0:
+                return False
+            number, free = k, depth
+    if number < 0:
+        return True
+    pressed, give = 0.0, compliance[number, number]
+    for _ in range(30):  # Newton
+        depth = max(free - give * pressed, 0.0)
+        miss = pressed - stiffness * depth**exponent
+        if abs(miss) <= 1e-12 * stiffness * free**exponent:
+            break
+        slope = exponent * stiffness * depth ** (exponent - 1.0) if depth > 0.0 else 0.0
+        pressed -= miss / (1.0 + slope * give)
+    for k in range(faces):
+        depth = state[2 * moving] - gap[k] - compliance[number, k] * pressed
+        for n in range(moving):
+            depth -= push[k, n] * state[n]
+        if k != number and depth > 0.0:
+            return False
+    force[number] = pressed
+    return True
+
+
+@njit(cache=True)
+def accelerations(  # type: ignore[no-untyped-def]
+    state, force, push, load, w2, mass, found
+):
+    """Fill the rates of a state: of modes under forces at the faces, and of the striker."""
+    faces, moving = push.shape
+    for n in range(moving):
+        found[n] = state[moving + n]
+        found[moving + n] = load[n] - w2[n] * state[n]
+        for k in range(faces):
+            found[moving + n] += force[k] * push[k, n]
+    found[2 * moving], found[2 * moving + 1] = state[2 * moving + 1], 0.0
+    for k in range(faces):
+        found[2 * moving + 1] -= force[k] / mass
+
+
 def impact(
     beam: Modes,
     moving: int,
@@ -150,32 +202,12 @@ def impact(
     load = gravity * beam.integrals[:moving]
 
     stiffness, exponent = law
-    own = compliance.diagonal().tolist()
-
-    def force_of_one(free: float, give: float) -> float:
-        """Return the force of a contact that is the only one: the same, in plain numbers, a tenth of the time."""
-        force = 0.0
-        for _ in range(30 if free > 0.0 else 0):  # Newton
-            depth = max(free - give * force, 0.0)
-            miss = force - stiffness * depth**exponent
-            if abs(miss) <= 1e-12 * stiffness * free**exponent:
-                break
-            slope = exponent * stiffness * depth ** (exponent - 1.0) if depth > 0.0 else 0.0
-            force -= miss / (1.0 + slope * give)
-        return force
 
     def forces(state: Array) -> Array:
-        free = state[-2] - push @ state[:moving] - gap
-        force = np.zeros_like(free)
-        pressed = [number for number, each in enumerate(free.tolist()) if each > 0.0]
-        if not pressed:
+        force = np.zeros_like(gap)
+        if force_of_one(state, push, gap, compliance, stiffness, exponent, force):
             return force
-        if len(pressed) == 1:
-            (number,) = pressed
-            force[number] = force_of_one(float(free[number]), own[number])
-            others = free - compliance[number] * force[number]
-            if len(free) == 1 or np.max(np.delete(others, number)) <= 0.0:  # it presses no other face together
-                return force
+        free = state[-2] - push @ state[:moving] - gap
         for _ in range(30):  # Newton
             depth = np.maximum(free - compliance @ force, 0.0)
             miss = force - stiffness * depth**exponent
@@ -186,17 +218,14 @@ def impact(
         return force
 
     def rates(_t: float, state: Array) -> Array:
-        force = forces(state)
         found = np.empty_like(state)
-        found[:moving] = state[moving : 2 * moving]
-        found[moving : 2 * moving] = force @ push + load - w2 * state[:moving]
-        found[-2], found[-1] = state[-1], -np.sum(force) / mass
+        accelerations(state, forces(state), push, load, w2, mass, found)
         return found
 
     # A step resolves the fastest mode; then errors of 1e-9 of each oscillation stay below those of the modes left out.
     solved = solve_ivp(rates, (0.0, duration), start, "DOP853", rtol=1e-9, atol=1e-14, dense_output=True)
     t = np.linspace(0.0, duration, samples)
-    force = np.array([forces(state) for state in solved.sol(t).T]).T
+    force = np.array([forces(state) for state in np.ascontiguousarray(solved.sol(t).T)]).T
 
     def depth(time: float, number: int) -> float:
         state = solved.sol(time)

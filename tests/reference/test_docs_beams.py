@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.special import erfcx, j0
 
 import impactlab as il
 from studies.beams import bases, dispersive, first_force, scenes
@@ -31,8 +32,9 @@ def test_the_words_are_true() -> None:
     plain = np.array([table[modes][4] for modes in first_force.COUNTS])
     assert plain[1:] / plain[:-1] == pytest.approx(2.0, rel=0.05)  # doubles with the number of modes
     times = np.geomspace(1e-5, first_force.LAST, 20)
-    assert first_force.waves(times, dt=2e-8) == pytest.approx(first_force.endless(times), rel=0.06)
-    assert first_force.waves(np.array([4e-9, 8e-9]))[0] == pytest.approx(1.0, rel=1e-3)
+    late, early = first_force.continuous(2e-8, 1.01 * times[-1]), first_force.continuous(4e-9, 8e-9)
+    assert first_force.mean_force(late, times) == pytest.approx(first_force.endless(times), rel=0.06)
+    assert first_force.mean_force(early, np.array([4e-9])) == pytest.approx(1.0, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -43,6 +45,13 @@ def test_a_whole_collision_is_what_the_page_concludes() -> None:
         assert -0.8 < float(left.removesuffix(" v0")) < -0.5, line
         assert int(contacts) >= 5, line
         assert (float(energy.removesuffix(" %")) > 15.0) == ("group" in method), line
+
+
+def test_transforms_with_singularities_on_the_imaginary_axis_are_inverted() -> None:
+    """Talbot's contour with 60 terms left 1e-2 of a Love rod's wave: its branch points are those of J0 at t = 66."""
+    t = np.linspace(0.5, 400.0, 60)
+    assert scenes.inverted(lambda s: 1.0 / np.sqrt(s * s + 1.0), t) == pytest.approx(j0(t), abs=1e-8)
+    assert scenes.inverted(lambda s: 1.0 / (s + np.sqrt(s)), t) == pytest.approx(erfcx(np.sqrt(t)), abs=1e-8)
 
 
 def test_what_the_page_says_of_messengers() -> None:

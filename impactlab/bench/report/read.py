@@ -62,7 +62,7 @@ def _typed(texts: Any, column: str, file: str) -> list[Any]:
     if FIELDS[column] is str:
         return list(texts)
     values: list[Any] = []
-    for number, text in texts.items():
+    for number, text in enumerate(texts.tolist(), 1):
         try:
             value = float(text) if text else math.nan
         except ValueError:
