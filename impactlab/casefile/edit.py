@@ -93,6 +93,8 @@ def numbered(data: Mapping[str, Any], path: str) -> str:
     CaseError
         If several contacts have the name.
     """
+    if not isinstance(path, str):
+        raise CaseError(f"{shown(path)} is no path of a case", remedy="Give a text, such as 'bodies.hammer.mass'.")
     first, _, rest = path.partition(".")
     name, dot, inside = rest.partition(".")
     contacts = data.get(first) if first == "contacts" else None

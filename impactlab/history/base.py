@@ -150,6 +150,14 @@ def within_run(t: ArrayLike, duration: float) -> Array:
     return np.asarray(np.clip(times, 0.0, duration))
 
 
+def one_time(t: ArrayLike, duration: float) -> float:
+    """Return one time of the run [s], as `within_run`; raise `ImpactlabError` for several."""
+    times = within_run(t, duration)
+    if times.size != 1:
+        raise ImpactlabError(f"{times.size} times are given, and a field has one", remedy="Take each field by itself.")
+    return float(times.flat[0])
+
+
 def places_on(body: Body, x: ArrayLike) -> Array:
     """Return places (n,) [m], those outside the body by rounding moved onto it.
 
@@ -359,8 +367,8 @@ class AbstractHistory(Views, ABC):
         ImpactlabError
             If the scene has no contact of that name.
         """
-        found = self._by_contact().get(contact)
-        if found is None and contact not in self.scene.contact_names:
+        found = self._by_contact().get(str(contact))
+        if found is None and str(contact) not in self.scene.contact_names:
             names = [each.name for each in self.scene.contacts]
             shown = f"{', '.join(names[:MAX_NAMED])}{', ...' if len(names) > MAX_NAMED else ''}"
             raise ImpactlabError(

@@ -63,7 +63,7 @@ def _check(history: AbstractHistory, channel: str, view: tuple[float, float]) ->
 
     A run may not have it, or it may have no values, as the force of an impulse law.
     """
-    if isinstance(channel, (list, tuple)):
+    if not isinstance(channel, str) and isinstance(channel, Iterable):
         raise ImpactlabError(
             "plot() takes names of channels, not a list of them",
             remedy="Write history.plot(*channels), with a star, or history.plot('A', 'B').",

@@ -27,6 +27,7 @@ from impactlab.history.base import (
     Field,
     LinkResult,
     instants_around,
+    one_time,
     places_on,
     within_run,
 )
@@ -102,6 +103,7 @@ class ThinnedHistory(AbstractHistory):
         return np.unique([time for name, _, time in self.fields if name == body])
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        t = one_time(t, self.duration)
         for (name, kind, time), found in self.fields.items():
             if (name, kind) == (body, quantity) and abs(time - t) <= 1e-9 * self.duration:
                 if x is None:
