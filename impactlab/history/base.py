@@ -143,8 +143,10 @@ def within_run(t: ArrayLike, duration: float) -> Array:
     slack = END_ROUNDING * duration
     outside = times[~((times >= -slack) & (times <= duration + slack))]
     if outside.size:
+        time = float(outside.flat[0])
+        digits = 6 if f"{time:.6g}" != f"{duration:.6g}" else 16  # that show the difference
         raise ImpactlabError(
-            f"the time t = {float(outside.flat[0]):.6g} s lies outside the run, 0 to {duration:.6g} s",
+            f"the time t = {time:.{digits}g} s lies outside the run, 0 to {duration:.{digits}g} s",
             remedy="Give times of the run, or run the case with a longer duration.",
         )
     return np.asarray(np.clip(times, 0.0, duration))
