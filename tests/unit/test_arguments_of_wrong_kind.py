@@ -147,3 +147,37 @@ def test_generators_serve_as_rows() -> None:
 def test_paths_serve_as_texts_and_paths(tmp_path: Path, case: il.Case) -> None:
     il.run(case).to_netcdf(tmp_path / "run.nc")
     assert il.open_netcdf(str(tmp_path / "run.nc")).duration == il.open_netcdf(tmp_path / "run.nc").duration
+
+
+STIFFNESS = "contacts.0.law.stiffness"
+TIMES = np.linspace(0.0, 1e-4, 20)
+
+
+def ball() -> il.Case:
+    return il.Case(
+        bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
+        contacts=[il.Contact("ball", "wall", {"kind": "penalty", "stiffness": 1e7})],
+        solve={"duration": 1e-3, "integrator": {"kind": "central_difference"}, "step": {"dt": 1e-6}},
+    )
+
+
+@pytest.mark.parametrize("given", [3, "x", [(STIFFNESS, 1)], {STIFFNESS: None}, {STIFFNESS: 3}, {3: (1, 2)}])
+def test_parameters_of_a_fit(given: Any) -> None:
+    refused(lambda: il.fit(ball(), il.Signal("force:ball|wall", TIMES, TIMES), parameters=given))
+
+
+@pytest.mark.parametrize("given", [3, "x", [3], np.zeros(3), {"a": 1}, il.load_case("axial_impact")])
+def test_signals_of_a_fit(given: Any) -> None:
+    refused(lambda: il.fit(ball(), given, parameters={STIFFNESS: (1e6, 1e8)}), "il.Signal")
+
+
+@pytest.mark.parametrize("given", [None, 3, "x", {"a": 1}, [3], [(1, 2, 3)], [(1, 2)], [ball()]])
+def test_experiments_of_a_fit(given: Any) -> None:
+    refused(lambda: il.fit(given, parameters={STIFFNESS: (1e6, 1e8)}))
+
+
+@pytest.mark.parametrize("given", [None, 3, "x", {}, TIMES + 1j, [TIMES]])
+def test_samples_of_a_signal(given: Any) -> None:
+    """Imaginary parts were dropped."""
+    refused(lambda: il.Signal("force:ball|wall", TIMES, given), "force:ball|wall")
+    refused(lambda: il.Signal("force:ball|wall", given, TIMES), "force:ball|wall")
