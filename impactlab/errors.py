@@ -178,10 +178,10 @@ def expect_whole(given: object, name: str, least: int, most: int) -> None:
         raise CaseError(f"{str(given)[:MAX_COMPARED]} is not allowed", remedy=remedy, path=name)
 
 
-def expect_path(given: object, function: str) -> None:
+def expect_path(given: object, function: str, remedy: str = "Give a text or a Path.") -> None:
     """Raise `CaseError` where a function was not given the path of a file or folder, or one that cannot be."""
     if not isinstance(given, (str, Path)):
-        raise CaseError(f"{function}() takes a path, not a {type(given).__name__}", remedy="Give a text or a Path.")
+        raise CaseError(f"{function}() takes the path of a file, not a {type(given).__name__}", remedy=remedy)
     try:
         Path(given).stat()
     except (FileNotFoundError, NotADirectoryError, PermissionError):
@@ -196,11 +196,12 @@ def texts(name: str, given: object, remedy: str) -> list[str]:
     Raise `CaseError` for anything else; the error calls the argument by its ``name``.
     """
     several = isinstance(given, Iterable) and not isinstance(given, (str, bytes))
-    found = [*given] if several else [given]  # type: ignore[misc]
-    for each in found:
+    found = []
+    for each in [*given] if several else [given]:  # type: ignore[misc]
         if not isinstance(each, str):
             text = f"{str(each)[:MAX_COMPARED]} is a {type(each).__name__}, not a text"
             raise CaseError(text, remedy=remedy, path=name)
+        found.append(each)
     return found
 
 

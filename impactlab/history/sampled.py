@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, closest
+from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
 from impactlab.history.base import (
-    END_ROUNDING,
     AbstractHistory,
     BranchChange,
     ContactSpan,
@@ -27,9 +27,6 @@ from impactlab.history.base import (
     LinkResult,
     Warned,
     instants_around,
-    one_time,
-    places_on,
-    within_run,
 )
 from impactlab.history.instruments import Measured, measure, measured_signals, probe_of
 from impactlab.history.sampling import frame_times, page_times

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from impactlab.errors import ImpactlabError
-from impactlab.history.base import END_ROUNDING, SERIOUS, AbstractHistory, ContactSpan
+from impactlab.history.arguments import END_ROUNDING
+from impactlab.history.base import SERIOUS, AbstractHistory, ContactSpan
 from impactlab.history.sampling import FRAMES, page_times
 from impactlab.printing import counted
 from impactlab.report import facts

@@ -14,15 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError, closest
+from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
 from impactlab.history.base import (
-    END_ROUNDING,
     AbstractHistory,
     Cost,
     Field,
     instants_around,
-    one_time,
-    places_on,
-    within_run,
 )
 from impactlab.numerics.interpolation import interpolated
 from impactlab.numerics.slopes import slopes

@@ -52,7 +52,7 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
         If the folder holds no sweep.
     """
     needed()
-    expect_path(path, "open_sweep")
+    expect_path(path, "open_sweep", "Give the folder of a sweep.")
     folder = Folder(Path(path))
     result = Result(folder.content)
     for chunk in folder.chunks():

@@ -16,6 +16,7 @@ from impactlab.exact.results.link_results import link_results, named, total
 from impactlab.exact.results.signals import Signal, Signals, turning_times
 from impactlab.exact.setup.branch_tables import FIRST
 from impactlab.exact.setup.network import Link, Log, NetworkLayout, Place
+from impactlab.history.arguments import one_time, places_on, within_run
 from impactlab.history.base import (
     FIELD_POINTS,
     AbstractHistory,
@@ -27,9 +28,6 @@ from impactlab.history.base import (
     Field,
     LinkResult,
     Warned,
-    one_time,
-    places_on,
-    within_run,
 )
 from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.no_contact import never_closed

@@ -17,6 +17,7 @@ from impactlab.exact.results.energies import energies_at
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.link_results import followed, link_results, named
 from impactlab.exact.setup.network import Log, NetworkLayout, without
+from impactlab.history.arguments import one_time, places_on, within_run
 from impactlab.history.base import (
     AbstractHistory,
     BranchChange,
@@ -27,9 +28,6 @@ from impactlab.history.base import (
     Field,
     LinkResult,
     instants_around,
-    one_time,
-    places_on,
-    within_run,
 )
 from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.no_contact import never_closed

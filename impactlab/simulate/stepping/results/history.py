@@ -10,6 +10,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from impactlab.history.arguments import one_time, places_on, within_run
 from impactlab.history.base import (
     FIELD_POINTS,
     ContactSpan,
@@ -18,9 +19,6 @@ from impactlab.history.base import (
     Event,
     Field,
     LinkResult,
-    one_time,
-    places_on,
-    within_run,
 )
 from impactlab.history.frame import carried_by, drifts_alone, groups, touched_in
 from impactlab.history.noise_floor import Found, above_noise
