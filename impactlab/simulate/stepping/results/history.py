@@ -235,7 +235,7 @@ class RecordedHistory(AbstractRecordedHistory):
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         if str(body) not in self._ends:
             return super().field(body, t, quantity, x)
-        time, shown = one_time(t, self.duration), self.scene.bodies[body]
+        time, shown = np.array(one_time(t, self.duration)), self.scene.bodies[body]
         read, factor = shown.reading(quantity)
         places = self._places_along(body) if x is None else places_on(shown, x)
         return Field(places, factor * self._waves_of(body).at(read, places, time))
