@@ -16,6 +16,7 @@ import numpy as np
 
 from impactlab.casefile import Case
 from impactlab.casefile.edit import check_name, in_order, is_named, numbered, plain, refuse_unknown_body
+from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.sweeps.given_twice import refuse_removed, refuse_twice
