@@ -26,6 +26,7 @@ from impactlab.errors import (
     StepError,
     SweepError,
     UnusualValue,
+    texts,
 )
 from impactlab.history.advice import ADVICE
 from impactlab.history.base import SERIOUS, AbstractHistory
@@ -161,7 +162,7 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
     StepError
         If the run fails on the way, or more than doubles the energy of its bodies; it carries the history so far.
     """
-    if not isinstance(case, tuple):
+    if not (isinstance(case, tuple) and len(case) == 2):
         expect_case(case, "run")
     scene, method = case.simulation() if isinstance(case, Case) else case
     if frames:
@@ -272,7 +273,8 @@ def compare(
     expect_case(case, "compare")
     if isinstance(methods, str):
         methods = (methods,)
-    names = list(dict.fromkeys(methods if methods is not None else case.method_names))
+    given = case.method_names if methods is None else texts("methods", methods, "Give names of methods of the case.")
+    names = list(dict.fromkeys(given))
     for name in names:
         check_name("method", name, case.method_names, case.file)
     known: dict[Any, Reference | None] = {}  # by the scene and method that determine each

@@ -114,6 +114,7 @@ def closest(name: str, names: Iterable[str]) -> str:
 
     Words for the same thing (`OTHER_WORDS`), beginnings and the other order of a pair of bodies count as near.
     """
+    name = str(name)
     known, word = list(names), name[:MAX_COMPARED].strip().lower()
     head, colon, pair = name.partition(":")
     turned = f"{head}{colon}{'|'.join(reversed(pair.split('|')))}"  # a contact b|a, where a|b is known
@@ -175,6 +176,33 @@ def expect_whole(given: object, name: str, least: int, most: int) -> None:
     if isinstance(given, bool) or not isinstance(given, numbers.Integral) or not least <= int(given) <= most:
         remedy = f"Give a whole number from {least} to {most}."
         raise CaseError(f"{str(given)[:MAX_COMPARED]} is not allowed", remedy=remedy, path=name)
+
+
+def expect_path(given: object, function: str, remedy: str = "Give a text or a Path.") -> None:
+    """Raise `CaseError` where a function was not given the path of a file or folder, or one that cannot be."""
+    if not isinstance(given, (str, Path)):
+        raise CaseError(f"{function}() takes the path of a file, not a {type(given).__name__}", remedy=remedy)
+    try:
+        Path(given).stat()
+    except (FileNotFoundError, NotADirectoryError, PermissionError):
+        pass  # a file to be written, or an error of the next call
+    except (OSError, ValueError):  # too long, or of characters that no name may have
+        raise CaseError(f"{str(given)[:MAX_COMPARED]!a} cannot be a path", remedy="Give another name.") from None
+
+
+def texts(name: str, given: object, remedy: str) -> list[str]:
+    """Return several texts, of which an argument consists, as a list.
+
+    Raise `CaseError` for anything else; the error calls the argument by its ``name``.
+    """
+    several = isinstance(given, Iterable) and not isinstance(given, (str, bytes))
+    found = []
+    for each in [*given] if several else [given]:  # type: ignore[misc]
+        if not isinstance(each, str):
+            text = f"{str(each)[:MAX_COMPARED]} is a {type(each).__name__}, not a text"
+            raise CaseError(text, remedy=remedy, path=name)
+        found.append(each)
+    return found
 
 
 class PairingError(ImpactlabError):

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile.case import Case, case_of
 from impactlab.casefile.document import parse_yaml
-from impactlab.errors import ImpactlabError
+from impactlab.errors import ImpactlabError, expect_path
 from impactlab.history import dataset as data
 from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.history.instruments import instrumented, measured_file
@@ -63,6 +63,7 @@ def write_netcdf(
     ExtraError
         Without xarray or h5netcdf.
     """
+    expect_path(path, "to_netcdf")
     known = history.case.label if history.case is not None else history.scene.name
     times = file_times(history.duration, len(history.channels()))
     kept = data.to_xarray(history, times)
@@ -90,6 +91,7 @@ def open_netcdf(path: str | Path) -> SampledHistory:
 
 def read_netcdf(path: str | Path) -> SavedRun:
     """Return the content of the file of a run; raises as `open_netcdf`."""
+    expect_path(path, "open_netcdf")
     dataset = data.read(Path(path))
     case = _case(str(path), dataset.attrs)
     history = data.to_history(dataset, case.simulation(), case)

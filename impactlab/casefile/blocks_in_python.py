@@ -5,7 +5,7 @@ They are the blocks of a case file, with the same keys, units and defaults.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from impactlab.casefile.keys_in_python import BodyKeys, given
@@ -275,7 +275,7 @@ class Chain(BodyKeys):
     def __init__(
         self, bodies: Sequence[str], law: Mapping[str, Any] | None = None, *, gap: Value | None = None, **others: Any
     ) -> None:
-        super().__init__(chain=bodies if isinstance(bodies, str) else list(bodies), law=law, gap=gap, **others)
+        super().__init__(chain=listed(bodies), law=law, gap=gap, **others)
 
 
 class Link(BodyKeys):
@@ -349,4 +349,9 @@ class Mechanism(BodyKeys):
     def __init__(
         self, links: Sequence[Mapping[str, Any]], *, end: str | Mapping[str, Value] | None = None, **others: Any
     ) -> None:
-        super().__init__(links=list(links), end=end, **others)
+        super().__init__(links=listed(links), end=end, **others)
+
+
+def listed(values: object) -> object:
+    """Return values, as of a generator, as a list; text and single values as they are, refused later."""
+    return [*values] if isinstance(values, Iterable) and not isinstance(values, (str, Mapping)) else values

@@ -28,7 +28,7 @@ from impactlab.casefile.text.words import shown
 from impactlab.casefile.text.written import yaml_text
 from impactlab.casefile.values.faults import case_error
 from impactlab.casefile.values.loads import folder_of, with_tables
-from impactlab.errors import CaseError, ImpactlabError, combined
+from impactlab.errors import CaseError, ImpactlabError, combined, expect_path
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.printing import counted
 from impactlab.scene.method import Method, Simulation
@@ -308,9 +308,7 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
     PluginError
         If a part it names is not installed or cannot be used.
     """
-    if not isinstance(path, (str, Path)):
-        text = f"load_case() takes the path of a file, not a {type(path).__name__}"
-        raise CaseError(text, remedy="Of plain values a case is made by il.Case.from_dict({...}).")
+    expect_path(path, "load_case", "Of plain values a case is made by il.Case.from_dict({...}).")
     file = Path(path)
     if not file.suffix and not file.exists() and file.name == str(path):
         path = file = case_named(file.name)

@@ -93,6 +93,8 @@ def numbered(data: Mapping[str, Any], path: str) -> str:
     CaseError
         If several contacts have the name.
     """
+    if not isinstance(path, str):
+        raise CaseError(f"{shown(path)} is no path of a case", remedy="Give a text, such as 'bodies.hammer.mass'.")
     first, _, rest = path.partition(".")
     name, dot, inside = rest.partition(".")
     contacts = data.get(first) if first == "contacts" else None
@@ -316,10 +318,14 @@ def with_values(document: Document, block: str, name: str, values: Mapping[str, 
 def with_set(document: Document, settings: Iterable[tuple[str, Any]], by: str, file: str) -> Document:
     """Return the document with values set from outside, in order.
 
-    ``by`` is the option or function that gave them.
+    ``by`` is the option or function that gave them. A value inside a body that is neither there nor made is refused.
     """
+    settings = [*settings]
+    made = {path.removesuffix(".kind") for path, _ in settings if isinstance(path, str)}
     for path, value in settings:
         try:
+            if isinstance(path, str) and ".".join(path.split(".")[:2]) not in made:
+                refuse_unknown_body(document.data, path)
             document = edited(document, path, value, replace=False, by=by)
         except ImpactlabError as error:
             error.given_by = by

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from impactlab.cli.lazy_modules import casefile, edit, settings_of, starter
+from impactlab.errors import expect_path
 from impactlab.startup.wall_time import spent_on
 
 if TYPE_CHECKING:
@@ -78,6 +79,7 @@ def names_in(text: str) -> list[str]:
 
 def found(case: Path) -> Path:
     """Return the file of a case, also by the name of a packaged one."""
+    expect_path(case, "a command")
     return case if case.suffix or case.exists() or len(case.parts) > 1 else starter.case_named(str(case))
 
 

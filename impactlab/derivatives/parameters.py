@@ -11,7 +11,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.edit import numbered, refuse_unknown_body
 from impactlab.casefile.path_units import entry
 from impactlab.casefile.values.units import to_si
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, texts
 from impactlab.sweeps.axes import takes_whole
 
 HELD = {
@@ -60,7 +60,9 @@ def read_parameters(case: Case, paths: str | Sequence[str]) -> tuple[Parameter, 
 
 
 def _listed(paths: str | Sequence[str]) -> list[str]:
-    return [each.strip() for each in paths.split(",")] if isinstance(paths, str) else list(paths)
+    if isinstance(paths, str):
+        return [each.strip() for each in paths.split(",")]
+    return texts("parameters", paths, "Name numbers of the case, such as bodies.hammer.mass.")
 
 
 def refuse_held(paths: str | Sequence[str]) -> None:

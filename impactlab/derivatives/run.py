@@ -19,6 +19,7 @@ from impactlab.derivatives.table import DIFFERENCES, WITHHELD, Sensitivities, Se
 from impactlab.errors import CaseError
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
+from impactlab.measurement.inputs import row_of_numbers
 from impactlab.plugins import Registry
 from impactlab.scene.problem import Scene
 from impactlab.sweeps.quantities import WantedQuantity, quantities_of, values
@@ -104,7 +105,7 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
     expect_case(case, "jacobian")
     refuse_held(parameters)
     read = read_parameters(case, parameters)
-    at = np.asarray(times, dtype=float)
+    at = row_of_numbers("times", times)
     with api.warnings_kept():
         history = api.run(case)
     signal = history.evaluate(at, channel)

@@ -17,7 +17,7 @@ from impactlab.contact.bilinear import Bilinear
 from impactlab.drilling.drill import Drill, drill_of
 from impactlab.errors import DoubtfulResult
 from impactlab.history.base import AbstractHistory
-from impactlab.measurement.inputs import warn
+from impactlab.measurement.inputs import expect, warn
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact
@@ -96,6 +96,7 @@ def blow_of(history: AbstractHistory) -> Blow:
 
     Raise and warn as `blow` does.
     """
+    expect(history, AbstractHistory, "Give the history of a run: il.run(case). Of a case, take drilling.blow.")
     laws = history.method.laws
     drill = drill_of(history.scene, laws)
     law = laws[drill.rock.name]

@@ -153,11 +153,11 @@ def marched(
     thinner: Thinner | None = None
     log.state["most"] = log.state["intervals"] + INTERVALS_PER_CHECK
     if begun is not None and begun.status in (TOO_MANY, UNRESOLVED):
-        stop(run, layout, log, reason(scene, layout, log, begun.status), thinner)
+        stop(run, layout, log, reason(run, layout, log, begun.status), thinner)
     done = begun is not None and begun.status == DONE
     while not done and (status := march.march(log)) != DONE:
         if status in (TOO_MANY, UNRESOLVED) or log.state["intervals"] >= MAX_INTERVALS:
-            stop(run, layout, log, reason(scene, layout, log, status), thinner)
+            stop(run, layout, log, reason(run, layout, log, status), thinner)
         if status == PAUSED:
             log.state["most"] += INTERVALS_PER_CHECK
             if progress is not None:
@@ -174,7 +174,7 @@ def marched(
                 2 * log.state["pool_used"] > len(log.pool) or 2 * log.junctions["records"].max() > log.pieces.shape[1]
             )
             if whole or filled:
-                stop(run, layout, log, too_large(log, most), thinner)
+                stop(run, layout, log, too_large(run, log, most), thinner)
     return thinner.finish(log, scene.duration) if thinner else ContinuousHistory(run, layout, log, scene.duration)
 
 
@@ -199,11 +199,11 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
         )
 
 
-def reason(scene: Scene, layout: NetworkLayout, log: Log, status: int) -> tuple[str, str]:
+def reason(run: Simulation, layout: NetworkLayout, log: Log, status: int) -> tuple[str, str]:
     """Return the reason why a march stopped, and the remedy."""
     if status == TOO_MANY:
         last = log.events[log.state["events"] - 1]
-        name = scene.contacts[layout.places[last["contact"]]].name
+        name = run.scene.contacts[layout.places[last["contact"]]].name
         if last["branch"] >= 0:
             return (
                 f"the law of contact {name} changes its branch more than {march.MAX_BURST} times at one instant",
@@ -229,25 +229,24 @@ def reason(scene: Scene, layout: NetworkLayout, log: Log, status: int) -> tuple[
     return (
         f"the exact solution needs more than {MAX_INTERVALS:,} intervals: every wave front is "
         "split at each joint of segments",
-        shorter(log),
+        shorter(run, log),
     )
 
 
-def too_large(log: Log, most: float) -> tuple[str, str]:
+def too_large(run: Simulation, log: Log, most: float) -> tuple[str, str]:
     """Return why a log has no more room in memory, and the remedy."""
     return (
         f"the wave fronts within one round trip take more than {in_bytes(BYTES * most)}: every "
         "front is split at each joint of segments and at each contact",
-        shorter(log),
+        shorter(run, log),
     )
 
 
-def shorter(log: Log) -> str:
-    """Return the remedy of a run that is too long."""
-    return (
-        f"Give a duration of at most {0.9 * log.reached:.3g} s, or solve.tolerance in place of a model, "
-        "or a model that steps."
-    )
+def shorter(run: Simulation, log: Log) -> str:
+    """Return the remedy of a run that is too long; a tolerance is none for links, which need the exact solver."""
+    links = any(law.two_sided for law in run.method.laws.values())
+    tolerance = "" if links else "solve.tolerance in place of a model, or "
+    return f"Give a duration of at most {0.9 * log.reached:.3g} s, or {tolerance}a model that steps."
 
 
 def stop(run: Simulation, layout: NetworkLayout, log: Log, why: tuple[str, str], thinner: Thinner | None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from impactlab.casefile import Case
@@ -16,6 +16,7 @@ from impactlab.fits.search import search
 from impactlab.fits.signals import Setting, Signal
 from impactlab.fits.unknowns import frequency
 
+PAIRS = "Give each case with its own: [(case, signals), ...]."
 MIN_RESAMPLES = 40  # of the bootstrap
 
 Experiments = Case | Sequence[tuple[Case, Signal | Sequence[Signal]]]
@@ -105,18 +106,25 @@ def fit_problem(
     """
     _allowed("noise", noise, ("white", "ar1", "std"))
     given = {"gain": gain, "offset": offset, "shift": shift}
+    if parameters is not None and not isinstance(parameters, Mapping):
+        text = f"{shown(parameters)} is given where paths with their bounds are needed"
+        raise CaseError(text, remedy="Write parameters={'bodies.hammer.mass': (1.0, 3.0)}.")
     return Problem(_experiments(case, signals), parameters or {}, given, noise, frequency(bandwidth))
 
 
 def _experiments(case: Experiments, signals: Signal | Sequence[Signal] | None) -> list[Experiment]:
-    if isinstance(case, (str, Path)):
+    if isinstance(case, (str, Path, Mapping)) or not isinstance(case, Iterable):
         expect_case(case, "fit")
-    pairs = [(case, signals if signals is not None else [])] if isinstance(case, Case) else list(case)
+    pairs = [(case, signals if signals is not None else [])] if isinstance(case, Case) else [*case]
     if not isinstance(case, Case) and signals is not None:
-        raise CaseError("signals beside experiments", remedy="Give each case with its own: [(case, signals), ...].")
+        raise CaseError("signals beside experiments", remedy=PAIRS)
     if not pairs:
         raise CaseError("no experiment to fit", remedy="Give at least one case with its signals.")
-    return [Experiment(of, [own] if isinstance(own, Signal) else list(own)) for of, own in pairs]
+    for each in pairs:
+        if not isinstance(each, (tuple, list)) or len(each) != 2:
+            raise CaseError(f"{shown(each)} is given where a case with its signals is needed", remedy=PAIRS)
+        expect_case(each[0], "fit")
+    return [Experiment(of, [*own] if isinstance(own, Iterable) else [own]) for of, own in pairs]
 
 
 def _allowed(name: str, value: str, allowed: tuple[str, ...]) -> None:

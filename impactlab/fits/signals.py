@@ -52,10 +52,12 @@ def unit_of(channel: str) -> str:
 
 
 def _numbers(given: Any, name: str) -> Array:
+    remedy = "Give an array of numbers; unit= and time_unit= name their units."
+    if np.iscomplexobj(given):  # numpy would drop the imaginary parts
+        raise CaseError(f"{name} are complex numbers", remedy=remedy)
     try:
         return np.asarray(given, dtype=float)
     except (TypeError, ValueError) as error:
-        remedy = "Give an array of numbers; unit= and time_unit= name their units."
         raise CaseError(f"{name} are not numbers: {str(error)[:80]}", remedy=remedy) from None
 
 
@@ -113,7 +115,7 @@ class Signal:
         own = factor_of(unit, unit_of(self.channel)) if unit else 1.0
         factors = {"times": factor_of(time_unit, "s"), "values": own, "std": own}
         for name, factor in factors.items():
-            if (given := getattr(self, name)) is not None:
+            if (given := getattr(self, name)) is not None or name != "std":
                 object.__setattr__(self, name, factor * _numbers(given, f"signal {self.channel}: {name}"))
         self._check()
 

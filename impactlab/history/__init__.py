@@ -1,5 +1,6 @@
 """The history of a run, and the noise floor below which touches are no events."""
 
+from impactlab.history.arguments import within_run
 from impactlab.history.base import (
     AbstractHistory,
     CarriedEnergy,
@@ -9,7 +10,6 @@ from impactlab.history.base import (
     Event,
     Field,
     Warned,
-    within_run,
 )
 
 __all__ = [

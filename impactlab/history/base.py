@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, closest
+from impactlab.history.arguments import within_run
 from impactlab.history.energy import CarriedEnergy as CarriedEnergy
 from impactlab.history.energy import EnergyBook as EnergyBook
 from impactlab.history.energy import EnergyEnds as EnergyEnds
@@ -20,7 +21,6 @@ from impactlab.history.instruments import Measured, measure
 from impactlab.history.sampling import page_times
 from impactlab.history.views import Views
 from impactlab.history.waves import Waves, separated
-from impactlab.scene.bodies import Body
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
@@ -122,52 +122,6 @@ class Field(NamedTuple):
 IMPULSE_SAMPLES = 4000  # of a force whose impulse is summed
 FIELD_POINTS = 401  # places of a field along a continuous rod, if none are given
 MAX_NAMED = 60  # contacts in a message
-END_ROUNDING = 1e-9  # of duration or length: a time outside a run, a place outside a body by less is moved into it
-
-
-def within_run(t: ArrayLike, duration: float) -> Array:
-    """Return times as an array [s], those outside the run by rounding moved into it.
-
-    Raises
-    ------
-    ImpactlabError
-        If a time lies further outside, or is not a number.
-    """
-    try:
-        times = np.asarray(t, float)
-    except (TypeError, ValueError):
-        raise ImpactlabError(
-            f"{str(t)[:60]!r} is not a time or an array of times in seconds",
-            remedy="Write evaluate(t, channel): the times first, then the name of the channel.",
-        ) from None
-    slack = END_ROUNDING * duration
-    outside = times[~((times >= -slack) & (times <= duration + slack))]
-    if outside.size:
-        raise ImpactlabError(
-            f"the time t = {float(outside.flat[0]):.6g} s lies outside the run, 0 to {duration:.6g} s",
-            remedy="Give times of the run, or run the case with a longer duration.",
-        )
-    return np.asarray(np.clip(times, 0.0, duration))
-
-
-def places_on(body: Body, x: ArrayLike) -> Array:
-    """Return places (n,) [m], those outside the body by rounding moved onto it.
-
-    Raises
-    ------
-    ImpactlabError
-        If a place lies further outside, or is not a number.
-    """
-    places = np.atleast_1d(np.asarray(x, float))
-    slack = END_ROUNDING * body.length
-    outside = places[~((places >= -slack) & (places <= body.length + slack))]
-    if outside.size:
-        raise ImpactlabError(
-            f"{float(outside.flat[0]):.6g} m lies outside '{body.name}', 0 to {body.length:.6g} m",
-            remedy="Give x from the left end of the body.",
-            path=f"bodies.{body.name}",
-        )
-    return np.asarray(np.clip(places, 0.0, body.length))
 
 
 class HasCase(Protocol):
@@ -359,8 +313,8 @@ class AbstractHistory(Views, ABC):
         ImpactlabError
             If the scene has no contact of that name.
         """
-        found = self._by_contact().get(contact)
-        if found is None and contact not in self.scene.contact_names:
+        found = self._by_contact().get(str(contact))
+        if found is None and str(contact) not in self.scene.contact_names:
             names = [each.name for each in self.scene.contacts]
             shown = f"{', '.join(names[:MAX_NAMED])}{', ...' if len(names) > MAX_NAMED else ''}"
             raise ImpactlabError(

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, closest
+from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
 from impactlab.history.base import (
-    END_ROUNDING,
     AbstractHistory,
     BranchChange,
     ContactSpan,
@@ -27,8 +27,6 @@ from impactlab.history.base import (
     LinkResult,
     Warned,
     instants_around,
-    places_on,
-    within_run,
 )
 from impactlab.history.instruments import Measured, measure, measured_signals, probe_of
 from impactlab.history.sampling import frame_times, page_times
@@ -98,7 +96,7 @@ class SampledHistory(AbstractHistory):
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         times = within_run(t, self.duration)
-        if channel not in self.values:
+        if str(channel) not in self.values:
             raise ImpactlabError(
                 f"channel '{channel}' was not kept.{closest(channel, self.values)} Kept: {', '.join(self.values)}",
                 remedy="A quantity at another place needs a probe in the case.",
@@ -114,13 +112,13 @@ class SampledHistory(AbstractHistory):
         return self.fields[body].times if body in self.fields else np.zeros(0)
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
-        kept, time = self.fields.get(body), float(within_run(t, self.duration))
+        kept, time = self.fields.get(str(body)), one_time(t, self.duration)
         near = np.zeros(0, int) if kept is None else np.flatnonzero(np.abs(kept.times - time) <= self._slack)
         values = None if kept is None or near.size == 0 else self._read(kept, body, quantity, int(near[0]))
         if kept is None or values is None:
             known = "" if kept is None else f"; kept are {', '.join(kept.values)} at {kept.times.size} instants"
             raise ImpactlabError(
-                f"the {quantity} along '{body}' at {t:.6g} s was not kept{known}",
+                f"the {quantity} along '{body}' at {time:.6g} s was not kept{known}",
                 remedy="Ask for fields in the case, as snapshots: {count: 200}.",
                 path="snapshots",
             )

@@ -8,6 +8,7 @@ strain at one section give both waves; at a step, a gauge or an end they separat
 from __future__ import annotations
 
 import itertools
+import numbers
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -63,7 +64,7 @@ def wave_body(scene: Scene, name: str, x: float) -> WaveBody:
     ImpactlabError
         If the body is neither, or x lies outside it.
     """
-    if name not in scene.bodies:
+    if not isinstance(name, str) or name not in scene.bodies:
         raise ImpactlabError(f"no body '{name}'; bodies: {', '.join(scene.bodies)}", remedy="Name one of these.")
     body = scene.bodies[name].waves
     if body is None:
@@ -74,6 +75,8 @@ def wave_body(scene: Scene, name: str, x: float) -> WaveBody:
             if kind == "beam"
             else "Name a rod or a shaft.",
         )
+    if not isinstance(x, numbers.Real):
+        raise ImpactlabError(f"{str(x)[:60]!r} is not a place", remedy="Give x from the left end of the body, in m.")
     if not -SAME_PLACE * body.length <= x <= (1.0 + SAME_PLACE) * body.length:
         raise ImpactlabError(
             f"{x:.12g} m lies outside '{name}', 0 to {body.length:.12g} m",

@@ -16,13 +16,14 @@ from impactlab.hopkinson.evaluation import Test
 from impactlab.hopkinson.gauges import measured
 from impactlab.hopkinson.windows import THRESHOLD, above
 from impactlab.measurement.dispersion import Bar, Theory
-from impactlab.measurement.inputs import warn
+from impactlab.measurement.inputs import above_zero, expect, warn
 from impactlab.scene.problem import Probe
 from impactlab.types import Array
 
 OVERSAMPLING = 32  # times the rate of a gauge: fronts are placed to 1/64 of a sample
 WIDTH = 4.0  # standard deviations of the smoothing on each side: beyond are 6e-5 of it
 MAX_SMOOTH = 100.0  # samples
+RUN_FIRST = "Give the history of a run: il.run(case)."
 BAR_TOL = 1e-9  # relative, of wave speeds, densities and sections of two bars
 
 
@@ -36,8 +37,9 @@ def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion
     ImpactlabError
         If the body is not a rod, or has more than one segment.
     """
+    expect(history, AbstractHistory, RUN_FIRST)
     bodies = history.scene.bodies
-    waves = bodies[name].waves if name in bodies else None
+    waves = bodies[name].waves if isinstance(name, str) and name in bodies else None
     if waves is None or "strain" not in bodies[name].quantities or len(waves.segments) != 1:
         rods = [each for each, body in bodies.items() if body.waves is not None and "strain" in body.quantities]
         raise ImpactlabError(
@@ -49,13 +51,13 @@ def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion
     return Bar(diameter, segment.wave_speed, segment.density, poisson, dispersion)
 
 
-def sampled(history: AbstractHistory, channel: str, rate: float) -> tuple[float, Array]:
+def sampled(history: AbstractHistory, channel: str, rate: float | str) -> tuple[float, Array]:
     """Return the time between samples [s] and a channel sampled, (n,).
 
-    ``rate`` is in Hz; the first sample is at t = 0.
+    ``rate`` is in Hz, or a string with a unit; the first sample is at t = 0.
     """
-    if not (rate > 0.0 and math.isfinite(rate)):
-        raise ImpactlabError(f"the rate is {rate:.6g} Hz; it must be positive", remedy="Give it in hertz.")
+    expect(history, AbstractHistory, RUN_FIRST)
+    rate = above_zero("the rate", rate, "Hz")
     dt = 1.0 / rate
     count = math.floor(history.duration * rate * (1.0 + 1e-12)) + 1
     return dt, history.evaluate(dt * np.arange(count), channel)

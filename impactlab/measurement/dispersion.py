@@ -203,6 +203,7 @@ def wave_number(bar: Bar, frequency: ArrayLike) -> Array:
 
 def band_limit(bar: Bar) -> float:
     """Return the frequency [Hz] at which the diameter is two wavelengths; infinite without dispersion."""
+    expect_bar(bar)
     if bar.dispersion == "none":
         return math.inf
     speed = phase_speed if bar.dispersion == "pochhammer" else love_speed

@@ -8,7 +8,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from numbers import Integral
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ from impactlab import api
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
 from impactlab.contact.smith import Smith
-from impactlab.errors import CaseError
+from impactlab.errors import expect_whole
 from impactlab.piling.blow import sets_of
 from impactlab.piling.pile import Pile, pile_of
 from impactlab.piling.soil_at_rest import warn_if_moving
@@ -28,6 +27,7 @@ from impactlab.scene.bodies import Table
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
+MAX_BLOWS = 10_000  # some minutes of runs
 SAME_SET = 1e-3  # relative: two blows that move the head and the toe by the same
 
 
@@ -123,8 +123,7 @@ def drive(case: Case | Simulation, blows: int) -> Driving:
     ----------
     DaCostaDanzigerLopes2001.
     """
-    if not isinstance(blows, Integral) or blows < 1:
-        raise CaseError(f"{blows} blows. Allowed: a whole number, 1 or more", remedy="Give the number of blows.")
+    expect_whole(blows, "blows", 1, MAX_BLOWS)
     if not isinstance(case, Simulation):
         expect_case(case, "drive")
     run = case.simulation() if isinstance(case, Case) else case

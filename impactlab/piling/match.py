@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from impactlab import api, simulate
 from impactlab.casefile import Case
 from impactlab.contact.smith import Smith
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError, texts
 from impactlab.fits.correlation import correlations
 from impactlab.fits.identifiable import exponential
 from impactlab.fits.intervals import Options, fit_with_intervals
@@ -28,6 +28,7 @@ from impactlab.fits.search import solved
 from impactlab.fits.signals import Signal
 from impactlab.fits.trials import Trials, Values
 from impactlab.history.base import AbstractHistory
+from impactlab.measurement.inputs import one_of
 from impactlab.piling.case_method import first_peak
 from impactlab.piling.measured import CaseUnderForce, checked, driven_by, soil_path, written_out
 from impactlab.piling.signs import check_length, check_work, warn_of_offsets, warn_of_proportion, warn_of_times
@@ -35,6 +36,7 @@ from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
+FREE_EXAMPLE = "Name some, as free=['toe.capacity', 'shaft.capacity']."
 BOUNDS = 20.0  # a free number is sought between its start over this and its start times this
 COARSE_ELEMENTS = 40  # of the mesh from whose solution the search starts
 COARSE_TOL = 1e-2  # of the cost and of the numbers, on that mesh
@@ -132,10 +134,10 @@ def match(
     ----------
     RauscheGobleLikins1985.
     """
-    if noise not in ("white", "ar1"):
-        raise CaseError(f"noise {noise!r}", remedy="Allowed: white, ar1.")
+    one_of("noise", noise, ("white", "ar1"))
     t, measured_force, measured = checked(time, force, velocity)
-    free = free if isinstance(free, Mapping) else [free] if isinstance(free, str) else list(free)
+    names = texts("free", free, FREE_EXAMPLE)
+    free = free if isinstance(free, Mapping) else names
     case = written_out(case, free)
     driven = driven_by(case, t, measured_force)
     numbers = list(_numbers(case, driven.blocks, free))
@@ -173,7 +175,7 @@ def _warn_if_unusual(driven: CaseUnderForce, time: Array, force: Array, velocity
 def _numbers(case: Case, blocks: Mapping[int, int], free: Free) -> Iterable[Numbers]:
     names = [free] if isinstance(free, str) else list(free)
     if not names:
-        raise CaseError("no number to fit", remedy="Name some, as free=['toe.capacity', 'shaft.capacity'].")
+        raise CaseError("no number to fit", remedy=FREE_EXAMPLE)
     before: dict[str, str] = {}
     for name in names:
         block, of = soil_path(case, name)

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from impactlab.errors import ImpactlabError
-from impactlab.history.base import END_ROUNDING, SERIOUS, AbstractHistory, ContactSpan
+from impactlab.history.arguments import END_ROUNDING
+from impactlab.history.base import SERIOUS, AbstractHistory, ContactSpan
 from impactlab.history.sampling import FRAMES, page_times
 from impactlab.printing import counted
 from impactlab.report import facts
@@ -63,7 +64,7 @@ def _check(history: AbstractHistory, channel: str, view: tuple[float, float]) ->
 
     A run may not have it, or it may have no values, as the force of an impulse law.
     """
-    if isinstance(channel, (list, tuple)):
+    if not isinstance(channel, str) and isinstance(channel, Iterable):
         raise ImpactlabError(
             "plot() takes names of channels, not a list of them",
             remedy="Write history.plot(*channels), with a star, or history.plot('A', 'B').",

@@ -14,7 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError, closest
-from impactlab.history.base import END_ROUNDING, AbstractHistory, Cost, Field, instants_around, places_on, within_run
+from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
+from impactlab.history.base import (
+    AbstractHistory,
+    Cost,
+    Field,
+    instants_around,
+)
 from impactlab.numerics.interpolation import interpolated
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
@@ -197,7 +203,7 @@ class AbstractRecordedHistory(AbstractHistory):
 
     def _check_channel(self, channel: str) -> None:
         """Raise `ImpactlabError` where a channel was not recorded."""
-        if channel in self.recorded:
+        if str(channel) in self.recorded:
             return
         names = sorted(self.recorded)
         many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
@@ -251,12 +257,12 @@ class AbstractRecordedHistory(AbstractHistory):
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         self._check_body(body)
-        time = float(within_run(t, self.duration))
+        time = one_time(t, self.duration)
         read, factor = self.scene.bodies[body].reading(quantity)
         times = self._snapshots
         number = int(np.argmin(np.abs(times - time))) if times.size else 0
         if not times.size or abs(times[number] - time) > END_ROUNDING * self.duration:
-            text = f"no snapshot at t = {t:.6g} s; snapshots: {_listed(times)}"
+            text = f"no snapshot at t = {time:.6g} s; snapshots: {_listed(times)}"
             raise ImpactlabError(text, remedy=_to_have(time, times), path="snapshots")
         places, rows, delays = self._rows_at(body, read, x)
         values = rows.times(self._motion(number, body, read == "velocity"))
@@ -287,7 +293,7 @@ class AbstractRecordedHistory(AbstractHistory):
         return self.dt is not None and times.size > 1 and float(np.diff(times).max()) <= (1.0 + END_ROUNDING) * self.dt
 
     def _check_body(self, body: str) -> None:
-        if body not in self.built:
+        if str(body) not in self.built:
             raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(self.built)}", remedy="Name one of these.")
 
     def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> FieldRows:

@@ -50,6 +50,7 @@ RETURNED = (
 MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, even if its parts declare more
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
+OVERLAP_TOL = 1e-13  # of the reference energy, that the mean force does over an overlap: less is rounding
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
@@ -171,6 +172,8 @@ def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:
         deepest = min(0.0, contact.gap) - float(channels[f"gap:{contact.name}"].values.min())
         names = [*moving_faces(scene, contact.left, contact.right)]
         if all(deepest > OVERLAP_WARN * travel_of(name) for name in names):  # as a rule the first travels far enough
+            if deepest * history.impulse_of(contact.name) <= OVERLAP_TOL * reference_energy(history) * history.duration:
+                continue
             share = deepest / max(travel_of(name) for name in names)
             text = f"{contact.name}: the faces overlap by {deepest:.3g} m, {share:.2g} of their travel"
             yield Warned("overlap", text)

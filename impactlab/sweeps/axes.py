@@ -16,6 +16,7 @@ import numpy as np
 
 from impactlab.casefile import Case
 from impactlab.casefile.edit import check_name, in_order, is_named, numbered, plain, refuse_unknown_body
+from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.sweeps.given_twice import refuse_removed, refuse_twice
@@ -162,7 +163,9 @@ def _columns(given: Any, name: str) -> Iterable[tuple[str, Iterable[Any]]]:
 def _values(path: str, values: Iterable[Any]) -> tuple[Any, ...]:
     if isinstance(values, (str, int, float)):
         values = [values]
-    every = values.tolist() if isinstance(values, np.ndarray) else values
+    if not isinstance(values, Iterable):
+        raise CaseError(f"{shown(values)} is no value of an axis", remedy="Give a list of numbers or texts.", path=path)
+    every = np.atleast_1d(values).tolist() if isinstance(values, np.ndarray) else values
     given = tuple(
         value if type(value) is float else plain(value.item() if isinstance(value, np.generic) else value, path)
         for value in every

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -76,9 +76,16 @@ def one_by_one(names: str | Sampled | Sequence[str | Sampled]) -> Sequence[str |
         names = [each.strip() for each in names.split(",")]
     elif isinstance(names, Sampled):
         names = [names]
-    if not names:
-        raise CaseError("a sweep without a quantity", remedy="Name one; `impactlab plugins` lists them.")
-    return names
+    remedy = "Name one; `impactlab plugins` lists them."
+    if not isinstance(names, Iterable):
+        raise CaseError(f"{shown(names)} is no quantity", remedy=remedy, path="quantities")
+    listed = [*names]
+    if not listed:
+        raise CaseError("a sweep without a quantity", remedy=remedy)
+    for each in listed:
+        if not isinstance(each, (str, Sampled)):
+            raise CaseError(f"{shown(each)} is no quantity", remedy=remedy, path="quantities")
+    return listed
 
 
 def quantities_of(

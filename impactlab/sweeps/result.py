@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from impactlab.errors import CaseError, ExtraError
+from impactlab.errors import CaseError, ExtraError, expect_path
 from impactlab.sweeps.chunks import ENGINES, STATUSES, Chunk, Folder
 
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
         If the folder holds no sweep.
     """
     needed()
+    expect_path(path, "open_sweep", "Give the folder of a sweep.")
     folder = Folder(Path(path))
     result = Result(folder.content)
     for chunk in folder.chunks():

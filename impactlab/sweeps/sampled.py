@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.errors import CaseError
-from impactlab.history.base import END_ROUNDING, AbstractHistory
+from impactlab.history.arguments import END_ROUNDING
+from impactlab.history.base import AbstractHistory
 from impactlab.history.extremes import extremes
 from impactlab.history.units import UNITS
 from impactlab.scene.method import Method, is_exact

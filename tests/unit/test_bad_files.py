@@ -168,3 +168,10 @@ def test_the_limit_of_memory_can_be_raised(tmp_path: Path, monkeypatch: pytest.M
     refused(["check", str(file)], "solve.records: 1e+07 records of 9 numbers take about 1.44 GB. Allowed: 900 MB")
     monkeypatch.delenv("IMPACTLAB_MEMORY")
     assert CliRunner().invoke(app, ["check", str(file)]).exit_code == 0
+
+
+@pytest.mark.parametrize("name", ["a" * 3000, "a" * 3000 + ".yaml"])
+@pytest.mark.parametrize("command", [["run"], ["check"], ["run", "--set", "gravity=1"]])
+def test_names_that_are_too_long_for_a_file(name: str, command: list[str]) -> None:
+    """They were answered with an OSError and exit code 1."""
+    refused([*command, name], "cannot be a path")

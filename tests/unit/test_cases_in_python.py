@@ -263,7 +263,7 @@ def test_one_name_stands_for_a_list_of_one():
     assert one.impulse.shape == (1, 1)
     assert il.sensitivities(case, "bodies.hammer.mass", "impulse").find("impulse", "bodies.hammer.mass").value > 0.0
     assert [row.name for row in il.compare(case, "continuous").rows] == ["continuous"]
-    with pytest.raises(il.CaseError, match="the case has no method nothing"):
+    with pytest.raises(il.CaseError, match="methods: None is a NoneType, not a text"):
         il.compare(case, [None])
 
 

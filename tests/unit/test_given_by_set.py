@@ -359,3 +359,21 @@ def test_values_inside_a_method_and_a_variant_are_set_before_they_are_chosen(tmp
     assert whole.resolved()["solve"]["step"] == {"dt": 1e-7}  # one of several forms, which do not merge
     with pytest.raises(CaseError, match="is not a path"):
         load_with_settings(file, [("methods.penalty_fe..step", 1.0)], method="penalty_fe")
+
+
+def test_a_value_of_a_body_that_is_not_there_names_the_nearest_one() -> None:
+    """``bodies.hamer.mass=1`` was asked for a kind."""
+    case = il.load_case(AXIAL)
+    for change in (
+        lambda: load_with_settings(AXIAL, [("bodies.hamer.mass", 1.0)]),
+        lambda: case.with_("bodies.hamer.mass", 1.0),
+    ):
+        with pytest.raises(CaseError, match=r"no body 'hamer'\. Did you mean 'hammer'\?"):
+            change()
+    other = [("bodies.other.mass", 1.0), ("bodies.other.kind", "mass")]
+    for made in (
+        load_with_settings(AXIAL, other)[0],
+        case.with_settings(other[::-1]),
+        case.with_("bodies.other", kind="mass", mass=1.0),
+    ):
+        assert made.resolved()["bodies"]["other"]["mass"] == 1.0

@@ -427,3 +427,21 @@ def test_quantities_of_a_link_are_those_of_its_force() -> None:
         assert integral != 0.0
         assert given == pytest.approx(integral, rel=2e-2)
         assert math.isnan(float(found["peak_force"].sel(contact=name).item())) == (name == "rod.right|ground")
+
+
+@pytest.mark.parametrize("law", [{"kind": "penalty", "stiffness": 1e9}, {**SMITH, "rule": "viscous"}])
+def test_an_exact_run_without_room_offers_a_tolerance_where_it_can_help(
+    law: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Links have no description under a tolerance but the exact one: the remedy of a tolerance was a tolerance."""
+    monkeypatch.setattr("impactlab.exact.solve.memory_limit", lambda: 2e4)
+    segments = [{"length": each, "area": 3e-3 * each, "material": STEEL} for each in (0.311, 0.1732, 0.2239)]
+    bodies = {"hammer": il.Mass(2.0, velocity=3.0), "rod": il.Rod(segments=segments), "ground": il.Wall()}
+    contacts = [
+        il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9}),
+        il.Contact("rod.right", "ground", law),
+    ]
+    with pytest.raises(il.StepError, match="wave fronts within one round trip") as caught:
+        il.run(il.Case(bodies=bodies, contacts=contacts, solve={"duration": "9 ms", "model": {"kind": "continuous"}}))
+    assert ("solve.tolerance" in caught.value.remedy) == (law["kind"] == "penalty")
+    assert "a model that steps" in caught.value.remedy

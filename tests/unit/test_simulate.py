@@ -276,6 +276,8 @@ def test_values_outside_the_run_are_refused_and_not_those_of_its_end(kind: str) 
                 history.evaluate([5e-5, outside], channel)
             assert "longer duration" in refused.value.remedy
             assert refused.value.path == ""  # an argument of the call, and no key of the case
+        with pytest.raises(ImpactlabError, match=r"t = 0\.000100000\d+ s lies outside the run, 0 to 0\.0001 s"):
+            history.evaluate(END * (1.0 + 1e-7), channel)  # not "t = 0.0001 s lies outside, 0 to 0.0001 s"
         # The end of the run, as sums and products of its steps give it.
         ends = history.evaluate([END, math.nextafter(END, 1.0), END * (1.0 + 1e-12)], channel)
         assert np.all(ends == ends[0])

@@ -16,6 +16,7 @@ from impactlab.exact.results.link_results import link_results, named, total
 from impactlab.exact.results.signals import Signal, Signals, turning_times
 from impactlab.exact.setup.branch_tables import FIRST
 from impactlab.exact.setup.network import Link, Log, NetworkLayout, Place
+from impactlab.history.arguments import one_time, places_on, within_run
 from impactlab.history.base import (
     FIELD_POINTS,
     AbstractHistory,
@@ -27,8 +28,6 @@ from impactlab.history.base import (
     Field,
     LinkResult,
     Warned,
-    places_on,
-    within_run,
 )
 from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.no_contact import never_closed
@@ -207,7 +206,7 @@ class ContinuousHistory(AbstractHistory):
         return np.asarray(self._evaluated(times.ravel(), channel).reshape(times.shape))
 
     def _evaluated(self, t: Array, channel: str) -> Array:
-        quantity, _, rest = self._of_masses.get(channel, str(channel)).partition(":")
+        quantity, _, rest = self._of_masses.get(str(channel), str(channel)).partition(":")
         if rest in self._contact and quantity in ("force", "gap"):
             contact = self._contact[rest]
             if quantity == "force":
@@ -325,7 +324,7 @@ class ContinuousHistory(AbstractHistory):
         return self.signals.force(self._contact[name])
 
     def impulse_of(self, contact: str) -> float:
-        if contact not in self.joined:
+        if str(contact) not in self.joined:
             return super().impulse_of(contact)
         return self.impulse_until(contact, self.duration)
 
@@ -334,14 +333,14 @@ class ContinuousHistory(AbstractHistory):
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         rods = self.layout.links
-        links = rods.get(body, ())
+        links = rods.get(str(body), ())
         if not links:
             raise CaseError(
                 f"no field of '{body}'.{closest(str(body), rods)} Rods and shafts: {', '.join(rods)}",
                 remedy="Name one of these; a mass has channels.",
             )
         known = self.scene.bodies[body].quantities
-        if quantity not in known:
+        if str(quantity) not in known:
             raise CaseError(
                 f"no field {str(quantity)!r} of '{body}'.{closest(str(quantity), known)}",
                 remedy=f"Fields: {', '.join(known)}.",
@@ -350,7 +349,7 @@ class ContinuousHistory(AbstractHistory):
         length = self.scene.bodies[body].length
         x = np.linspace(0.0, length, FIELD_POINTS) if x is None else places_on(self.scene.bodies[body], x)
         values = np.empty_like(x)
-        time = float(within_run(t, self.duration))
+        time = one_time(t, self.duration)
         starts = np.array([link.x for link in links])
         numbers = np.searchsorted(starts[1:], x + PLACE_ROUNDING * length, side="right")  # at a boundary the right link
         for number, link in enumerate(links):

@@ -17,6 +17,7 @@ from impactlab.exact.results.energies import energies_at
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.link_results import followed, link_results, named
 from impactlab.exact.setup.network import Log, NetworkLayout, without
+from impactlab.history.arguments import one_time, places_on, within_run
 from impactlab.history.base import (
     AbstractHistory,
     BranchChange,
@@ -27,8 +28,6 @@ from impactlab.history.base import (
     Field,
     LinkResult,
     instants_around,
-    places_on,
-    within_run,
 )
 from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.no_contact import never_closed
@@ -102,6 +101,7 @@ class ThinnedHistory(AbstractHistory):
         return np.unique([time for name, _, time in self.fields if name == body])
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        t = one_time(t, self.duration)
         for (name, kind, time), found in self.fields.items():
             if (name, kind) == (body, quantity) and abs(time - t) <= 1e-9 * self.duration:
                 if x is None:

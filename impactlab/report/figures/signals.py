@@ -174,7 +174,7 @@ def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | Non
 
     None where the history has no such channel, or no value of it.
     """
-    quantity, _, name = channel.partition(":")
+    quantity, _, name = str(channel).partition(":")
     try:
         if quantity == "gap":
             values = gap_of(history, name, times)

@@ -107,7 +107,7 @@ class Body(ABC):
         CaseError
             If the body has no such quantity.
         """
-        if quantity not in self.quantities:
+        if str(quantity) not in self.quantities:
             raise CaseError(
                 f"the {self.kind} '{self.name}' has no {quantity}.{closest(quantity, self.quantities)}",
                 remedy=f"It has: {', '.join(self.quantities) or 'nothing, as it never moves'}.",

@@ -10,6 +10,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from impactlab.history.arguments import one_time, places_on, within_run
 from impactlab.history.base import (
     FIELD_POINTS,
     ContactSpan,
@@ -18,8 +19,6 @@ from impactlab.history.base import (
     Event,
     Field,
     LinkResult,
-    places_on,
-    within_run,
 )
 from impactlab.history.frame import carried_by, drifts_alone, groups, touched_in
 from impactlab.history.noise_floor import Found, above_noise
@@ -235,9 +234,9 @@ class RecordedHistory(AbstractRecordedHistory):
         return None if body in self._ends else super().field_times(body)
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
-        if body not in self._ends:
+        if str(body) not in self._ends:
             return super().field(body, t, quantity, x)
-        time, shown = within_run(t, self.duration), self.scene.bodies[body]
+        time, shown = np.array(one_time(t, self.duration)), self.scene.bodies[body]
         read, factor = shown.reading(quantity)
         places = self._places_along(body) if x is None else places_on(shown, x)
         return Field(places, factor * self._waves_of(body).at(read, places, time))
@@ -255,13 +254,13 @@ class RecordedHistory(AbstractRecordedHistory):
         return self._places[body]
 
     def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
-        if body not in self._ends:
+        if str(body) not in self._ends:
             return super().travelling(body, x, t)
         wave_body(self.scene, body, x)
         return self._waves_of(body).velocities(np.array(x), within_run(t, self.duration))
 
     def impulse_of(self, contact: str) -> float:
-        return self._joined_impulses[contact] if contact in self._joined_impulses else super().impulse_of(contact)
+        return self._joined_impulses[contact] if str(contact) in self._joined_impulses else super().impulse_of(contact)
 
     @cached_property
     def _joined_impulses(self) -> dict[str, float]:
