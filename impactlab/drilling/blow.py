@@ -214,7 +214,7 @@ def _final(history: AbstractHistory, law: AbstractContactLaw, rock: Contact, loo
     """
     if isinstance(law, Bilinear):
         return max(0.0, float(loop.penetration.max())) * (1.0 - law.stiffness / law.unloading)
-    held = next((link.set for link in history.links if link.name == (rock.group or rock.name)), None)
+    held = next((link.set for link in history.links if link.name == rock.shared_name), None)
     if held is not None:
         return held
     spans = history.spans(rock.name)

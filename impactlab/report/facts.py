@@ -47,7 +47,7 @@ def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, st
     of_contacts: list[tuple[str, str]] = []
     by_name: dict[str, list[Contact]] = {}
     for contact in scene.contacts:
-        by_name.setdefault(contact.group or contact.name, []).append(contact)
+        by_name.setdefault(contact.shared_name, []).append(contact)
     for name, contacts in by_name.items():
         first, last, several = contacts[0], contacts[-1], len(contacts)
         gaps = [si(gap, "m") if gap else "0" for gap in sorted({contact.gap for contact in contacts})]
@@ -74,7 +74,7 @@ def joined_in(scene: Scene, method: Method) -> set[str]:
     Several contacts of one name have that name.
     """
     laws = zip(scene.contacts, laws_of(scene, method), strict=True)
-    return {contact.group or contact.name for contact, law in laws if law.two_sided}
+    return {contact.shared_name for contact, law in laws if law.two_sided}
 
 
 def _once(facts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:

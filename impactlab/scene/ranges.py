@@ -183,7 +183,7 @@ def odd_laws(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
     for contact in scene.contacts:
         if hasattr(laws[contact.name], "first_yield"):
             yield from _odd_specimen(contact, scene, laws[contact.name])
-        quake, named = getattr(laws[contact.name], "quake", 0.0), contact.group or contact.name
+        quake, named = getattr(laws[contact.name], "quake", 0.0), contact.shared_name
         if quake > MAX_QUAKE and named not in said:
             said.add(named)
             yield (

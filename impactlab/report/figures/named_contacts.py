@@ -44,7 +44,7 @@ def named_contacts(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
         return []
     found: dict[str, list[tuple[int, str]]] = defaultdict(list)
     for number, contact in enumerate(histories[0].scene.contacts, start=1):
-        found[contact.group or contact.name].append((number, contact.name))
+        found[contact.shared_name].append((number, contact.name))
     made = []
     for name, own in found.items():
         members = tuple(member for _, member in own)

@@ -89,7 +89,7 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     """
     columns = across(1 if len(traces) == 1 else 2 if len(traces) <= 4 else 3)
     rows, trips = -(-len(traces) // columns), len(traces) > 1
-    headed = trips and len({each.group or each.name for each in traces[0].history.scene.contacts}) > 1
+    headed = trips and len({each.shared_name for each in traces[0].history.scene.contacts}) > 1
     margins = Margins(across=0.28, down=0.42, top=0.32 + HEADING * headed, bottom=lower_margin(trips=trips))
     figure, axes = grid(
         rows, columns, {1: 2.6 if len(traces) == 1 else 1.2, 2: 1.8, 3: 1.5}[columns], margins, share=True
