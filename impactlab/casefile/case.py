@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -282,13 +282,12 @@ class Case:
         self.origins.led_back(error)
         return placed(error, self.file, self.document)
 
-    def _located(self, change: Any, *given: Any, **options: Any) -> Document:
+    def _located(self, change: Callable[..., Document], *given: Any) -> Document:
         try:
-            changed: Document = change(*given, **options)
+            return change(*given)
         except ImpactlabError as error:
             self.place(error)
             raise
-        return changed
 
 
 def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> Case:

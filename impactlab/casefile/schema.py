@@ -187,7 +187,7 @@ class SolveBlock(Block):
     models: dict[Name, PartBlock] = Field({}, description="description of single rods and beams, by name")
     integrator: PartBlock | None = Field(None, description="time integrator; newmark if not given")
     step: StepBlock = Field(StepBlock(points_per_period=10.0), description="step; ten points per period")
-    events: Annotated[str, words("dated", "located")] = Field(
+    events: Annotated[Literal["dated", "located"], words("dated", "located")] = Field(
         "dated", description="dated: whole steps, times interpolated; located: steps are cut at events"
     )
     records: Records = Field(

@@ -123,8 +123,8 @@ class DelayChain(AbstractSelfStepping):
         return node if abs(self.places[node] - x) <= SAME_PLACE * self._rod.length else None
 
     def gives_means(self, x: float) -> bool:
-        ends = {0: self._rod.left, self.places.size - 1: self._rod.right}
-        end = ends.get(self.node_at(x))  # type: ignore[arg-type] # None is no key
+        ends: dict[int | None, End] = {0: self._rod.left, self.places.size - 1: self._rod.right}
+        end = ends.get(self.node_at(x))
         return end is None or not (end.kind == "mass" and end.value > 0.0)
 
     def row(self, x: float, quantity: Quantity) -> Array:
