@@ -39,7 +39,7 @@ from impactlab.startup.lazy import above
 from impactlab.startup.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
-MANY_BODIES = 5000  # of a case: from here on its checks take longer than a second
+MIN_LOGGED = 5000  # of a case: from here on its checks take longer than a second
 _said: list[bool] = []
 
 
@@ -370,7 +370,7 @@ def _length(bodies: Any) -> int:
 
 def log_many_bodies(bodies: int) -> None:
     """Log once in a session that checking many bodies takes seconds."""
-    if bodies < MANY_BODIES or _said:
+    if bodies < MIN_LOGGED or _said:
         return
     from multiprocessing import parent_process
 

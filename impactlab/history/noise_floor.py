@@ -23,9 +23,9 @@ from impactlab.scene.problem import Scene
 MIN_SHARE = 1e-11  # of the largest force and impulse among the bodies that interact: a touch below it is rounding
 MAX_SHARE = 1e-8  # the same, at most, however many steps a run takes
 GAP_ROUNDINGS = 8.0  # of a gap, each eps times a displacement: four sums of displacements and rates in two faces
-EARLY_SHARE = 1e-3  # of the largest impulse: below it a touch before any wave is dropped where no later one follows
+MIN_EARLY_SHARE = 1e-3  # of the largest impulse: below it a touch before any wave is dropped where no later one follows
 MIN_OPENING = 1e-11  # of the instant: faces that close again sooner were parted by rounding of the times of waves
-EARLY = 1e-3  # of the time a wave takes: touches by no more than this too early are dated so by their step
+MAX_EARLY = 1e-3  # of the time a wave takes: touches by no more than this too early are dated so by their step
 
 T = TypeVar("T", ContactSpan, Event)
 Found = tuple[tuple[Event, ...], tuple[ContactSpan, ...]]
@@ -262,8 +262,8 @@ def _floors(spans: Sequence[ContactSpan], share: float, reach: InteractingGroups
         name: Floor(
             share * forces.get(at, 0.0),
             share * impulses.get(at, 0.0),
-            EARLY_SHARE * impulses.get(at, 0.0),
-            (1.0 - EARLY) * reach.arrivals[name],
+            MIN_EARLY_SHARE * impulses.get(at, 0.0),
+            (1.0 - MAX_EARLY) * reach.arrivals[name],
         )
         for name, at in reach.groups.items()
     }

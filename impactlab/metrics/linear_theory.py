@@ -16,8 +16,8 @@ from impactlab.scene.facts import beams_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import is_solid
 
-LINEAR = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
-MAX_STRAIN = 2.0 * LINEAR  # of an estimate within a factor of two: strains above it give a warning
+LINEAR_STRAIN = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
+MAX_STRAIN = 2.0 * LINEAR_STRAIN  # of an estimate within a factor of two: strains above it give a warning
 # Of the length of a beam, by which bending shortens it: a deflection of 6 % between ends, 13 % of a tip.
 BENT_WARN = 0.01
 SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy of a run
@@ -101,7 +101,7 @@ def _warned(name: str, strain: float) -> Iterator[Warned]:
         yield Warned(
             "large_strain",
             f"the strain of '{name}' reaches about {100.0 * strain:.2g} % (an estimate within a "
-            f"factor of two). Linear theory is valid up to about {100.0 * LINEAR:g} %, and few "
+            f"factor of two). Linear theory is valid up to about {100.0 * LINEAR_STRAIN:g} %, and few "
             "materials withstand more without yielding. Check speeds, masses and sizes with their "
             "units; otherwise the result is that of a linear material that does not yield",
         )

@@ -16,6 +16,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.collisions import agreement_texts
 from impactlab.options import Relative
 from impactlab.plugins import kind_of
+from impactlab.printing import enumerated
 from impactlab.report.comparison import cell, in_round_trips, model_label
 from impactlab.report.figures.style import scaled
 from impactlab.report.summary import STEPPED, has_numbers
@@ -311,8 +312,7 @@ def _events(compared: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _names(rows: Sequence[Mapping[str, Any]]) -> str:
-    names = [str(row["name"]) for row in rows]
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return enumerated([str(row["name"]) for row in rows])
 
 
 def instant(time: float) -> str:
