@@ -123,8 +123,6 @@ def _read_record(value: Any, path: str, records: tuple[type[Any], ...]) -> Any:
 
     It is the one of its kind, or the one without a kind that has its keys.
     """
-    if isinstance(value, records):
-        return value
     kinds = [record.kind for record in records if record.kind]
     plain = [record for record in records if not record.kind]
     forms = [f"{{{', '.join(each.name for each in dataclasses.fields(record))}}}" for record in plain]

@@ -141,8 +141,6 @@ _SECONDS = Allowed(unit="s", limits=(("gt", 0.0),), number=True)
 
 
 def _read_duration(value: Any) -> Any:
-    if isinstance(value, RoundTrips):
-        return value
     if isinstance(value, (dict, list)):
         if isinstance(value, dict) and set(value) == {"round_trips"}:
             return RoundTrips(round_trips=Allowed(limits=(("gt", 0.0),), number=True).read(value["round_trips"]))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.history.base import AbstractHistory, ContactSpan, Warned
+from impactlab.history.base import AbstractHistory, Warned
 from impactlab.metrics.static_shapes import Bow, bow, sides_of, stretch
 from impactlab.scene.bodies import Beam, ElasticBody, End, SampledLoad, WaveBody
 from impactlab.scene.bodies.pieces import Segment
@@ -39,7 +39,8 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
     """
     scene = history.scene
     limits = _limits(scene)
-    if limits is not None and not history.links and all(_is_small(span, limits) for span in history.contacts):
+    peaks = [(math.inf if span.peak_force is None else span.peak_force, span.contact) for span in history.contacts]
+    if limits is not None and not history.links and all(peak <= limits[contact] for peak, contact in peaks):
         return  # so it is of most runs
     rods = [body for body in scene.wave_bodies if "strain" in body.quantities and is_solid(body)]  # no shafts
     beams = [beam for beam in beams_of(scene) if is_solid(beam)]
@@ -90,10 +91,6 @@ def _found_limits(scene: Scene) -> dict[str, float] | None:
                 limit = MAX_STRAIN / _strain_at(rod, x, scene.duration)
                 limits[contact.name] = min(limits[contact.name], limit)
     return limits
-
-
-def _is_small(span: ContactSpan, limits: dict[str, float]) -> bool:
-    return span.peak_force is not None and span.peak_force <= limits[span.contact]
 
 
 def _warned(name: str, strain: float) -> Iterator[Warned]:

@@ -55,13 +55,11 @@ def is_over_time(value: Any) -> bool:
 
     Otherwise it is a number with a unit.
     """
-    return isinstance(value, (Mapping, AbstractLoad)) or (isinstance(value, str) and bool(_OF_TIME.search(value)))
+    return isinstance(value, Mapping) or (isinstance(value, str) and bool(_OF_TIME.search(value)))
 
 
 def read_load(value: Any, unit: str) -> AbstractLoad:
     """Return a force over time; raise with the allowed forms."""
-    if isinstance(value, AbstractLoad):
-        return value
     if isinstance(value, str):
         try:
             return FunctionLoad(TimeFormula(value))
