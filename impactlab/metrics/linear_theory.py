@@ -18,8 +18,7 @@ from impactlab.scene.ranges import is_solid
 
 LINEAR_STRAIN = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
 MAX_STRAIN = 2.0 * LINEAR_STRAIN  # of an estimate within a factor of two: strains above it give a warning
-# Of the length of a beam, by which bending shortens it: a deflection of 6 % between ends, 13 % of a tip.
-BENT_WARN = 0.01
+BENT_WARN = 0.01  # of a beam's length, by which bending shortens it: a deflection of 6 % between ends, 13 % of a tip
 SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy of a run
 INSTANTS = 2000  # of a run, and of each of its strongest contacts, between which speeds of a place are means
 PLACES = 200  # along a body, at which its displacement at t = 0 is read

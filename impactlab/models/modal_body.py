@@ -8,7 +8,7 @@ import numpy as np
 
 from impactlab.bases.base import Coordinates, Span
 from impactlab.bases.reduced import ReducedMesh, products
-from impactlab.bases.residual import WithResiduals
+from impactlab.bases.residual import MIN_RESIDUAL, WithResiduals
 from impactlab.errors import PairingError
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
 from impactlab.models.mesh.base import AbstractMesh, end_load
@@ -16,8 +16,6 @@ from impactlab.models.messengers import Waves, arriving_row, waves_at
 from impactlab.scene.bodies import Beam, ElasticBody
 from impactlab.startup.cached import cached_property
 from impactlab.types import Array, Quantity
-
-MIN_RESIDUAL = 1e-9  # of the whole flexibility: a smaller one is rounding
 
 
 @final

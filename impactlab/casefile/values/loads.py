@@ -86,23 +86,6 @@ def load_values(load: AbstractLoad) -> Any:
     return {"t": list(own.t), "f": list(own.f)}
 
 
-def load_schema(unit: str) -> tuple[dict[str, Any], ...]:
-    """Return the JSON schemas of a force over time.
-
-    They are those of its forms other than a text.
-    """
-
-    def block(**properties: Any) -> dict[str, Any]:
-        keys = {"properties": properties, "required": list(properties)}
-        return {"type": "object", **keys, "additionalProperties": False}
-
-    def column(of: str) -> dict[str, Any]:
-        return {"type": "array", "items": {"type": ["number", "string"]}, "minItems": MIN_SAMPLES, "unit": of}
-
-    name = {"type": "string"}
-    return block(t=column("s"), f=column(unit)), block(file=name, t=name, f=name)
-
-
 def _column(values: Any, name: str, unit: str) -> np.ndarray[Any, Any]:
     if not isinstance(values, (Samples, list, tuple)):
         raise refuse(f"{name} of the table is {shown(values)}; give a list of numbers in {unit}")

@@ -21,13 +21,11 @@ from impactlab.models.mesh.bar_elements import (
     polynomials,
     reference,
 )
-from impactlab.models.mesh.base import AbstractMesh, quadratic_forms, sums_without
+from impactlab.models.mesh.base import NODE_TOL, AbstractMesh, quadratic_forms, sums_without
 from impactlab.models.mesh.massless import MasslessNodes, redistribute, struck_nodes
 from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import End, Profile, WaveBody
 from impactlab.types import Array, Ints, Quantity
-
-NODE_TOL = 1e-9  # of an element: a place so near to a node is that node
 
 
 @final

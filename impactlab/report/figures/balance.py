@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.report.figures.drawn_part import drawn_energies
+from impactlab.report.figures.signals import ROUNDING
 from impactlab.report.figures.style import (
     INK,
     MAX_LABELS,
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAX_LINEAR = 0.5  # %, up to which a linear axis shows the balance; beyond, it is linear near zero and then logarithmic
-ROUNDING = 1e-9  # %, below which the balance is drawn as the straight line it is
 
 
 @drawn
