@@ -115,8 +115,7 @@ def touched_in(history: AbstractHistory) -> frozenset[str]:
 
     Links are closed from the start.
     """
-    links = (name for name, law in history.method.laws.items() if law.two_sided)
-    return frozenset(span.contact for span in history.contacts).union(links)
+    return frozenset(span.contact for span in history.contacts).union(history.method.links)
 
 
 def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> dict[str, float]:

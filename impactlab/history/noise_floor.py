@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
-from impactlab.history.arrivals import first_arrivals, has_links
+from impactlab.history.arrivals import first_arrivals
 from impactlab.history.base import ContactSpan, Event
 from impactlab.history.frame import Group, groups
 from impactlab.scene.method import Method
@@ -54,7 +54,7 @@ def reach_of(scene: Scene, method: Method) -> InteractingGroups:
     Runs of one scene share them.
     """
     # No other fact of a method matters.
-    key = "reach", tuple(name for name, model in method.models.items() if model.theory), has_links(method)
+    key = "reach", tuple(name for name, model in method.models.items() if model.theory), bool(method.links)
     if key not in scene.derived:
         scene.derived[key] = InteractingGroups(_groups_of(scene, groups(scene)), first_arrivals(scene, method))
     found: InteractingGroups = scene.derived[key]

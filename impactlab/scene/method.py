@@ -56,6 +56,11 @@ class Method:
     events: Literal["dated", "located"] = "dated"
     tolerance: Tolerance | None = None
 
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of the contacts whose law acts in both directions: they are joined from the start."""
+        return tuple(name for name, law in self.laws.items() if law.two_sided)
+
 
 class Simulation(NamedTuple):
     """A scene and the method that solves it: together, all that a run needs."""
