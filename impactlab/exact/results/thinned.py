@@ -250,10 +250,7 @@ def _faces(scene: Scene) -> list[str]:
 
 def _joined(books: list[EnergyBook]) -> EnergyBook:
     """Return the books of windows that follow one another as one."""
-
-    def row(parts: list[Array]) -> Array:
-        return np.concatenate(parts)
-
+    row = np.concatenate
     return EnergyBook(
         row([book.time for book in books]),
         {name: row([book.bodies[name] for book in books]) for name in books[0].bodies},
