@@ -31,7 +31,6 @@ class Nitsche(AbstractContactLaw):
     needs = frozenset({Level.POSITION})
     citations = ("ChoulyHildRenard2015", "ChoulyRenard2018")
     hard = True
-    trial_at_end = False
     # Measured (docs/bounds.md): touches and releases within a step, and theta below 1.
     gains_energy = 0.3
     examples = ({}, {"theta": "0"}, {"theta": "-1", "gamma": 0.1})
