@@ -109,9 +109,9 @@ class Registry:
         PluginError
             If no part, or more than one, has this name, or if it cannot be used; the text names it and the reason.
         """
-        known = self._loaded.get((group.name, name))
+        known: type[Any] | None = self._loaded.get((group.name, name))
         if known is not None:
-            return known  # type: ignore[no-any-return]
+            return known
         entries = [entry for entry in self.entries if entry.group == group.name and entry.name == name]
         if not entries:
             text, installed = self._unknown(group, name), self._installed(group)
@@ -130,7 +130,7 @@ class Registry:
                 remedy=f"{advice} another name in its pyproject.toml: cases that name {name!r} are refused until then.",
             )
         entry = entries[0]
-        part = _import(entry, group)
+        part: type[Any] = _import(entry, group)
         try:
             fault = fault_of(part, group)
         except Exception as error:  # noqa: BLE001 - attributes of a plugin's class may raise anything
@@ -143,7 +143,7 @@ class Registry:
         if _names.get(part) != snake_case(part):
             _names[part] = name
         self._loaded[group.name, name] = part
-        return part  # type: ignore[no-any-return]
+        return part
 
     def _unknown(self, group: Group, name: str) -> str:
         for other in (MODELS, BASES, LAWS, INTEGRATORS):

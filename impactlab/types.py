@@ -129,10 +129,14 @@ class Reply(ctypes.Structure):
     memory: Annotated[Numbers, MEMORY]
 
 
+SideName = Literal["left", "right"]
+SIDES: tuple[SideName, SideName] = ("left", "right")
+
+
 class Reading(NamedTuple):
     """A quantity that a law reads inside a body, at the start of each step."""
 
-    side: Literal["left", "right"]
+    side: SideName
     distance: float  # m from the contact face, into the body
     quantity: Quantity
     left_out: bool = False  # True: with the quasi-static part of the modes that a truncated basis leaves out
@@ -146,7 +150,7 @@ class Arriving(NamedTuple):
     See `impactlab.models.messengers`.
     """
 
-    side: Literal["left", "right"]
+    side: SideName
     delay: float  # s
     speed: Literal["phase", "group"] = "phase"
     most: float = math.inf  # largest error allowed, over the free motion of the modes

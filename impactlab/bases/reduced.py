@@ -15,16 +15,6 @@ from impactlab.scene.bodies import Profile
 from impactlab.types import Array, Quantity
 
 
-def products(matrix: Array, shapes: Array) -> Array:
-    """Return the banded matrix times the shapes, (n_mesh_dof, n)."""
-    product = matrix[0][:, None] * shapes
-    for offset in range(1, matrix.shape[0]):
-        coupling = matrix[offset, :-offset][:, None]
-        product[offset:] += coupling * shapes[:-offset]
-        product[:-offset] += coupling * shapes[offset:]
-    return np.asarray(product)
-
-
 @final
 class ReducedMesh(Completable):
     """A mesh that moves in the span of some shapes only.
@@ -63,9 +53,9 @@ class ReducedMesh(Completable):
         from scipy.linalg import eigh
 
         mesh = self.mesh
-        unit = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, products(mesh.mass, shapes)))
+        unit = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, multiply(mesh.mass[..., None], shapes)))
         with one_thread():
-            mass, stiffness = (unit.T @ products(matrix, unit) for matrix in (mesh.mass, mesh.stiffness))
+            mass, stiffness = (unit.T @ multiply(matrix[..., None], unit) for matrix in (mesh.mass, mesh.stiffness))
             _, turned = eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
             return with_rigid_motions(mesh, upright(unit @ turned))
 

@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from impactlab.bench.cells import Cell
-from impactlab.bench.schema import BASE
+from impactlab.bench.schema import BASE, OWN
 from impactlab.casefile import Case, load_case
 from impactlab.errors import ImpactlabError
-
-OWN = "own."  # before the name of a method of a case
 
 
 class Place(NamedTuple):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import pickle
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 from impactlab import api
 from impactlab.bench.keys import reference_key
+from impactlab.jobs.files import whole
 from impactlab.refine.references.reference_record import Reference
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
@@ -59,9 +59,8 @@ class References:
         made = make()
         with contextlib.suppress(pickle.PicklingError, TypeError, AttributeError):  # then each worker makes its own
             packed = pickle.dumps(made)
-            draft = path.with_suffix(f".{os.getpid()}")
-            draft.write_bytes(packed)
-            draft.replace(path)
+            with whole(path) as draft:
+                draft.write_bytes(packed)
         return made
 
 

@@ -13,6 +13,7 @@ COMPLETED = "completed"
 ENDED = (COMPLETED, "tolerance_not_met")  # with all their numbers
 STATUSES = (*ENDED, "refused", "failed", "hung", "crashed")
 BASE = "base"  # name of the scene that a case describes without a variant
+OWN = "own."  # before the name of a method of a case: these differ from case to case, so they are not ranked
 
 
 class Row(NamedTuple):

@@ -18,11 +18,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from impactlab.errors import CaseError
-from impactlab.jobs.files import locked
+from impactlab.jobs.files import DRAFT, locked, whole
 
 LOCK = "bench.lock"
 SESSION = "session-"  # a folder that lives as long as one bench
-TEMPORARY = ".part"
 Kind = Literal["rows", "times"]
 
 
@@ -56,10 +55,8 @@ class Store:
 
     def write(self, name: str, text: str) -> None:
         """Write a file of the folder under a temporary name and rename it."""
-        path = self.folder / name
-        draft = path.with_name(f"{path.name}{TEMPORARY}")
-        draft.write_text(text, encoding="utf-8", newline="\n")
-        draft.replace(path)
+        with whole(self.folder / name) as draft:
+            draft.write_text(text, encoding="utf-8", newline="\n")
 
     def write_json(self, name: str, data: Any, *, sort_keys: bool = False) -> None:
         """Write a document of the folder."""
@@ -67,7 +64,7 @@ class Store:
 
     def sweep(self) -> None:
         """Delete the drafts of benches that were killed."""
-        for path in self.folder.rglob(f"*{TEMPORARY}"):
+        for path in self.folder.rglob(f"*{DRAFT}"):
             path.unlink(missing_ok=True)
         for path in self.folder.glob(f"{SESSION}*"):
             shutil.rmtree(path, ignore_errors=True)

@@ -162,7 +162,7 @@ def _method(
         models,
         integrator=_integrator(case, models, registry),
         step=StepRule(points_per_period=step.points_per_period, dt=step.dt, courant=step.courant),
-        events=events,  # type: ignore[arg-type]
+        events=events,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -39,7 +39,7 @@ from impactlab.startup.lazy import above
 from impactlab.startup.wall_time import spent_on
 
 LOG = logging.getLogger("impactlab")
-MANY_BODIES = 5000  # of a case: from here on its checks take longer than a second
+MIN_LOGGED = 5000  # of a case: from here on its checks take longer than a second
 _said: list[bool] = []
 
 
@@ -282,13 +282,12 @@ class Case:
         self.origins.led_back(error)
         return placed(error, self.file, self.document)
 
-    def _located(self, change: Any, *given: Any, **options: Any) -> Document:
+    def _located(self, change: Callable[..., Document], *given: Any) -> Document:
         try:
-            changed: Document = change(*given, **options)
+            return change(*given)
         except ImpactlabError as error:
             self.place(error)
             raise
-        return changed
 
 
 def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> Case:
@@ -369,7 +368,7 @@ def _length(bodies: Any) -> int:
 
 def log_many_bodies(bodies: int) -> None:
     """Log once in a session that checking many bodies takes seconds."""
-    if bodies < MANY_BODIES or _said:
+    if bodies < MIN_LOGGED or _said:
         return
     from multiprocessing import parent_process
 

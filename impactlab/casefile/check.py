@@ -76,7 +76,7 @@ def reference_rod(case: CaseBlock) -> str | None:
 
 
 def _has_a_shape(body: ElasticBlock, path: str) -> None:
-    keys, in_segments = body.shape_keys, getattr(body, "segments", None) is not None
+    keys, in_segments = body.shape_keys, body.segments is not None
     for key in keys:
         given = body.gives(key)
         if in_segments and given:
@@ -94,9 +94,8 @@ def _has_a_shape(body: ElasticBlock, path: str) -> None:
 
 
 def _sections_are_whole(body: ElasticBlock, path: str) -> None:
-    in_segments = getattr(body, "segments", None) is not None
     for number, piece in enumerate(body.pieces):
-        body.check_piece(piece, f"{path}.segments.{number}" if in_segments else path)
+        body.check_piece(piece, path if body.segments is None else f"{path}.segments.{number}")
 
 
 def _profile_is_finite(body: ElasticBlock, path: str) -> None:

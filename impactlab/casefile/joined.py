@@ -8,6 +8,7 @@ from __future__ import annotations
 from impactlab.casefile.points import Face, name_in
 from impactlab.casefile.schema import CaseBlock, ContactBlock
 from impactlab.errors import CaseError, ImpactlabError
+from impactlab.numerics.unions import Unions
 from impactlab.plugins import LAWS, Registry
 from impactlab.scene.problem import Point
 
@@ -45,23 +46,12 @@ def _at(face: Face, x: float) -> Point:
 
 def check_bonds(case: CaseBlock) -> None:
     """Refuse bonds that close a ring."""
-    joined_to: dict[str, str] = {}
-
-    def first_of(name: str) -> str:
-        row = []
-        while name in joined_to:
-            row.append(name)
-            name = joined_to[name]
-        joined_to.update(dict.fromkeys(row, name))  # so that a long chain is walked once
-        return name
-
+    groups = Unions[str]()
     for number, block in enumerate(case.contacts):
         if block.law is None or block.law["kind"] != BOND:
             continue
         path = f"contacts.{number}.between"
         one, other = (name_in(text) for text in block.between)
-        ends = first_of(one), first_of(other)
-        if ends[0] == ends[1]:
+        if not groups.join(one, other):
             text = f"{one!r} and {other!r} move as one by the other bonds already, and this one closes a ring"
             raise CaseError(text, remedy="Remove one bond of the ring.", path=path)
-        joined_to[ends[0]] = ends[1]

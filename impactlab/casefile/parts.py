@@ -9,9 +9,8 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Callable, Mapping
+from functools import cache, partial
 from typing import Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
@@ -52,21 +51,26 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
         if isinstance(inside, str) and field.metadata.get("unit", "").endswith("^n"):
             given[field.name] = _with_exponent(inside, f"{path}.{field.name}", field.metadata["unit"], part, given)
     try:
-        checked = model.model_validate(given)
-    except ValidationError as error:
-        raise case_error(error, given, path, model) from error
-    values = {name: getattr(checked, name) for name in model.model_fields}
-    try:
-        return part(**values)
-    except CaseError as error:
-        error.path = f"{path}.{error.path}" if error.path else path
-        raise
+        return _made(part, model, given, path)
     except ValueError as error:
         raise CaseError(
             f"{shown(block['kind'])} refuses these values: {str(error)[:200]}",
             remedy="`impactlab plugins` describes the part, and `impactlab schema` lists its options.",
             path=path,
         ) from error
+
+
+def _made(part: type[Any], model: type[BaseModel], given: Mapping[str, Any], path: str) -> Any:
+    """Return the part or the record of given values, checked by its model."""
+    try:
+        checked = model.model_validate(given)
+    except ValidationError as error:
+        raise case_error(error, given, path, model) from error
+    try:
+        return part(**{name: getattr(checked, name) for name in model.model_fields})
+    except CaseError as error:
+        error.path = f"{path}.{error.path}" if error.path else path
+        raise
 
 
 def _with_exponent(text: str, path: str, unit: str, part: Any, given: Mapping[str, Any]) -> float | str:
@@ -119,8 +123,6 @@ def _read_record(value: Any, path: str, records: tuple[type[Any], ...]) -> Any:
 
     It is the one of its kind, or the one without a kind that has its keys.
     """
-    if isinstance(value, records):
-        return value
     kinds = [record.kind for record in records if record.kind]
     plain = [record for record in records if not record.kind]
     forms = [f"{{{', '.join(each.name for each in dataclasses.fields(record))}}}" for record in plain]
@@ -135,69 +137,25 @@ def _read_record(value: Any, path: str, records: tuple[type[Any], ...]) -> Any:
             remedy=f"Kinds: {listed(kinds)}.",
             path=f"{path}.kind",
         )
-    model = part_model(chosen)
-    try:
-        checked = model.model_validate(given)
-    except ValidationError as error:
-        raise case_error(error, given, path, model.model_fields) from error
-    try:
-        return chosen(**{name: getattr(checked, name) for name in model.model_fields})
-    except CaseError as error:
-        error.path = f"{path}.{error.path}" if error.path else path
-        raise
+    return _made(chosen, part_model(chosen), given, path)
 
 
-@dataclass(frozen=True)
-class AllowedRecord:
-    """Values of a field that holds a record; `read_part` reads the record before its holder."""
+def _read_before(nothing: bool, fits: Callable[[Any], bool], fault: str) -> Reader:
+    """Return the reader of a part or a record in a field, which `read_part` reads before its holder."""
 
-    records: tuple[type[Any], ...]
-    nothing: bool = False
-
-    def reader(self) -> Reader:
-        """Return the annotation of a field that allows this."""
-        return Reader(self.read, {"type": "object"})
-
-    def read(self, value: Any) -> Any:
-        """Return the record itself."""
-        if (value is None and self.nothing) or isinstance(value, self.records):
+    def read(value: Any) -> Any:
+        if (value is None and nothing) or fits(value):
             return value
-        raise refuse(f"{shown(value)} is not allowed here")
+        raise refuse(f"{shown(value)} {fault}")
+
+    return Reader(read, {"type": "object"})
 
 
-@dataclass(frozen=True)
-class AllowedNumbers:
-    """Values of a field that holds a list of numbers in a unit."""
-
-    unit: str
-
-    def reader(self) -> Reader:
-        """Return the annotation of a field that allows this."""
-        return Reader(self.read, {"type": "array", "items": {"type": "number"}})
-
-    def read(self, value: Any) -> Any:
-        """Return the numbers as a tuple."""
-        if not isinstance(value, list | tuple):
-            raise refuse(f"{shown(value)} is not a list. Allowed: a list of numbers in {self.unit}")
-        return tuple(Allowed(unit=self.unit, number=True).read(each) for each in value)
-
-
-@dataclass(frozen=True)
-class AllowedPart:
-    """Values of a field that holds a part; `read_part` reads the part before its holder."""
-
-    group: Group
-    nothing: bool = False
-
-    def reader(self) -> Reader:
-        """Return the annotation of a field that allows this."""
-        return Reader(self.read, {"type": "object"})
-
-    def read(self, value: Any) -> Any:
-        """Return the part itself."""
-        if (value is None and self.nothing) or not fault_of(type(value), self.group):
-            return value
-        raise refuse(f"{shown(value)} is given where {self.group.noun} is needed")
+def _numbers(value: Any, unit: str) -> tuple[float, ...]:
+    """Return a list of numbers in a unit as a tuple, in SI."""
+    if not isinstance(value, list | tuple):
+        raise refuse(f"{shown(value)} is not a list. Allowed: a list of numbers in {unit}")
+    return tuple(Allowed(unit=unit, number=True).read(each) for each in value)
 
 
 def group_of(field: dataclasses.Field[Any]) -> Group | None:
@@ -225,11 +183,11 @@ def check_fields(part: type[Any]) -> None:
     for field in dataclasses.fields(part):
         if not field.init:
             continue
-        allowed = allowed_of(part, field, hints[field.name])
+        reader = _reader(part, field, hints[field.name])
         if field.default is dataclasses.MISSING:
             continue
         try:
-            allowed.read(field.default)
+            reader.read(field.default)
         except PydanticCustomError as error:
             raise PluginError(
                 f"the default of the field {field.name!r} of {part.__module__}.{part.__name__}: {error.message()}",
@@ -244,28 +202,27 @@ def _part_model(part: type[Any]) -> type[BaseModel]:
     for field in dataclasses.fields(part):
         if not field.init:
             continue
-        allowed = allowed_of(part, field, hints[field.name])
+        reader = _reader(part, field, hints[field.name])
         default = ... if field.default is dataclasses.MISSING else field.default
         unit = field.metadata["unit"]
         described = field.metadata["description"] + ("" if unit == "1" else f" [{unit}]")
-        fields[field.name] = (Annotated[Any, allowed.reader()], Field(default, description=described))
+        fields[field.name] = (Annotated[Any, reader], Field(default, description=described))
     config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
     model: type[BaseModel] = create_model(part.__name__, __config__=config, **fields)
     return model
 
 
-def allowed_of(
-    part: type[Any], field: dataclasses.Field[Any], hint: Any
-) -> Allowed | AllowedPart | AllowedRecord | AllowedNumbers:
-    """Return the values that a field allows, from its type and its option."""
+def _reader(part: type[Any], field: dataclasses.Field[Any], hint: Any) -> Reader:
+    """Return the reader of the values that a field allows, from its type and its option."""
     members = typing.get_args(hint) if typing.get_origin(hint) in (Union, types.UnionType) else (hint,)
-    group = group_of(field)
+    nothing, group, records = types.NoneType in members, group_of(field), records_of(field)
     if group is not None:
-        return AllowedPart(group, types.NoneType in members)
-    if records_of(field):
-        return AllowedRecord(records_of(field), types.NoneType in members)
+        needed = f"is given where {group.noun} is needed"
+        return _read_before(nothing, lambda value: not fault_of(type(value), group), needed)
+    if records:
+        return _read_before(nothing, lambda value: isinstance(value, records), "is not allowed here")
     if hint == tuple[float, ...]:
-        return AllowedNumbers(field.metadata["unit"])
+        return Reader(partial(_numbers, unit=field.metadata["unit"]), {"type": "array", "items": {"type": "number"}})
     words: tuple[str, ...] = ()
     for member in members:
         if typing.get_origin(member) is Literal:
@@ -282,10 +239,10 @@ def allowed_of(
         number=float in members,
         whole=int in members,
         boolean=bool in members,
-        nothing=types.NoneType in members,
+        nothing=nothing,
         relative=Relative in members,
         words=words,
-    )
+    ).reader()
 
 
 def describe_part(part: Any, given: Mapping[str, Any] | str) -> dict[str, Any]:

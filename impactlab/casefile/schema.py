@@ -141,8 +141,6 @@ _SECONDS = Allowed(unit="s", limits=(("gt", 0.0),), number=True)
 
 
 def _read_duration(value: Any) -> Any:
-    if isinstance(value, RoundTrips):
-        return value
     if isinstance(value, (dict, list)):
         if isinstance(value, dict) and set(value) == {"round_trips"}:
             return RoundTrips(round_trips=Allowed(limits=(("gt", 0.0),), number=True).read(value["round_trips"]))
@@ -187,7 +185,7 @@ class SolveBlock(Block):
     models: dict[Name, PartBlock] = Field({}, description="description of single rods and beams, by name")
     integrator: PartBlock | None = Field(None, description="time integrator; newmark if not given")
     step: StepBlock = Field(StepBlock(points_per_period=10.0), description="step; ten points per period")
-    events: Annotated[str, words("dated", "located")] = Field(
+    events: Annotated[Literal["dated", "located"], words("dated", "located")] = Field(
         "dated", description="dated: whole steps, times interpolated; located: steps are cut at events"
     )
     records: Records = Field(

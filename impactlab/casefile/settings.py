@@ -51,7 +51,9 @@ def load_with_settings(
     document = with_set(document, in_order(of_named, document.data), OPTION, path)
     named = {"variants": variant, "methods": method}
     for block, chosen in named.items():
-        if chosen != "base" and not _are_blocks(document.data.get(block, {})):
+        held = document.data.get(block, {})
+        blocks = isinstance(held, Mapping) and all(isinstance(values, Mapping) for values in held.values())
+        if chosen != "base" and not blocks:
             case_of(name, path, document)  # raises: the names of a faulty block cannot be known
     scene = _named(path, document, "variants", variant)
     solved = _named(path, scene, "methods", method)
@@ -65,10 +67,6 @@ def load_with_settings(
     )
     solve = solved.data.get("solve")
     return case, solve.get("tolerance") if isinstance(solve, dict) else None
-
-
-def _are_blocks(named: Any) -> bool:
-    return isinstance(named, Mapping) and all(isinstance(values, Mapping) for values in named.values())
 
 
 def _named(path: str, document: Document, block: str, name: str) -> Document:

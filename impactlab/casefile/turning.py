@@ -14,6 +14,7 @@ from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Beam, Body, Mass, Rotation
+from impactlab.scene.bodies.rotation import Plane
 from impactlab.scene.problem import Contact
 from impactlab.startup.lazy import lazy
 
@@ -164,14 +165,13 @@ def _with_masses(
                 path=f"bodies.{name}.rotation.axis_at",
             )
         block = waiting.pop(name)
-        met = _met(name, found, contacts) or (0.0, "axial")
-        axis, plane = met[0] if block.axis_at is None else block.axis_at, block.plane or met[1]
-        rotation = Rotation(rates[name], axis, plane)  # type: ignore[arg-type] # one of three words
-        found[name] = dataclasses.replace(found[name], rotation=rotation)
+        axis, plane = _met(name, found, contacts) or (0.0, "axial")
+        axis, plane = axis if block.axis_at is None else block.axis_at, block.plane or plane
+        found[name] = dataclasses.replace(found[name], rotation=Rotation(rates[name], axis, plane))
     return found
 
 
-def _met(name: str, bodies: Mapping[str, Body], contacts: tuple[Contact, ...]) -> tuple[float, str] | None:
+def _met(name: str, bodies: Mapping[str, Body], contacts: tuple[Contact, ...]) -> tuple[float, Plane] | None:
     """Return ``axis_at`` [m] and the plane of a mass by its contacts.
 
     They follow from the first face that it meets whose place is known.

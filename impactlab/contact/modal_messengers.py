@@ -11,7 +11,7 @@ from typing import Literal, final
 
 from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
-from impactlab.types import Arriving, Level, Port, Reply, SideFacts, Start, option
+from impactlab.types import SIDES, Arriving, Level, Port, Reply, SideFacts, Start, option
 
 
 @final
@@ -59,7 +59,7 @@ class ModalMessengers(AbstractContactLaw):
         needs_waves("modal_messengers", left, right)
         parameters: list[float] = []
         readings: list[Arriving] = []
-        for side, facts in (("left", left), ("right", right)):
+        for side, facts in zip(SIDES, (left, right), strict=True):
             if facts.kind in ("mass", "wall"):
                 parameters += [0.0, 0.0, 0.0]
                 continue
@@ -80,7 +80,7 @@ class ModalMessengers(AbstractContactLaw):
                 )
             taken = 1.0 / facts.impedance if self.balance == "impedance" else math.nan
             parameters += [1.0, 0.0 if math.isnan(taken) else taken, facts.gravity * dt]
-            readings.append(Arriving(side, dt, self.speed, self.accept, taken))  # type: ignore[arg-type]
+            readings.append(Arriving(side, dt, self.speed, self.accept, taken))
         return Start(parameters=tuple(parameters), readings=tuple(readings))
 
     @staticmethod

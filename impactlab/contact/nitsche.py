@@ -7,7 +7,7 @@ from typing import Literal, final
 
 from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
-from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, option
+from impactlab.types import SIDES, Level, Port, Reading, Reply, SideFacts, Start, option
 
 
 @final
@@ -31,7 +31,6 @@ class Nitsche(AbstractContactLaw):
     needs = frozenset({Level.POSITION})
     citations = ("ChoulyHildRenard2015", "ChoulyRenard2018")
     hard = True
-    trial_at_end = False
     # Measured (docs/bounds.md): touches and releases within a step, and theta below 1.
     gains_energy = 0.3
     examples = ({}, {"theta": "0"}, {"theta": "-1", "gamma": 0.1})
@@ -45,12 +44,12 @@ class Nitsche(AbstractContactLaw):
     )
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        rods = [(side, facts) for side, facts in (("left", left), ("right", right)) if facts.kind == "rod"]
+        rods = [(side, facts) for side, facts in zip(SIDES, (left, right), strict=True) if facts.kind == "rod"]
         if not rods:
             needs_waves("nitsche", left, right)
             raise PairingError("nitsche needs a rod on one side", remedy="Use penalty or addition_deletion.")
         compliance = self.gamma / min(facts.element_stiffness for _, facts in rods)
-        pushed = tuple((Reading(side, 0.0, "force"), 1.0 / len(rods)) for side, _ in rods)  # type: ignore[arg-type]
+        pushed = tuple((Reading(side, 0.0, "force"), 1.0 / len(rods)) for side, _ in rods)
         return Start(parameters=(compliance, float(self.theta)), pushed=pushed)
 
     def closed_gains(self, start: Start) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from typing import final
 from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
 from impactlab.printing import at_most
-from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, option
+from impactlab.types import SIDES, Level, Port, Reading, Reply, SideFacts, Start, option
 
 WAVE_ROUNDING = 1e-9  # of 1/Z, by which a face on a stepped delay line moves
 MAX_VELOCITY_PER_FORCE = 0.8 * (1.0 + 1e-9)  # of a face, over 1/Z; from 1 on the balance diverges, docs/bounds.md
@@ -104,7 +104,7 @@ class WaveIdentification(AbstractContactLaw):
         parameters: list[float] = []
         readings: list[Reading] = []
         needs_waves("wave_identification", left, right)
-        for side, facts in (("left", left), ("right", right)):
+        for side, facts in zip(SIDES, (left, right), strict=True):
             if not reads_waves(side, facts, dt):
                 parameters += [0.0, 0.0, 0.0]
                 continue
@@ -112,8 +112,8 @@ class WaveIdentification(AbstractContactLaw):
             # 1/Z, 1/(rho c), g dt
             parameters += [1.0 / facts.impedance, facts.area / facts.impedance, facts.gravity * dt]
             readings += [
-                Reading(side, distance, "velocity"),  # type: ignore[arg-type]
-                Reading(side, distance, "stress", left_out=self.residual),  # type: ignore[arg-type]
+                Reading(side, distance, "velocity"),
+                Reading(side, distance, "stress", left_out=self.residual),
             ]
         parameters.append(0.0 if "rod" in (left.kind, right.kind) else 1.0)  # 1 where no wave takes part
         return Start(parameters=tuple(parameters), readings=tuple(readings))

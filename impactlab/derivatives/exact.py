@@ -38,7 +38,7 @@ RUN_ROUNDING = 1.0e-13  # of the values of a run
 MIN_DISTANCE = 1.0e-9  # of the parameter: nearer to an edge tangents do not hold, and runs on either side are compared
 MAX_APART = 1.0e-10  # of the way at the largest velocity: fronts that arrive together and part more slowly are one
 RECHECK_TOL = 1.0e-6  # of a derivative: where its error is larger, runs closer by are compared
-NARROWER, NARROWING = 4, 0.1  # how often, and by how much
+MAX_NARROWED, NARROWED = 4, 0.1  # how often, and by how much
 SHARE = 0.15  # of the distance to an edge: distance of two runs
 
 
@@ -201,11 +201,11 @@ def _narrowed(
     A kink or a front inside the stencil spoils a difference, and its error shows it.
     """
     found = slopes(beside, base, width, rounding)
-    for _ in range(NARROWER):
+    for _ in range(MAX_NARROWED):
         surely = found.error <= RECHECK_TOL * np.maximum(np.abs(found.middle), np.abs(base) / scale)
         if np.all(np.logical_or.reduce((surely, found.kink, np.isnan(base)))):
             break
-        width *= NARROWING
+        width *= NARROWED
         finer = slopes(beside, base, width, rounding)
         better = np.logical_or(finer.error < found.error, np.isnan(found.middle))
         found = Slopes(*(np.where(better, new, old) for new, old in zip(finer, found, strict=True)))

@@ -113,10 +113,12 @@ def blow_of(history: AbstractHistory) -> Blow:
             DoubtfulResult,
         )
     work, deepest = float(loop.work[-1]), max(0.0, float(loop.penetration.max()))
+    # The first pass lasts until the wave of the first force has returned from the nearest joint.
+    passed = 0.0 if first is None else float(np.interp(first + drill.round_trip, loop.time, loop.work))
     return Blow(
         work=work,
         efficiency=work / drill.kinetic_energy,
-        first_pass=_first_pass(loop, first, drill) / drill.kinetic_energy,
+        first_pass=passed / drill.kinetic_energy,
         peak_force=float(loop.force.max()),
         deepest=deepest,
         final=_final(history, law, drill.rock, loop),
@@ -200,14 +202,6 @@ def _first_force(loop: Loop, share: float) -> float | None:
     return float(loop.time[max(0, pressed[0] - 1)]) if pressed.size else None
 
 
-def _first_pass(loop: Loop, first: float | None, drill: Drill) -> float:
-    """Return the work on the rock in the first pass [J].
-
-    It lasts until the wave of the first force has returned from the nearest joint.
-    """
-    return 0.0 if first is None else float(np.interp(first + drill.round_trip, loop.time, loop.work))
-
-
 def _final(history: AbstractHistory, law: AbstractContactLaw, rock: Contact, loop: Loop) -> float:
     """Return the permanent penetration [m].
 
@@ -215,7 +209,7 @@ def _final(history: AbstractHistory, law: AbstractContactLaw, rock: Contact, loo
     """
     if isinstance(law, Bilinear):
         return max(0.0, float(loop.penetration.max())) * (1.0 - law.stiffness / law.unloading)
-    held = next((link.set for link in history.links if link.name == (rock.group or rock.name)), None)
+    held = next((link.set for link in history.links if link.name == rock.shared_name), None)
     if held is not None:
         return held
     spans = history.spans(rock.name)

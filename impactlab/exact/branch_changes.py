@@ -5,9 +5,6 @@ They are compiled separately. Laws are tables here (`impactlab.contact.branches`
 
 from __future__ import annotations
 
-from typing import Any
-
-import numba
 from numba import types
 
 from impactlab.exact.arrays import CHANGE, CLOSE, OPEN, MarchArrays
@@ -30,11 +27,9 @@ from impactlab.exact.setup.branch_tables import (
     WAY,
     WIDE,
 )
-from impactlab.numerics.addresses import COMPILED, kernel_address
+from impactlab.numerics.addresses import address_for
 from impactlab.numerics.compiling import EXACT_INLINE, EXACT_PART
 from impactlab.types import Array
-
-typeof: Any = numba.typeof
 
 
 @EXACT_PART
@@ -135,12 +130,6 @@ def changes(m: MarchArrays, j: int, n: int) -> None:
         find(m, j, n)
 
 
-_address: dict[bool, int] = {}  # one entry, as that of `spring_systems`
-
-
 def address(m: MarchArrays) -> int:
     """Return the address of `changes`, compiled when a scene first needs it."""
-    if COMPILED not in _address:
-        signature = types.void(typeof(m), types.int64, types.int64) if COMPILED else None
-        _address[COMPILED] = kernel_address(changes, signature)
-    return _address[COMPILED]
+    return address_for(changes, (m,), (types.int64, types.int64))

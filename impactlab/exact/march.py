@@ -154,6 +154,18 @@ def apply_event(m: MarchArrays, j: int, t: float) -> bool:
     return bool(junction.bursts <= MAX_BURST)
 
 
+@EXACT_PART
+def cut(m: MarchArrays, j: int, n: int, place: float) -> None:
+    """Restrict the rows of a record to the part before a place in [-1, 1]."""
+    trial = m.stack[MAX_DEPTH]
+    for i in range(m.junctions[j].rows):
+        # A row keeps its degree: its last zeros would become rounding, which grows with every event.
+        row = m.rows[i]
+        kept = restrict(row, chopped(row, n, 0.0), -1.0, place, trial)
+        for k in range(n):
+            row[k] = trial[k] if k < kept else 0.0
+
+
 @EXACT_INLINE
 def interval(m: MarchArrays, j: int) -> int:
     """Advance junction j to its next break or event; return a status."""
@@ -179,14 +191,8 @@ def interval(m: MarchArrays, j: int) -> int:
     event = t1 if place > 1.0 else t0 + half * (place + 1.0)
     if place <= 1.0 and event < t1:
         if event > t0 + state.tolerance:
-            trial = m.stack[MAX_DEPTH]
-            for i in range(junction.rows):
-                state.work += 2 * n * n
-                # A row keeps its degree: its last zeros would become rounding, which grows with every event.
-                row = m.rows[i]
-                kept = restrict(row, chopped(row, n, 0.0), -1.0, place, trial)
-                for k in range(n):
-                    row[k] = trial[k] if k < kept else 0.0
+            state.work += 2 * n * n * junction.rows
+            cut(m, j, n, place)
         t1 = event
     if t1 > t0 + state.tolerance:
         keep(m, j, t0, t1, n)

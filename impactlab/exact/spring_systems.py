@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numba
 import numpy as np
 from numba import types
 
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import ORDER
 from impactlab.exact.linear import solved, table
-from impactlab.numerics.addresses import COMPILED, kernel_address
+from impactlab.numerics.addresses import address_for
 from impactlab.numerics.compiling import ALLOCATING_PART, EXACT_INLINE
 from impactlab.numerics.linear import solve_bordered
 from impactlab.types import Array
-
-typeof: Any = numba.typeof
 
 
 @ALLOCATING_PART
@@ -186,12 +181,6 @@ def coupled(m: MarchArrays, j: int, half: float) -> None:
     write_motion(m, j, half, combine, y, b, m.rows)
 
 
-_address: dict[bool, int] = {}  # one entry: arrays differ in size and never in type, and typing them takes 0.3 ms
-
-
 def address(m: MarchArrays) -> int:
     """Return the address of `coupled`, compiled when a scene first needs it."""
-    if COMPILED not in _address:
-        signature = types.void(typeof(m), types.int64, types.float64) if COMPILED else None
-        _address[COMPILED] = kernel_address(coupled, signature)
-    return _address[COMPILED]
+    return address_for(coupled, (m,), (types.int64, types.float64))

@@ -12,11 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.fits.loss import Loss
+from impactlab.fits.loss import AT_BOUND, Loss
 from impactlab.types import Array
 
 PERCENT = (2.5, 97.5)
-AT_BOUND = 1.0e-3  # of the distance between the bounds
 TOLERANCE = 1.0e-5  # of the loss: some hundredths of a standard deviation of an unknown
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import orth
 
+from impactlab.printing import enumerated
 from impactlab.types import Array
 
 MAX_DEVIATION = 3.0  # of a logarithm: beyond it the signals do not determine a direction
@@ -195,9 +196,9 @@ def undetermined(found: Identifiability, paths: Sequence[str], made: Sequence[Pr
     names = short_names(paths)
     free = [name for name, is_free in zip(names, found.is_free, strict=True) if is_free]
     infinite = "their intervals are infinite" if len(free) > 1 else "its interval is infinite"
-    lines = [f"not determined by the signals: {_listed(free)}; {infinite}"]
+    lines = [f"not determined by the signals: {enumerated(free)}; {infinite}"]
     if made:
-        lines[0] += f". Only {_listed([each.text for each in made])} {'are' if len(made) > 1 else 'is'} determined"
+        lines[0] += f". Only {enumerated([each.text for each in made])} {'are' if len(made) > 1 else 'is'} determined"
     elif len(found.unseen) == 1:
         way = found.unseen[0] / found.unseen[0][int(np.argmax(np.abs(found.unseen[0])))]
         among = zip(names, way.tolist(), strict=True)
@@ -205,7 +206,3 @@ def undetermined(found: Identifiability, paths: Sequence[str], made: Sequence[Pr
         if len(parts) > 1:
             lines[0] += f". They can change together, as {' '.join(parts)}, without a change of the signals"
     return lines
-
-
-def _listed(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 
 from impactlab.types import Array
 
+AT_BOUND = 1.0e-3  # of the distance between the bounds: an unknown so near to one is at it
 MAX_LOSS = 1.0e5  # of the loss at the solution: there is no such run
 MAX_TRIALS = 30  # of one fit from a neighbouring solution
 MEDIAN_TO_DEVIATION = 1.4826  # of normal noise: standard deviation over median of the size

@@ -12,14 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.fits.identifiable import MIN_SINGULAR, lengths
-from impactlab.fits.loss import MAX_LOSS, Loss, Point
+from impactlab.fits.loss import AT_BOUND, MAX_LOSS, Loss, Point
 from impactlab.types import Array
 
 STEPS = 4.0  # from the solution to the end of an interval
 MAX_POINTS, MAX_ROUNDS = 40, 8  # on one side; to find where the limit is passed
 GROWTH, MAX_SHARE = 2.0, 1.0 / 6.0  # of one step over the one before; of a step over the distance of the bounds
 LIMIT_TOL = 1.0e-3  # of the limit: an end of an interval is found as well as that
-AT_BOUND = 1.0e-3  # of the distance of the bounds
 BETTER_FALL = 0.02  # fall of the loss, over the variance, from which the solution was not the best
 
 

@@ -25,7 +25,7 @@ def first_arrivals(scene: Scene, method: Method) -> dict[str, float]:
     damped they take no time. A contact in the way passes them on without delay. Links may act on bodies at rest from
     t = 0 on: beside them a contact with a gap is taken to close at any time.
     """
-    models, linked = method.models, has_links(method)
+    models, linked = method.models, bool(method.links)
     arrival = {contact.name: _flight_time(scene, contact, linked) for contact in scene.contacts}
     if not any(arrival.values()):
         return arrival
@@ -41,11 +41,6 @@ def first_arrivals(scene: Scene, method: Method) -> dict[str, float]:
             if arrival[source] + time < arrival[name]:
                 arrival[name], sooner = arrival[source] + time, True
     return {name: 0.0 if math.isinf(time) else time for name, time in arrival.items()}
-
-
-def has_links(method: Method) -> bool:
-    """Return whether a law acts in both directions."""
-    return any(law.two_sided for law in method.laws.values())
 
 
 def _ways(scene: Scene, models: Models, points: Sequence[tuple[str, Point]]) -> Iterator[tuple[str, str, float]]:

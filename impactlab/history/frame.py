@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, CarriedEnergy
+from impactlab.numerics.unions import Unions
 from impactlab.scene.bodies import SampledLoad
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -71,16 +72,7 @@ def _closed(scene: Scene, touched: Collection[str] | None) -> frozenset[str] | N
 
 
 def _groups(scene: Scene, touched: frozenset[str] | None) -> tuple[Group, ...]:
-    leader = {name: name for name in scene.bodies}
-
-    def first(name: str) -> str:
-        row = []
-        while leader[name] != name:
-            row.append(name)
-            name = leader[name]
-        leader.update(dict.fromkeys(row, name))  # so that a long chain is walked once
-        return name
-
+    joined = Unions[str]()
     pulled = scene.gravity != 0.0  # a body that does not fall with the others holds their frame
     free = {name for name, body in scene.bodies.items() if body.is_free and (body.falls or not pulled)}
     held = {name for name, body in scene.bodies.items() if body.moves and name not in free}
@@ -92,10 +84,10 @@ def _groups(scene: Scene, touched: frozenset[str] | None) -> tuple[Group, ...]:
         if not all(moves):
             held.add(left if moves[0] else right)
         else:
-            leader[first(left)] = first(right)
+            joined.join(left, right)
     members: dict[str, list[str]] = {}
     for name in scene.in_order:
-        members.setdefault(first(name), []).append(name)
+        members.setdefault(joined.leader(name), []).append(name)
     return tuple(_group(scene, names, held) for names in members.values())
 
 
@@ -115,8 +107,7 @@ def touched_in(history: AbstractHistory) -> frozenset[str]:
 
     Links are closed from the start.
     """
-    links = (name for name, law in history.method.laws.items() if law.two_sided)
-    return frozenset(span.contact for span in history.contacts).union(links)
+    return frozenset(span.contact for span in history.contacts).union(history.method.links)
 
 
 def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> dict[str, float]:

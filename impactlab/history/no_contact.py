@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.frame import touched_in
-from impactlab.scene.problem import Contact
 from impactlab.types import Array
 
 GAPS = 2000  # instants at which the gap of an exact history is read
@@ -47,10 +46,10 @@ def no_contact(contact: str, initial_gap: float, gaps: Array, travel: float) -> 
     return Warned("no_contact", f"{contact}: {text}")
 
 
-def never_closed(history: AbstractHistory, contacts: Iterable[Contact]) -> Iterator[Warned]:
+def never_closed(history: AbstractHistory) -> Iterator[Warned]:
     """Yield a warning for each contact that was never closed in an exact history."""
     touched = touched_in(history)
-    for contact in contacts:
+    for contact in history.scene.contacts:
         if contact.name not in touched:
             gaps = history.evaluate(np.linspace(0.0, history.duration, GAPS), f"gap:{contact.name}")
             yield no_contact(contact.name, contact.gap, gaps, math.inf)

@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
-from impactlab.history.arrivals import first_arrivals, has_links
+from impactlab.history.arrivals import first_arrivals
 from impactlab.history.base import ContactSpan, Event
 from impactlab.history.frame import Group, groups
 from impactlab.scene.method import Method
@@ -23,9 +23,9 @@ from impactlab.scene.problem import Scene
 MIN_SHARE = 1e-11  # of the largest force and impulse among the bodies that interact: a touch below it is rounding
 MAX_SHARE = 1e-8  # the same, at most, however many steps a run takes
 GAP_ROUNDINGS = 8.0  # of a gap, each eps times a displacement: four sums of displacements and rates in two faces
-EARLY_SHARE = 1e-3  # of the largest impulse: below it a touch before any wave is dropped where no later one follows
+MIN_EARLY_SHARE = 1e-3  # of the largest impulse: below it a touch before any wave is dropped where no later one follows
 MIN_OPENING = 1e-11  # of the instant: faces that close again sooner were parted by rounding of the times of waves
-EARLY = 1e-3  # of the time a wave takes: touches by no more than this too early are dated so by their step
+MAX_EARLY = 1e-3  # of the time a wave takes: touches by no more than this too early are dated so by their step
 
 T = TypeVar("T", ContactSpan, Event)
 Found = tuple[tuple[Event, ...], tuple[ContactSpan, ...]]
@@ -54,7 +54,7 @@ def reach_of(scene: Scene, method: Method) -> InteractingGroups:
     Runs of one scene share them.
     """
     # No other fact of a method matters.
-    key = "reach", tuple(name for name, model in method.models.items() if model.theory), has_links(method)
+    key = "reach", tuple(name for name, model in method.models.items() if model.theory), bool(method.links)
     if key not in scene.derived:
         scene.derived[key] = InteractingGroups(_groups_of(scene, groups(scene)), first_arrivals(scene, method))
     found: InteractingGroups = scene.derived[key]
@@ -262,8 +262,8 @@ def _floors(spans: Sequence[ContactSpan], share: float, reach: InteractingGroups
         name: Floor(
             share * forces.get(at, 0.0),
             share * impulses.get(at, 0.0),
-            EARLY_SHARE * impulses.get(at, 0.0),
-            (1.0 - EARLY) * reach.arrivals[name],
+            MIN_EARLY_SHARE * impulses.get(at, 0.0),
+            (1.0 - MAX_EARLY) * reach.arrivals[name],
         )
         for name, at in reach.groups.items()
     }

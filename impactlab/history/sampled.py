@@ -183,7 +183,7 @@ def facts_of(history: AbstractHistory) -> Facts:
         measured_signals(history),
         tuple(history.links),
         tuple(history.changes),
-        {name: history.impulse_of(name) for name, law in history.method.laws.items() if law.two_sided},
+        {name: history.impulse_of(name) for name in history.method.links},
         dict(history.load_impulses),
         history.energy_ends(),
     )

@@ -23,8 +23,9 @@ import numpy as np
 
 from impactlab.integrators.banded_steps import LOAD, LOADED, alpha_derive, alpha_free, measure
 from impactlab.integrators.base import Losses, Step, without_load
-from impactlab.integrators.flat_matrices import chain_springs, combined, factors, packed, trimmed
+from impactlab.integrators.flat_matrices import chain_springs, combined, factors, packed
 from impactlab.models.base import Operators
+from impactlab.numerics.banded import trimmed
 from impactlab.types import Array
 
 

@@ -12,7 +12,7 @@ from impactlab.errors import PairingError
 from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.integrators.chain_steps import energy_of_chain, step_chain
-from impactlab.integrators.flat_matrices import has_coupled_damping
+from impactlab.integrators.flat_matrices import NOTHING, has_coupled_damping
 from impactlab.integrators.leapfrog_factors import (
     BANDWIDTH,
     DAMPED,
@@ -33,7 +33,6 @@ from impactlab.numerics.compiling import UNPACK
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
-NOTHING = np.zeros(0)
 MASS_OF_ONE = LOAD + 6  # of a single coordinate: after its load, gain, chain of two, share kept and ground
 
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.numerics.addresses import entered
+from impactlab.numerics.chain_solve import SAME_TOL
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_PART, UNPACK
 from impactlab.numerics.lanes import LANES, after_last, all_lanes, lane, lanes_at, put_lanes, sum_of_lanes
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 MIN_RUN = 8  # nodes: a shorter run of equal ones takes as long node by node
-SAME_TOL = 4.0 * float(np.finfo(float).eps)  # of a factor: coefficients that differ by rounding are taken for equal
 
 
 def runs_of(gain: Array, chain: Array, mass: Array) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 
 from impactlab.integrators.banded_steps import HEADER, LOADED, WEIGHTS
 from impactlab.models.base import Operators
-from impactlab.numerics.banded import widened
+from impactlab.numerics.banded import trimmed, widened
 from impactlab.numerics.banded_kernels import factorise
 from impactlab.types import Array
 
@@ -21,7 +21,7 @@ def springs_of(system: Operators) -> Array:
 def chain_springs(system: Operators) -> Array:
     """Return `springs_of` a chain, whose stiffness is tridiagonal; of another body nothing."""
     springs = springs_of(system)
-    return springs if springs.size == 2 * system.load.size else np.zeros(0)
+    return springs if springs.size == 2 * system.load.size else NOTHING
 
 
 def dashpots_of(system: Operators) -> Array:
@@ -30,17 +30,9 @@ def dashpots_of(system: Operators) -> Array:
     Those to the ground come first, then the bands below the diagonal.
     """
     if not np.count_nonzero(system.damping):
-        return np.zeros(0)
+        return NOTHING
     ground = system.dashpots_inside() + system.dashpots_at_ends()
     return np.concatenate((ground, trimmed(system.damping)[1:].ravel()))
-
-
-def trimmed(banded: Array) -> Array:
-    """Return the matrix without bands that are zero."""
-    width = banded.shape[0] - 1
-    while width > 0 and not np.count_nonzero(banded[width]):
-        width -= 1
-    return banded[: width + 1]
 
 
 def trimmed_of(system: Operators) -> tuple[Array, Array, Array]:

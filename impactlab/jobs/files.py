@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,8 +13,8 @@ DRAFT = ".part"  # ending of a file that is being written
 
 @contextlib.contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Yield the temporary path of a file, which then replaces ``path``."""
-    draft = path.with_name(f"{path.name}{DRAFT}")
+    """Yield the temporary path of a file, which then replaces ``path``; each process has its own."""
+    draft = path.with_name(f"{path.name}.{os.getpid()}{DRAFT}")
     yield draft
     draft.replace(path)
 

@@ -43,19 +43,14 @@ def merged_periods(history: AbstractHistory, contact_name: str, quiet: float) ->
         last = merged[-1] if merged else None
         joined = last is not None and (last.end is None or span.start - last.end <= quiet)
         if last is not None and last.end is not None and not joined and quiet > 0.0:
-            opening = _widest(history, contact_name, last.end, span.start)
+            opening = history.evaluate(np.linspace(last.end, span.start, OPENING_SAMPLES), f"gap:{contact_name}")
             widest = history.largest(f"gap:{contact_name}") if widest is None else widest
-            joined = opening <= MIN_FLIGHT * widest
+            joined = bool(np.max(opening) <= MIN_FLIGHT * widest)
         if last is not None and joined:
             merged[-1] = MergedPeriod(last.start, span.end, last.impulse + span.impulse)
         else:
             merged.append(MergedPeriod(span.start, span.end, span.impulse))
     return merged
-
-
-def _widest(history: AbstractHistory, contact_name: str, start: float, end: float) -> float:
-    """Return the largest gap of a contact in an opening [m]."""
-    return float(np.max(history.evaluate(np.linspace(start, end, OPENING_SAMPLES), f"gap:{contact_name}")))
 
 
 def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float, dt: float = 0.0) -> str | None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.history.base import AbstractHistory, ContactSpan, Warned
+from impactlab.history.base import AbstractHistory, Warned
 from impactlab.metrics.static_shapes import Bow, bow, sides_of, stretch
 from impactlab.scene.bodies import Beam, ElasticBody, End, SampledLoad, WaveBody
 from impactlab.scene.bodies.pieces import Segment
@@ -16,10 +16,9 @@ from impactlab.scene.facts import beams_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import is_solid
 
-LINEAR = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
-MAX_STRAIN = 2.0 * LINEAR  # of an estimate within a factor of two: strains above it give a warning
-# Of the length of a beam, by which bending shortens it: a deflection of 6 % between ends, 13 % of a tip.
-BENT_WARN = 0.01
+LINEAR_STRAIN = 0.01  # strain up to which linear theory holds; metals yield at 0.1 to 1 %
+MAX_STRAIN = 2.0 * LINEAR_STRAIN  # of an estimate within a factor of two: strains above it give a warning
+BENT_WARN = 0.01  # of a beam's length, by which bending shortens it: a deflection of 6 % between ends, 13 % of a tip
 SHORTEST_WAVE = 1e-3  # of a rod: no shorter piece of it holds the whole energy of a run
 INSTANTS = 2000  # of a run, and of each of its strongest contacts, between which speeds of a place are means
 PLACES = 200  # along a body, at which its displacement at t = 0 is read
@@ -39,7 +38,8 @@ def overstrained(history: AbstractHistory) -> Iterator[Warned]:
     """
     scene = history.scene
     limits = _limits(scene)
-    if limits is not None and not history.links and all(_is_small(span, limits) for span in history.contacts):
+    peaks = [(math.inf if span.peak_force is None else span.peak_force, span.contact) for span in history.contacts]
+    if limits is not None and not history.links and all(peak <= limits[contact] for peak, contact in peaks):
         return  # so it is of most runs
     rods = [body for body in scene.wave_bodies if "strain" in body.quantities and is_solid(body)]  # no shafts
     beams = [beam for beam in beams_of(scene) if is_solid(beam)]
@@ -92,16 +92,12 @@ def _found_limits(scene: Scene) -> dict[str, float] | None:
     return limits
 
 
-def _is_small(span: ContactSpan, limits: dict[str, float]) -> bool:
-    return span.peak_force is not None and span.peak_force <= limits[span.contact]
-
-
 def _warned(name: str, strain: float) -> Iterator[Warned]:
     if strain > MAX_STRAIN:
         yield Warned(
             "large_strain",
             f"the strain of '{name}' reaches about {100.0 * strain:.2g} % (an estimate within a "
-            f"factor of two). Linear theory is valid up to about {100.0 * LINEAR:g} %, and few "
+            f"factor of two). Linear theory is valid up to about {100.0 * LINEAR_STRAIN:g} %, and few "
             "materials withstand more without yielding. Check speeds, masses and sizes with their "
             "units; otherwise the result is that of a linear material that does not yield",
         )

@@ -83,22 +83,16 @@ def largest(values: Iterable[float | None]) -> float | None:
 
 
 def displacement_error(
-    history: AbstractHistory,
-    reference: AbstractHistory,
-    scene: Scene,
-    name: str,
-    t: Array,
-    touched: frozenset[str] | None = None,
+    history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str, t: Array, touched: frozenset[str]
 ) -> float | None:
     """Return the relative L2 error of a displacement over cells t (cells,) [s].
 
-    ``touched`` are the contacts that were closed in the reference, where they are known (`touched_in`).
+    ``touched`` are the contacts that were closed in the reference (`touched_in`).
 
     The scale is the displacement of the reference in the frame of the bodies that interact in it, so the error is the
     same however fast they all fly along together. Where a wall or a held body interacts, or no contact was closed, it
     is the displacement itself.
     """
-    touched = touched_in(reference) if touched is None else touched
     moved = common_drift(scene, name, t, touched) if touched else None
     start = float(reference.evaluate(0.0, name)) if changes(scene) else 0.0  # faces of a mechanism have positions
     return relative_l2(history.evaluate(t, name) - start, reference.evaluate(t, name) - start, moved)

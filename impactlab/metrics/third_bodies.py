@@ -67,7 +67,7 @@ class Others:
             bodies = contact.left.body, contact.right.body
             if {*bodies} == {*pair}:
                 continue
-            if (contact.group or contact.name) in self._links:
+            if contact.shared_name in self._links:
                 before, after = (self._history.impulse_until(contact.name, time) for time in (start, end))
                 met = abs(after - before)
             else:

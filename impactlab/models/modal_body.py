@@ -7,17 +7,16 @@ from typing import Literal, final
 import numpy as np
 
 from impactlab.bases.base import Coordinates, Span
-from impactlab.bases.reduced import ReducedMesh, products
-from impactlab.bases.residual import WithResiduals
+from impactlab.bases.reduced import ReducedMesh
+from impactlab.bases.residual import MIN_RESIDUAL, WithResiduals
 from impactlab.errors import PairingError
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
 from impactlab.models.mesh.base import AbstractMesh, end_load
 from impactlab.models.messengers import Waves, arriving_row, waves_at
+from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import Beam, ElasticBody
 from impactlab.startup.cached import cached_property
 from impactlab.types import Array, Quantity
-
-MIN_RESIDUAL = 1e-9  # of the whole flexibility: a smaller one is rounding
 
 
 @final
@@ -178,10 +177,10 @@ def projections(given: ReducedMesh, wanted: ReducedMesh) -> Array:
     common with the part kept, and none that is negative.
     """
     mesh = given.mesh
-    velocities = wanted.shapes.T @ products(mesh.mass, given.shapes)
+    velocities = wanted.shapes.T @ multiply(mesh.mass[..., None], given.shapes)
     elastic = wanted.frequencies > 0.0
     displacements = velocities.copy()
-    forces = wanted.shapes[:, elastic].T @ products(mesh.stiffness, given.shapes)
+    forces = wanted.shapes[:, elastic].T @ multiply(mesh.stiffness[..., None], given.shapes)
     displacements[elastic] = forces / wanted.frequencies[elastic, None] ** 2
     return np.array([displacements, velocities])
 

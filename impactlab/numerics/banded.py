@@ -39,6 +39,14 @@ def grounded(banded: Array, known: Array | float = 0.0) -> Array:
     return np.where(np.abs(ground) <= 1e-13 * banded[0], 0.0, ground)
 
 
+def trimmed(banded: Array) -> Array:
+    """Return the matrix without its outermost bands that are zero, shape (bandwidth + 1, n)."""
+    width = banded.shape[0] - 1
+    while width > 0 and not np.count_nonzero(banded[width]):
+        width -= 1
+    return banded[: width + 1]
+
+
 def multiply(banded: Array, vector: Array) -> Array:
     """Return the product with a vector, shape (n,).
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import gc
 from types import TracebackType
 
-MANY_BODIES = 200  # bodies or contacts, from which the collector takes as long as the work itself
+MIN_PAUSED = 200  # bodies or contacts, from which the collector takes as long as the work itself
 
 
 class GarbageCollectionPaused:
@@ -20,11 +20,11 @@ class GarbageCollectionPaused:
     Parameters
     ----------
     count : int
-        Bodies or contacts that are made inside: of fewer than `MANY_BODIES` the collector is left alone.
+        Bodies or contacts that are made inside: of fewer than `MIN_PAUSED` the collector is left alone.
     """
 
-    def __init__(self, count: int = MANY_BODIES) -> None:
-        self._pauses = count >= MANY_BODIES
+    def __init__(self, count: int = MIN_PAUSED) -> None:
+        self._pauses = count >= MIN_PAUSED
 
     def __enter__(self) -> None:
         self._was_on = self._pauses and gc.isenabled()

@@ -128,7 +128,7 @@ def sets_of(history: AbstractHistory) -> dict[str, float]:
     """Return the sets of the soil links at the run's end [m], by contact."""
     found: dict[str, float] = {}
     for link in history.links:
-        names = [each.name for each in history.scene.contacts if (each.group or each.name) == link.name]
+        names = [each.name for each in history.scene.contacts if each.shared_name == link.name]
         found |= {name: value for name, value in zip(names, link.sets, strict=True) if value is not None}
     return found
 

@@ -69,7 +69,7 @@ def sets_over_time(moved: Array, laws: list[Smith]) -> Array:
 
 def _named(pile: Pile, chosen: Array) -> str:
     """Return the names of some soil links; pieces of one name are counted."""
-    names = [contact.group or contact.name for contact in pile.soil]
+    names = [contact.shared_name for contact in pile.soil]
     own = [name for name, each in zip(names, chosen, strict=True) if each]
     texts = []
     for name in dict.fromkeys(own):

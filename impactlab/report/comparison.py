@@ -171,7 +171,7 @@ def cells(row: Mapping[str, Any]) -> list[str]:
     return list(texts.values())
 
 
-NARROW = ("loss", "first opening", "dt", "steps", "integrator", "model", "gain", "law", "warnings", "face")
+LEFT_OUT_FIRST = ("loss", "first opening", "dt", "steps", "integrator", "model", "gain", "law", "warnings", "face")
 """The columns that a table leaves out where the terminal is narrow, in this order."""
 
 
@@ -190,7 +190,7 @@ def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
             row["warnings"] = ", ".join(code for code in row["warnings"].split(", ") if code not in shared)
     names, left_out, named = list(COLUMNS), [], headings(comparison)
     lines = _aligned(rows, names, named)
-    for name in NARROW:
+    for name in LEFT_OUT_FIRST:
         if width is None or max(map(len, lines)) <= width:
             break
         names.remove(name)

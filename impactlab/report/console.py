@@ -43,12 +43,12 @@ UNITS_DERIVED = {
     "mass": "kg", "round_trip": "s", "wave_speed": "m/s", "impedance": "N s/m", "bending_stiffness": "N m2",
     "shear_speed": "m/s", "stretch": "m", "tip_radius": "m", "root_stress": "Pa", "rate": "rad/s", "radius": "m",
 }  # fmt: skip
-MANY_INTERVALS = 100_000  # of an exact run: seconds, where a run in steps takes hundredths
+MAX_INTERVALS = 100_000  # of an exact run: seconds, where a run in steps takes hundredths
 ADVICE_OF_STEP = (
     "for many runs: each joint of segments splits each front; with solve.step.dt the same "
     "rods are delay lines in steps, with wave_identification for hard contact"
 )
-MANY_LAWS = 4  # from which the laws of contacts are counted by kind
+MAX_LAWS = 4  # from which the laws of contacts are counted by kind
 STEADY = (
     ("rate", "rad/s", ""),
     ("tip_radius", "m", " tip radius"),
@@ -96,7 +96,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     method = summary["method"]
     models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
     kinds = [law["kind"] for law in method["laws"]]
-    if len(kinds) > MANY_LAWS:
+    if len(kinds) > MAX_LAWS:
         kinds = [f"{count} {kind}" for kind, count in Counter(kinds).items()]
     laws = ", ".join(kinds) or "no contact"
     serious = [warned for warned in summary["warnings"] if warned["code"] in SERIOUS]
@@ -128,7 +128,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     exact = method["integrator"] is None and method["dt"] is None
     taken = "intervals between events" if exact else "steps"
     lines.append(f"  cost      {cost['steps']} {taken}, {cost['solve_s']:.3g} s to solve")
-    if exact and cost["steps"] > MANY_INTERVALS:
+    if exact and cost["steps"] > MAX_INTERVALS:
         lines.append(f"            {ADVICE_OF_STEP}")
     others = [warned for warned in summary["warnings"] if warned not in serious]
     lines += [f"  warning   {line}" for line in warning_lines(others)]

@@ -16,6 +16,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.collisions import agreement_texts
 from impactlab.options import Relative
 from impactlab.plugins import kind_of
+from impactlab.printing import enumerated
 from impactlab.report.comparison import cell, in_round_trips, model_label
 from impactlab.report.figures.style import scaled
 from impactlab.report.summary import STEPPED, has_numbers
@@ -47,7 +48,7 @@ def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, st
     of_contacts: list[tuple[str, str]] = []
     by_name: dict[str, list[Contact]] = {}
     for contact in scene.contacts:
-        by_name.setdefault(contact.group or contact.name, []).append(contact)
+        by_name.setdefault(contact.shared_name, []).append(contact)
     for name, contacts in by_name.items():
         first, last, several = contacts[0], contacts[-1], len(contacts)
         gaps = [si(gap, "m") if gap else "0" for gap in sorted({contact.gap for contact in contacts})]
@@ -74,7 +75,7 @@ def joined_in(scene: Scene, method: Method) -> set[str]:
     Several contacts of one name have that name.
     """
     laws = zip(scene.contacts, laws_of(scene, method), strict=True)
-    return {contact.group or contact.name for contact, law in laws if law.two_sided}
+    return {contact.shared_name for contact, law in laws if law.two_sided}
 
 
 def _once(facts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
@@ -311,8 +312,7 @@ def _events(compared: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _names(rows: Sequence[Mapping[str, Any]]) -> str:
-    names = [str(row["name"]) for row in rows]
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return enumerated([str(row["name"]) for row in rows])
 
 
 def instant(time: float) -> str:

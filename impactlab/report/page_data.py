@@ -23,18 +23,20 @@ from impactlab.report.figures.style import DASHES, PALETTE, Trace
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
-DETAIL = (
+LEVELS = (
     *((65535, 1, 1), (16384, 1, 1), (4096, 1, 1), (4096, 2, 1), (2048, 2, 2)),
     *((1024, 3, 4), (1024, 4, 4), (1024, 6, 8), (512, 8, 8)),
 )
 """Values that a curve may have; of how many frames and places, and of how many instants, one is kept; finest first."""
 MAX_DATA = 260_000  # characters, where the levels allow it
-COARSER = 1.4  # times `MAX_DATA`, above which fewer values alone would not do: the next level of fewer places follows
-MANY = 4  # bodies with fields, above which each is narrow on the screen and keeps half of its places
-FEW = 30  # places along a body, none of which is left out
+MAX_EXCESS = (
+    1.4  # times `MAX_DATA`: above it fewer values alone would not do, and the next level of fewer places follows
+)
+MAX_BODIES = 4  # bodies with fields, above which each is narrow on the screen and keeps half of its places
+MIN_PLACES = 30  # places along a body, none of which is left out
 MAX_EVENTS = 4000  # of a history that the page draws; chatter beyond them would fill it
-COARSE = 255  # values of an array that is shown as colours
-MISSING = 65535  # code of NaN
+COLOUR_LEVELS = 255  # values of an array that is shown as colours
+NAN_CODE = 65535  # code of NaN
 Packed = tuple[int, int, float, float]
 """Place of an array in the text: first value, number of values, least value, step between values."""
 
@@ -50,8 +52,8 @@ def page_data(traces: Sequence[Trace], scene: Scene, *, compared: bool) -> str:
     contacts = with_figures([trace.history for trace in histories])
     curves = panels(histories, scene, compared=compared, contacts=contacts)
     text, size, before = "", 0, 0
-    for levels, every, instants in DETAIL:
-        if every == before and size > COARSER * MAX_DATA:
+    for levels, every, instants in LEVELS:
+        if every == before and size > MAX_EXCESS * MAX_DATA:
             continue
         text = _text(histories, films, curves, scene, compared, levels, every, instants)
         size, before = len(text), every
@@ -147,12 +149,12 @@ def _film(
 def _bodies(made: Frames, packer: Packer, levels: int, every: int) -> dict[str, Any]:
     packed = {}
     long = sum(entry["load"] is not None for entry in made.values())
-    across = every if long <= MANY else min(2 * every, 15)  # a divisor of the steps between places; bodies are short
+    across = every if long <= MAX_BODIES else min(2 * every, 15)  # a divisor of the steps between places
     for name, entry in made.items():
         u, load = entry["u"], entry["load"]
         packed[name] = {
             "u": None if u is None else _kept(u, packer, levels, every, across),
-            "load": None if load is None or load is u else _kept(load, packer, COARSE, every, across),
+            "load": None if load is None or load is u else _kept(load, packer, COLOUR_LEVELS, every, across),
             "largest": 0.0 if load is None else float(np.max(np.abs(load))),
             "same": load is not None and load is u,  # a beam is coloured by its deflection
         }
@@ -164,7 +166,7 @@ def _kept(values: Array, packer: Packer, levels: int, every: int, across: int) -
 
     It is thinned in both directions; a few places stay as they are.
     """
-    thin = values[::every, :: across if values.shape[1] % across == 1 and values.shape[1] > FEW else 1]
+    thin = values[::every, :: across if values.shape[1] % across == 1 and values.shape[1] > MIN_PLACES else 1]
     return [*thin.shape, packer.add(thin, levels)]
 
 
@@ -184,7 +186,7 @@ class Packer:
         known = flat[np.isfinite(flat)]
         low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
         step = (high - low) / (levels - 1) or 1.0
-        codes = np.full(flat.size, MISSING, np.uint16)
+        codes = np.full(flat.size, NAN_CODE, np.uint16)
         codes[np.isfinite(flat)] = np.rint((known - low) / step)
         place = (self._size, flat.size, low, step)
         self._codes.append(np.diff(codes, prepend=np.uint16(0)))  # modulo 65536

@@ -118,20 +118,8 @@ def _held(kind: str, x: float, side: int) -> str:
     if kind == "spring":
         steps = [(4.0 * i, 0.0 if i in (0, 1, 7, 8) else (-7.0 if i % 2 else 7.0)) for i in range(9)]
     else:
-        steps = [
-            (0, 0),
-            (14, 0),
-            (14, -7),
-            (14, 7),
-            (14, 0),
-            (18, 0),
-            (18, -10),
-            (10, -10),
-            (18, -10),
-            (18, 10),
-            (10, 10),
-        ]
-        steps += [(18, 10), (18, 0), (32, 0)]
+        steps = [(0, 0), (14, 0), (14, -7), (14, 7), (14, 0), (18, 0), (18, -10), (10, -10), (18, -10), (18, 10)]
+        steps += [(10, 10), (18, 10), (18, 0), (32, 0)]
     points = " ".join(f"{x + side * dx:.1f},{MIDDLE + dy:.1f}" for dx, dy in steps)
     return f'<polyline points="{points}" class="line"/>{_hatch(x + side * 32.0, side, 18.0)}'
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from impactlab.report.comparison import COLUMNS, cells, headings, table_rows, units_of
@@ -75,11 +75,8 @@ def markdown(comparison: Mapping[str, Any]) -> str:
     for row in table_rows(comparison):
         failed = [row["method"], row.get("failure", ""), *[""] * (len(COLUMNS) - 2)]
         lines.append(failed if "failure" in row else cells(row))
-    return "".join(f"| {' | '.join(_safe(line))} |\n" for line in lines)
-
-
-def _safe(line: Sequence[str]) -> list[str]:
-    return [text.replace("|", "\\|").replace("\n", " ") for text in line]
+    safe = ([text.replace("|", "\\|").replace("\n", " ") for text in line] for line in lines)
+    return "".join(f"| {' | '.join(line)} |\n" for line in safe)
 
 
 def comma_separated(comparison: Mapping[str, Any]) -> str:

@@ -56,6 +56,11 @@ class Method:
     events: Literal["dated", "located"] = "dated"
     tolerance: Tolerance | None = None
 
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of the contacts whose law acts in both directions: they are joined from the start."""
+        return tuple(name for name, law in self.laws.items() if law.two_sided)
+
 
 class Simulation(NamedTuple):
     """A scene and the method that solves it: together, all that a run needs."""
@@ -173,7 +178,6 @@ def stiffness_at(scene: Scene, method: Method, contact: Contact, overlap: float)
     return method.laws[contact.name].stiffness_at(overlap, *sides(scene, method, contact))
 
 
-def is_relative(law: AbstractContactLaw) -> bool:
+def is_relative(law: Any) -> bool:
     """Return whether a law refers to the elements of the bodies that it acts on."""
-    fields = dataclasses.fields(law)  # type: ignore[arg-type] # laws are dataclasses
-    return any(isinstance(getattr(law, each.name), Relative) for each in fields)
+    return any(isinstance(getattr(law, each.name), Relative) for each in dataclasses.fields(law))

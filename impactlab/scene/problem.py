@@ -52,6 +52,11 @@ class Contact:
         return f"{self.left.label}|{self.right.label}"
 
     @property
+    def shared_name(self) -> str:
+        """Name of the sum of forces that it is a part of: that of its group, else its own."""
+        return self.group or self.name
+
+    @property
     def faces(self) -> tuple[Point, Point]:
         """The left and the right face."""
         return self.left, self.right

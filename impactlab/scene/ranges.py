@@ -58,7 +58,8 @@ MAX_QUAKE = 0.2  # m; quakes at the toe of a pile reach a thirtieth of its diame
 MAX_SPECIMEN = 0.5  # m, length of a specimen between bars
 YIELD_STRAINS = Range(1e-6, 1.0)  # stress over Young's modulus at which solids yield, from lead to rubber, with room
 MAX_STRAIN = 0.5  # full scale, or noise, of a strain gauge; gauges break below 0.2
-MANY_SAMPLES, FEW_SAMPLES = 20, 5  # of a table of force over time: of so many, so few within a run are a slip of units
+MIN_SAMPLES = 20  # of a table of force over time that is checked for a slip of units
+MIN_REACHED = 5  # of these, within the run: of fewer the times are taken for ms
 BENDING = Range(1e-40, 1e40)  # N m2
 # Ratio of impedances, and of travel times, of two pieces of one body: their waves meet to rounding.
 SEGMENTS_APART = 1e12
@@ -118,7 +119,7 @@ def odd_loads(scene: Scene) -> Iterator[str]:
                 continue
             times = load.sampled(scene.duration).times
             reached = int(np.count_nonzero(times <= scene.duration))
-            if reached < FEW_SAMPLES and len(times) >= MANY_SAMPLES:
+            if reached < MIN_REACHED and len(times) >= MIN_SAMPLES:
                 yield (
                     f"bodies.{name}.ends: the table of the force at x = {x:g} m has {len(times)} samples up to "
                     f"{times[-1]:.4g} s, and the run of {scene.duration:.4g} s reaches {reached} of them; are its "
@@ -183,7 +184,7 @@ def odd_laws(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
     for contact in scene.contacts:
         if hasattr(laws[contact.name], "first_yield"):
             yield from _odd_specimen(contact, scene, laws[contact.name])
-        quake, named = getattr(laws[contact.name], "quake", 0.0), contact.group or contact.name
+        quake, named = getattr(laws[contact.name], "quake", 0.0), contact.shared_name
         if quake > MAX_QUAKE and named not in said:
             said.add(named)
             yield (

@@ -10,7 +10,7 @@ import os
 from impactlab.errors import ImpactlabError
 
 MIN_ADDRESS_SPACE = 700_000_000  # bytes: a small run maps 525 MB, and OpenBLAS hangs where its threads find no room
-FEW_THREADS = 2_000_000_000  # bytes of address space below which OpenBLAS is given one thread: each maps some 40 MB
+MIN_SPACE_THREADED = 2_000_000_000  # bytes of address space: below it OpenBLAS has one thread, as each maps some 40 MB
 
 
 def check_environment() -> None:
@@ -30,7 +30,7 @@ def check_environment() -> None:
             f"{MIN_ADDRESS_SPACE / 1e6:.0f} MB",
             remedy="Raise the limit (ulimit -v), or run it elsewhere.",
         )
-    if space < FEW_THREADS:
+    if space < MIN_SPACE_THREADED:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError
-from impactlab.jobs.files import DRAFT, write_whole
+from impactlab.jobs.files import DRAFT, whole, write_whole
 from impactlab.sweeps.shards import LOCK, SHARD_LOCKS, Shard, held
 from impactlab.types import Array
 
@@ -75,11 +75,8 @@ class Folder:
         reasons, which = np.unique(np.array(chunk.reason, dtype=str), return_inverse=True)
         arrays: dict[str, Any] = {f"value{number}": values for number, values in enumerate(chunk.values)}
         arrays |= {"status": chunk.status, "reasons": reasons, "reason": which.astype(np.int32), "engine": chunk.engine}
-        path = self.path / CHUNKS / f"{chunk.first:08d}.npz"
-        draft = path.with_name(f"{path.name}.{os.getpid()}{DRAFT}")
-        with draft.open("wb") as stream:
+        with whole(self.path / CHUNKS / f"{chunk.first:08d}.npz") as draft, draft.open("wb") as stream:
             np.savez(stream, **arrays)
-        draft.replace(path)
 
     def chunks(self) -> Iterator[Chunk]:
         """Yield the chunks that are kept, without files that are none."""

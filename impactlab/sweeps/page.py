@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import re
 import shlex
 import zlib
 from collections.abc import Collection
@@ -21,7 +20,8 @@ from impactlab.scene.problem import Scene
 from impactlab.sweeps.axes import METHOD
 from impactlab.sweeps.chunks import STATUSES
 from impactlab.sweeps.plots import ENDED, PANEL, fitted, in_order, places, plot_sweep
-from impactlab.sweeps.result import ABOUT, TIME_OF, counts
+from impactlab.sweeps.result import ABOUT, clauses, counts, labels_in, unit_of
+from impactlab.sweeps.sampled import is_sampled
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -55,12 +55,12 @@ def write_page(
     """
     dims = [str(dim) for dim in found["status"].dims]
     is_drawn = dims != ["point"] and len(dims) <= 2
-    names = [name for name in map(str, found.data_vars) if name not in ABOUT and not _sampled(found, name)]
+    names = [name for name in map(str, found.data_vars) if name not in ABOUT and not is_sampled(name)]
     plates, panels = [], {}
     for name in [name for name in names if found[name].size] if is_drawn else ():
         figure = plot_sweep(found, name)
-        title, *more = re.split("[;:]", str(found[name].attrs["long_name"]), maxsplit=1)
-        caption = f"{more[0].strip().capitalize()}. " if more else ""
+        title, more = clauses(found[name])
+        caption = f"{more.capitalize()}. " if more else ""
         caption += CAPTION_LINE if len(dims) == 1 else CAPTION_MAP
         plates.append(Plate(name, title, caption, figure))
         panels[name] = _panels(figure)
@@ -79,7 +79,7 @@ def write_page(
         plates=[{**each, "panels": panels[each["name"]]} for each in drawn],
         rules=rules,
         every=every,
-        lacking=[name for name in map(str, found.data_vars) if _sampled(found, name)],
+        lacking=[name for name in map(str, found.data_vars) if is_sampled(name)],
         files=[
             ("table.csv", "a row for each point"),
             ("sweep.nc", "labelled data, for xarray"),
@@ -91,15 +91,11 @@ def write_page(
     )
 
 
-def _sampled(found: xarray.Dataset, name: str) -> bool:
-    return any(str(dim).startswith(TIME_OF) for dim in found[name].dims)
-
-
 def _facts(found: xarray.Dataset) -> list[tuple[str, str]]:
     """Return axes and statuses of a sweep as names and words."""
     words = []
     for axis in _axes(found):
-        values, unit = found[axis].values, _unit(found[axis])
+        values, unit = found[axis].values, unit_of(found[axis])
         if values.dtype.kind in "iuf" and values.size > 3:
             text = f"{values.size:,} values, {_shown(values.min(), unit)} to {_shown(values.max(), unit)}"
         else:
@@ -144,23 +140,16 @@ def _data(found: xarray.Dataset, names: list[str], again: str, *, is_drawn: bool
     tables, described = [part["status"].values.ravel(), which.ravel()], []
     for name in names:
         values = part[name].transpose(*dims, ...).values.reshape(part["status"].size, -1)
-        others = [dim for dim in part[name].dims if dim not in dims]
-        for number, label in enumerate(part[others[0]].values.tolist() if others else [""]):
+        for number, label in enumerate(labels_in(part[name], dims)):
             tables.append(values[:, number])
-            described.append({"name": name, "label": str(label), "unit": _unit(part[name])})
+            described.append({"name": name, "label": label, "unit": unit_of(part[name])})
     axes = []
     for axis in _axes(found):
         values = part[axis].values.tolist()
         along = _shares(found, axis)[::every] if is_drawn else None
         sets = [setting(axis, value) for value in values]
-        axes.append(
-            {
-                "path": axis,
-                "shown": [_shown(value, _unit(part[axis])) for value in values],
-                "sets": sets,
-                "along": along,
-            }
-        )
+        shown = [_shown(value, unit_of(part[axis])) for value in values]
+        axes.append({"path": axis, "shown": shown, "sets": sets, "along": along})
     made = {
         "axes": axes,
         "listed": dims == ["point"],
@@ -173,11 +162,6 @@ def _data(found: xarray.Dataset, names: list[str], again: str, *, is_drawn: bool
         "table": _packed(np.array(tables, dtype="<f4")),
     }
     return every, json.dumps(made, separators=(",", ":")).replace("<", "\\u003c")
-
-
-def _unit(variable: Any) -> str:
-    unit = str(variable.attrs.get("units", "1"))
-    return "" if unit == "1" else unit
 
 
 def _shares(found: xarray.Dataset, axis: str) -> list[float]:

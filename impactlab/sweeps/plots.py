@@ -30,7 +30,7 @@ from impactlab.report.figures.style import (
 )
 from impactlab.sweeps.chunks import STATUSES
 from impactlab.sweeps.quantities import absent_words
-from impactlab.sweeps.result import ABOUT
+from impactlab.sweeps.result import ABOUT, labels_in, unit_of
 from impactlab.sweeps.value_names import words_of
 from impactlab.types import Array
 
@@ -92,7 +92,7 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     others = [str(dim) for dim in values.dims if dim not in axes]
     if not values.size:
         raise CaseError(f"{quantity} has no values: {absent_words(others[0])}", remedy="Draw another quantity.")
-    labels = [str(label) for label in values[others[0]].values] if others else [""]
+    labels = labels_in(values, axes)
     tables = [values.isel({others[0]: number}) if others else values for number in range(len(labels))]
     known = [number for number, table in enumerate(tables) if np.any(np.isfinite(table.values))] or [0]
     tables, labels = [tables[number] for number in known], [labels[number] for number in known]
@@ -135,9 +135,8 @@ def _around(x: Array) -> Array:
 
 
 def _scale(values: Any) -> Unit:
-    unit = str(values.attrs.get("units", "1"))
     finite = np.abs(values.values[np.isfinite(values.values)])
-    return fitted("" if unit == "1" else unit, float(finite.max(initial=0.0)))
+    return fitted(unit_of(values), float(finite.max(initial=0.0)))
 
 
 def fitted(unit: str, largest: float) -> Unit:

@@ -143,7 +143,7 @@ def labels_of(scene: Scene, over: str) -> tuple[str, ...]:
     if over == PAIR:
         return tuple(dict.fromkeys(f"{contact.left.body}|{contact.right.body}" for contact in scene.contacts))
     if over == LINK:
-        return tuple(dict.fromkeys(contact.group or contact.name for contact in scene.contacts))
+        return tuple(dict.fromkeys(contact.shared_name for contact in scene.contacts))
     return tuple(name for name, body in scene.bodies.items() if body.moves) if over == BODY else ()
 
 
@@ -242,7 +242,7 @@ def largest_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
     """Largest force of each contact and link, summed over contacts of one name."""
     forces, by_name = peak_force(scene, history), dict[str, list[float]]()
     for contact in scene.contacts:
-        by_name.setdefault(contact.group or contact.name, []).append(forces[contact.name])
+        by_name.setdefault(contact.shared_name, []).append(forces[contact.name])
     links = {link.name: link.largest for link in history.links}
     return {name: links[name] if name in links else _of_sum(history, name, own) for name, own in by_name.items()}
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Collection, Hashable, Iterable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -139,6 +140,27 @@ class Result:
         return xarray.Dataset(variables, coordinates, attributes)
 
 
+def unit_of(variable: xarray.DataArray) -> str:
+    """Return the unit of a variable; an empty text for a number without one."""
+    unit = str(variable.attrs.get("units", "1"))
+    return "" if unit == "1" else unit
+
+
+def labels_in(variable: xarray.DataArray, points: Collection[Hashable]) -> list[str]:
+    """Return the labels of the values of a variable at a point; one empty label for a single value.
+
+    ``points`` are the dimensions of the points.
+    """
+    others = [dim for dim in variable.dims if dim not in points]
+    return [str(label) for label in variable[others[0]].values.tolist()] if others else [""]
+
+
+def clauses(variable: xarray.DataArray) -> tuple[str, str]:
+    """Return the first clause of the description of a variable, and the others."""
+    first, *others = re.split("[;:]", str(variable.attrs["long_name"]), maxsplit=1)
+    return first, "".join(others).strip()
+
+
 def rows(found: xarray.Dataset, first: int = 0, last: int | None = None) -> pandas.DataFrame:
     """Return points of a sweep as rows of a table, a column for each value.
 
@@ -155,9 +177,7 @@ def rows(found: xarray.Dataset, first: int = 0, last: int | None = None) -> pand
         if name in ABOUT:
             continue
         table = variable.values.reshape(found["status"].size, -1)[first:last]
-        others = [dim for dim in variable.dims if dim not in dims]
-        labels = [str(label) for label in found[others[0]].values.tolist()] if others else [""]
-        for number, label in enumerate(labels):
+        for number, label in enumerate(labels_in(variable, dims)):
             columns[_headed(f"{name} of {label}" if label else str(name), variable)] = table[:, number]
     columns["status"] = np.array(STATUSES)[found["status"].values.ravel()[first:last]]
     columns["reason"] = found["reason"].values.ravel()[first:last]
@@ -165,8 +185,7 @@ def rows(found: xarray.Dataset, first: int = 0, last: int | None = None) -> pand
 
 
 def _headed(name: str, variable: xarray.DataArray) -> str:
-    unit = variable.attrs.get("units", "1")
-    return name if unit == "1" else f"{name} [{unit}]"
+    return f"{name} [{unit}]" if (unit := unit_of(variable)) else name
 
 
 def write_table(found: xarray.Dataset, file: Path) -> None:

@@ -167,19 +167,23 @@ class _Reader:
             return self._of_table(parts)
         if len(parts) != 2 or not all(parts):
             raise self._wrong(f"{shown(text)} does not have two numbers", f"Write {NAMES[name]}.")
+        made: Shape
         first = self._value(parts[0])
         if name == "uniform":
             last = self._value(parts[1])
             if not first < last:
                 raise self._wrong(f"a uniform distribution from {first:g} to {last:g}", "Give the lower end first.")
-            return stats.uniform(first, last - first)  # type: ignore[no-any-return]
-        deviation = self._deviation(parts[1], first)
-        if name == "normal":
-            return stats.norm(first, deviation)  # type: ignore[no-any-return]
-        if first <= 0.0:
-            raise self._wrong(f"a lognormal distribution with the mean {first:g}", "Its mean is above zero.")
-        spread = math.sqrt(math.log1p((deviation / first) ** 2))
-        return stats.lognorm(spread, scale=first * math.exp(-0.5 * spread**2))  # type: ignore[no-any-return]
+            made = stats.uniform(first, last - first)
+        else:
+            deviation = self._deviation(parts[1], first)
+            if name == "normal":
+                made = stats.norm(first, deviation)
+            elif first > 0.0:
+                spread = math.sqrt(math.log1p((deviation / first) ** 2))
+                made = stats.lognorm(spread, scale=first * math.exp(-0.5 * spread**2))
+            else:
+                raise self._wrong(f"a lognormal distribution with the mean {first:g}", "Its mean is above zero.")
+        return made
 
     def _value(self, given: Any) -> float:
         """Return a value of the path in SI, checked by the case."""

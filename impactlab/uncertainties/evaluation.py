@@ -20,6 +20,7 @@ from impactlab.sweeps import Sampled
 from impactlab.sweeps.chunks import STATUSES
 from impactlab.sweeps.plots import ENDED
 from impactlab.sweeps.quantities import absent_words
+from impactlab.sweeps.result import labels_in, unit_of
 from impactlab.types import Array
 from impactlab.uncertainties.design import MIN_SAMPLES, Design
 from impactlab.uncertainties.distributions import Uncertain
@@ -116,18 +117,15 @@ def _open_words(spreads: Sequence[Spread], percents: Sequence[float], samples: i
 def _values(data: xarray.Dataset, name: str, made: Design) -> list[tuple[str, Array]]:
     """Return label and values, (blocks, scramblings, points), of each value of a quantity."""
     values = data[name].transpose("point", ...).values.reshape(*made.shape, -1)
-    others = [dim for dim in data[name].dims if dim != "point"]
-    labels = [str(label) for label in data[others[0]].values.tolist()] if others else [""]
-    return [(label, values[..., number]) for number, label in enumerate(labels)]
+    return [(label, values[..., number]) for number, label in enumerate(labels_in(data[name], ["point"]))]
 
 
 def _spread(
     name: str, label: str, data: xarray.Dataset, values: Array, percents: tuple[float, ...], line: Linear
 ) -> Spread:
     sets = [each[np.isfinite(each)] for each in values]
-    unit = str(data[name].attrs["units"])
     return Spread(
-        name, label, "" if unit == "1" else unit, sum(each.size for each in sets),
+        name, label, unit_of(data[name]), sum(each.size for each in sets),
         estimate(lambda of: float(np.mean(of)), sets), estimate(lambda of: float(np.std(of)), sets),
         tuple(percentile(percent, sets) for percent in percents), line.mean, line.deviation,
     )  # fmt: skip

@@ -11,7 +11,7 @@ from impactlab.report.figures.figure_files import Plate, saved_plates
 from impactlab.report.page import write_study
 from impactlab.report.provenance import Provenance
 from impactlab.scene.problem import Scene
-from impactlab.sweeps import counts
+from impactlab.sweeps.result import clauses, counts
 from impactlab.sweeps.sampled import is_sampled
 from impactlab.uncertainties.result import Uncertainty
 
@@ -66,7 +66,7 @@ def _figures(found: Uncertainty) -> list[Plate]:
     captions = {True: BAND, False: CAPTION}
     for name in dict.fromkeys(each.quantity for each in found.spreads if each.varies and each.quantity != "contacts"):
         sampled = is_sampled(name)
-        title = name if sampled else re.split("[;:]", str(found.data[name].attrs["long_name"]))[0]
+        title = name if sampled else clauses(found.data[name])[0]
         plates.append(Plate(re.sub(r"\W+", "_", name), title, captions.get(sampled, ""), found.plot(name)))
         captions.pop(sampled, None)  # the first figure of a kind explains it
     return plates

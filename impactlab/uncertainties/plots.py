@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,8 @@ import numpy as np
 
 from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, Unit, drawn, grid, panel_grid
 from impactlab.sweeps.plots import fitted
+from impactlab.sweeps.result import clauses, labels_in
+from impactlab.sweeps.sampled import is_sampled
 from impactlab.types import Array
 from impactlab.uncertainties.records import Estimate, Index, Share, Spread
 
@@ -33,7 +34,7 @@ def plot_spreads(data: xarray.Dataset, spreads: Sequence[Spread], percents: Sequ
 
     It is a histogram beside a distribution, or a band over time.
     """
-    if spreads[0].quantity in data and any(str(dim).startswith("time of ") for dim in data[spreads[0].quantity].dims):
+    if is_sampled(spreads[0].quantity):
         return _band(spreads, percents)
     shown = [each for each in spreads if each.varies][:MAX_PANELS]
     margins = Margins(left=0.72, right=0.2, top=0.62, bottom=0.55, across=0.72, down=0.95)
@@ -41,8 +42,7 @@ def plot_spreads(data: xarray.Dataset, spreads: Sequence[Spread], percents: Sequ
     for (left, right), spread in zip(rows, shown, strict=False):
         values = _samples(data, spread)
         unit = fitted(spread.unit, float(np.abs(values).max()))
-        title = str(data[spread.quantity].attrs["long_name"])
-        name = re.split("[;:]", title)[0] + (f" [{unit.label}]" if unit.label else "")
+        name = clauses(data[spread.quantity])[0] + (f" [{unit.label}]" if unit.label else "")
         _histogram(left, values / unit.size, spread, percents, unit)
         _distribution(right, values / unit.size, spread, percents, unit)
         left.set_title(spread.label, color=MUTED, loc="left", pad=18.0)
@@ -56,10 +56,8 @@ def plot_spreads(data: xarray.Dataset, spreads: Sequence[Spread], percents: Sequ
 def _samples(data: xarray.Dataset, spread: Spread) -> Array:
     """Return the samples of a value that are finite."""
     own = data[spread.quantity].isel(point=data["block"].values == 0)
-    others = [dim for dim in own.dims if dim != "point"]
-    if others:
-        own = own.isel({others[0]: [str(label) for label in own[others[0]].values.tolist()].index(spread.label)})
-    values: Array = own.values
+    table = own.transpose("point", ...).values.reshape(own.sizes["point"], -1)
+    values: Array = table[:, labels_in(own, ["point"]).index(spread.label)]
     return values[np.isfinite(values)]
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from impactlab import CaseError
-from impactlab.bench.store import LOCK, TEMPORARY, Store, opened
+from impactlab.bench.store import LOCK, Store, opened
+from impactlab.jobs.files import DRAFT
 
 HOLD = "import sys, time; from pathlib import Path; from impactlab.bench.store import opened\n"
 HOLD += "with opened(Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"
@@ -32,12 +33,12 @@ def test_a_record_comes_back_to_the_last_bit(tmp_path: Path) -> None:
 def test_what_was_cut_short_is_swept_and_never_read(tmp_path: Path) -> None:
     with opened(tmp_path) as store:
         store.put("rows", "whole", {"a": 1})
-    (tmp_path / "rows" / f"half.json{TEMPORARY}").write_text('{"a":')
+    (tmp_path / "rows" / f"half.json{DRAFT}").write_text('{"a":')
     (tmp_path / "rows" / "torn.json").write_text('{"a":')
     (tmp_path / "rows" / "empty.json").write_bytes(b"\x00\xff")
     (tmp_path / "session-1").mkdir()
     with opened(tmp_path) as store:
-        assert not list(tmp_path.rglob(f"*{TEMPORARY}"))
+        assert not list(tmp_path.rglob(f"*{DRAFT}"))
         assert not (tmp_path / "session-1").exists()
         assert [store.get("rows", key) for key in ("whole", "half", "torn", "empty")] == [{"a": 1}, None, None, None]
         assert [path.name for path in (tmp_path / "rows").iterdir()] == ["whole.json"]

@@ -6,7 +6,7 @@ import gc
 
 import pytest
 
-from impactlab.numerics.garbage_collection import MANY_BODIES, GarbageCollectionPaused
+from impactlab.numerics.garbage_collection import MIN_PAUSED, GarbageCollectionPaused
 
 
 def seen(fails: bool) -> bool:
@@ -34,5 +34,5 @@ def test_an_inner_context_does_not_switch_it_on_for_the_outer_one() -> None:
 
 
 def test_of_few_bodies_it_is_left_alone() -> None:
-    with GarbageCollectionPaused(MANY_BODIES - 1):
+    with GarbageCollectionPaused(MIN_PAUSED - 1):
         assert gc.isenabled()

@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from impactlab.integrators.central_difference import CentralDifference, split
-from impactlab.integrators.chain_steps import MIN_RUN, SAME_TOL, runs_of
+from impactlab.integrators.chain_steps import MIN_RUN, runs_of
 from impactlab.integrators.leapfrog_factors import DAMPED, GROUNDED, LOAD, LOADED, RARE
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import multiply
+from impactlab.numerics.chain_solve import SAME_TOL
 
 
 def body_of(n: int, bands: int, seed: int, damped: bool, loaded: bool, bent: bool) -> Operators:

@@ -79,7 +79,7 @@ def test_a_large_case_is_not_checked_in_silence(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Ten thousand beads took four seconds before the first word; a hundred thousand half a minute."""
-    monkeypatch.setattr(case_module, "MANY_BODIES", N)
+    monkeypatch.setattr(case_module, "MIN_LOGGED", N)
     monkeypatch.setattr(case_module, "_said", [])
     chain(), chain()
     assert [each.getMessage() for each in caplog.records] == [

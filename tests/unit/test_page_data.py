@@ -27,7 +27,7 @@ from impactlab.report.figures.figure_files import compact
 from impactlab.report.figures.signals import panels, sampled, shown
 from impactlab.report.figures.stage import frames, layout
 from impactlab.report.figures.style import traces
-from impactlab.report.page_data import MAX_DATA, MISSING, Packer, page_data
+from impactlab.report.page_data import MAX_DATA, NAN_CODE, Packer, page_data
 from impactlab.report.provenance import Provenance, now, of_case
 from impactlab.report.summary import summarise
 from impactlab.scene import Contact, Mass, Probe, Rod
@@ -44,7 +44,7 @@ def unpacked(text: str, place: Any) -> Array:
     first, size, low, step = place
     steps = planes[first : first + size] + 256 * planes[planes.size // 2 :][first : first + size]
     codes = np.cumsum(steps) & 0xFFFF
-    return np.where(codes == MISSING, np.nan, low + codes * step)
+    return np.where(codes == NAN_CODE, np.nan, low + codes * step)
 
 
 @pytest.mark.parametrize("levels", [65535, 255])

@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from impactlab.bench.schema import Row
+from impactlab.bench.schema import OWN, Row
 from impactlab.startup.cached import cached_property
 
 AUTOMATIC = "automatic"  # name of the automatic choice among the methods
-OWN = "own."  # prefix of the methods of a case file: they differ from case to case, so they are not ranked
 MIN_ERROR = 1e-12  # relative; a smaller error is rounding
 MAX_UNCERTAINTY = 1.0 / 3.0  # of a tolerance: beyond it a reference cannot show that the tolerance is met
 

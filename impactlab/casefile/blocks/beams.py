@@ -74,7 +74,7 @@ class BeamBlock(MovingBlock):
     """A straight elastic beam that bends: length, section and material, or segments."""
 
     kind: Literal["beam"] = Field(description="beam")
-    theory: Annotated[str, words("euler_bernoulli", "timoshenko")] = Field(
+    theory: Annotated[Literal["euler_bernoulli", "timoshenko"], words("euler_bernoulli", "timoshenko")] = Field(
         "euler_bernoulli", description="euler_bernoulli, or timoshenko with shear and rotary inertia"
     )
     section: SectionBlock | None = Field(None, description="cross section")
@@ -121,7 +121,7 @@ class BeamBlock(MovingBlock):
             self.velocity,
             self.profile,
             damping=self.rayleigh,
-            theory=self.theory,  # type: ignore[arg-type] # one of two words
+            theory=self.theory,
             tension=self.tension,
             rotation=rotation_of(self.rotation, "beam", f"bodies.{name}"),
         )

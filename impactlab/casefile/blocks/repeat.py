@@ -214,16 +214,13 @@ def _row(block: dict[str, Any], path: str, names: Mapping[str, list[str]], bodie
             remedy="Name its bodies from left to right.",
             path=f"{path}.chain",
         )
-    rods = _rods(bodies) if isinstance(bodies, dict) else set()
+    blocks = bodies.items() if isinstance(bodies, dict) else ()
+    rods = {name for name, body in blocks if isinstance(body, dict) and body.get("kind") == "rod"}
     pairs = [
         [f"{one}.right" if one in rods else one, f"{other}.left" if other in rods else other]
         for one, other in itertools.pairwise(row)
     ]
     return _Row(pairs, [number for number, item in enumerate(chain) for _ in names.get(item, [item])])
-
-
-def _rods(bodies: Mapping[str, Any]) -> set[str]:
-    return {name for name, block in bodies.items() if isinstance(block, dict) and block.get("kind") == "rod"}
 
 
 def _check_total(key: str, count: int) -> None:

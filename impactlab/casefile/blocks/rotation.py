@@ -5,16 +5,14 @@ Rods and beams may have one.
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from impactlab.casefile.blocks.shared import Block, Place
-from impactlab.casefile.values.fields import Allowed, Reader, words
+from impactlab.casefile.values.fields import quantity, words
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Rotation
-
-_RATE = Allowed("rad/s", number=True, nothing=True)
 
 
 class RotationBlock(Block):
@@ -23,7 +21,7 @@ class RotationBlock(Block):
     All quantities of the body count from its steady state.
     """
 
-    rate: Annotated[float | None, Reader(_RATE.read, _RATE.json_schema())] = Field(
+    rate: Annotated[float | None, quantity("rad/s", nothing=True)] = Field(
         None, description="angular velocity [rad/s]; a mass without it takes that of the body that it meets"
     )
     axis_at: Place | None = Field(
@@ -31,7 +29,7 @@ class RotationBlock(Block):
         description="place of the axis in the body's own x [m]; a mass without it takes its distance from the face "
         "that it meets",
     )
-    plane: Annotated[str | None, words("chord", "flap", nothing=True)] = Field(
+    plane: Annotated[Literal["chord", "flap"] | None, words("chord", "flap", nothing=True)] = Field(
         None, description="of a beam and of masses that strike it: chord, in the plane of rotation, or flap, across it"
     )
 
@@ -44,30 +42,18 @@ def rotation_of(block: RotationBlock | None, kind: str, path: str) -> Rotation |
     if block is None:
         return None
     path = f"{path}.rotation"
-    if block.rate is None:
+    needed = {
+        "rate": "Give the rate in rad/s, or as a string such as '600 rpm'.",
+        "axis_at": "Give the place of the axis in the body's own x [m]: 0 at its left end, L at its right end.",
+        "plane": "Give chord (the beam bends in the plane of rotation) or flap (across it).",
+    }
+    for key, remedy in needed.items():
+        if getattr(block, key) is None and (key, kind) != ("plane", "rod"):
+            raise CaseError("this key is missing", remedy=remedy, path=f"{path}.{key}")
+    if kind == "rod" and block.plane is not None:
         raise CaseError(
-            "this key is missing",
-            remedy="Give the rate in rad/s, or as a string such as '600 rpm'.",
-            path=f"{path}.rate",
-        )
-    if block.axis_at is None:
-        raise CaseError(
-            "this key is missing",
-            remedy="Give the place of the axis in the body's own x [m]: 0 at its left end, L at its right end.",
-            path=f"{path}.axis_at",
-        )
-    if kind == "rod":
-        if block.plane is not None:
-            raise CaseError(
-                "`plane` applies only to beams; a rotating rod moves only along its radius",
-                remedy="Remove it, or describe the body as a beam.",
-                path=f"{path}.plane",
-            )
-        return Rotation(block.rate, block.axis_at) if block.rate else None
-    if block.plane is None:
-        raise CaseError(
-            "this key is missing",
-            remedy="Give chord (the beam bends in the plane of rotation) or flap (across it).",
+            "`plane` applies only to beams; a rotating rod moves only along its radius",
+            remedy="Remove it, or describe the body as a beam.",
             path=f"{path}.plane",
         )
-    return Rotation(block.rate, block.axis_at, block.plane) if block.rate else None  # type: ignore[arg-type]
+    return Rotation(block.rate, block.axis_at or 0.0, block.plane or "axial") if block.rate else None

@@ -90,6 +90,7 @@ class ElasticBlock(Block):
     if TYPE_CHECKING:  # each kind of body has its own
         kind: str
         ends: Any
+        segments: tuple[Any, ...] | None
 
     piece: ClassVar[type[Block]] = Block  # block of one of the segments
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "area", "material")  # of a uniform body; segments replace them
@@ -114,7 +115,7 @@ class ElasticBlock(Block):
     def pieces(self) -> tuple[Any, ...]:
         """The uniform pieces of the body: its segments, or the body itself."""
         whole = {key: getattr(self, key) for key in self.piece.model_fields}
-        return getattr(self, "segments", None) or (self.piece.model_construct(**whole),)
+        return self.segments or (self.piece.model_construct(**whole),)
 
     def gives(self, key: str) -> bool:
         """Return whether one of `shape_keys` is given for the whole body."""
@@ -123,8 +124,7 @@ class ElasticBlock(Block):
     @property
     def total_length(self) -> float:
         """Whole length [m]."""
-        pieces = getattr(self, "segments", None)
-        return float(self.length or 0.0) if pieces is None else float(sum(piece.length for piece in pieces))
+        return float(self.length or 0.0 if self.segments is None else sum(piece.length for piece in self.segments))
 
     @property
     def profile(self) -> Profile | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -12,13 +12,7 @@ from impactlab.types import Array
 
 @final
 class Samples(tuple[float, ...]):
-    """Numbers of an array; a copy of a case shares them."""
-
-    def __copy__(self) -> Samples:
-        return self
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Samples:
-        return self
+    """Numbers of an array."""
 
     @cached_property
     def array(self) -> Array:

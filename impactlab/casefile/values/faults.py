@@ -6,7 +6,7 @@ An error has place, value given, values allowed, and a remedy.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -30,9 +30,7 @@ FIX_VALUE = (
 )
 
 
-def case_error(
-    error: ValidationError, data: Any, prefix: str, allowed: Iterable[str] | type[BaseModel]
-) -> ImpactlabError:
+def case_error(error: ValidationError, data: Any, prefix: str, allowed: type[BaseModel]) -> ImpactlabError:
     """Return the first fault as an error of the case, which holds the others.
 
     Parameters
@@ -43,8 +41,8 @@ def case_error(
         The validated block, as plain values.
     prefix : str
         Path of ``data`` in the case.
-    allowed : names, or a pydantic model
-        The keys that may stand in ``data``.
+    allowed : pydantic model
+        Its keys may stand in ``data``.
     """
     faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")
     found = [(fault, _one(fault, data, prefix, allowed)) for fault in faults]
@@ -61,7 +59,7 @@ def _suggested(fault: ErrorDetails, error: CaseError, prefix: str) -> str:
     return ".".join(filter(None, (prefix, *_yaml_path(fault["loc"])[:-1], key[1]))) if key else ""
 
 
-def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: Iterable[str] | type[BaseModel]) -> CaseError:
+def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: type[BaseModel]) -> CaseError:
     keys = _yaml_path(fault["loc"])
     path = ".".join(part for part in (prefix, *keys) if part)
     if fault["type"] == "union_tag_invalid":
@@ -70,9 +68,7 @@ def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: Iterable[str] | t
     return CaseError(text, remedy=remedy, path=path)
 
 
-def _words(
-    fault: ErrorDetails, keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]
-) -> tuple[str, str]:
+def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseModel]) -> tuple[str, str]:
     kind = fault["type"]
     given = shown(fault["input"])
     context = fault.get("ctx", {})
@@ -113,7 +109,7 @@ def _words(
             allowed_length = ", ".join(f"{word} {context[key]}" for key, word in limits.items() if key in context)
             return f"{given} has the wrong length. Allowed: {allowed_length}", FIX_VALUE
         case _ if kind in _NEEDED:
-            names = _allowed_at(keys, data, allowed) if _NEEDED[kind] == _BLOCK and allowed else []
+            names = _allowed_at(keys, data, allowed) if _NEEDED[kind] == _BLOCK else []
             if keys in (["bodies"], ["mechanisms"], ["methods"], ["variants"]):
                 entry = "{kind: ...}" if keys == ["bodies"] else "{...}"
                 return f"{given} is given where {_BLOCK} is needed", f"Write NAME: {entry} for each of them."
@@ -168,7 +164,7 @@ def _yaml_path(loc: Sequence[int | str]) -> list[str]:
     return [key for key in keys if key != "[key]"]
 
 
-def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> str:
+def _what_to_add(keys: list[str], data: Any, allowed: type[BaseModel]) -> str:
     """Return how a missing key is written, with its unit."""
     if keys == ["schema_version"]:
         return "Add schema_version: 1."
@@ -179,7 +175,7 @@ def _what_to_add(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseM
     return f"Add {keys[-1]}: {described}." if described else "Add it; `impactlab schema` lists every key with its unit."
 
 
-def _key_around(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> str:
+def _key_around(keys: list[str], data: Any, allowed: type[BaseModel]) -> str:
     """Return a sentence on a key that stands beside a block around it, or is the name of a body or a contact."""
     name = keys[-1]
     for number in reversed(range(len(keys) - 1)):
@@ -204,23 +200,19 @@ def _key_inside(name: str, blocks: Sequence[type[BaseModel]]) -> str:
     return ""
 
 
-def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[str]:
+def _allowed_at(keys: list[str], data: Any, allowed: type[BaseModel]) -> list[str]:
     """Return the keys that may stand in the block at a path.
 
     Of a block whose kind is not known they are those of all kinds.
     """
-    if not isinstance(allowed, type):
-        return list(allowed)
     return [name for block in _blocks_at(keys, data, allowed) for name in block.model_fields]
 
 
-def _blocks_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[type[BaseModel]]:
+def _blocks_at(keys: list[str], data: Any, allowed: type[BaseModel]) -> list[type[BaseModel]]:
     """Return the blocks that may stand at a path.
 
     They are those of the given kind where it is known; none if the path is not known.
     """
-    if not isinstance(allowed, type):
-        return []
     blocks, among_many = [allowed], False  # among_many: the next key is the name or the number of one of several
     for key in keys:
         data = data[int(key)] if isinstance(data, (list, tuple)) else data[key]

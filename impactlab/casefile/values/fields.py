@@ -19,7 +19,7 @@ from pydantic_core import PydanticCustomError, core_schema
 from impactlab.casefile.text.words import closest, shown
 from impactlab.casefile.values.faults import refuse
 from impactlab.casefile.values.formula import Formula, parse
-from impactlab.casefile.values.loads import FORMS, is_over_time, load_schema, read_load
+from impactlab.casefile.values.loads import FORMS, MIN_SAMPLES, is_over_time, read_load
 from impactlab.casefile.values.units import to_si
 from impactlab.scene.bodies import AbstractLoad, End, Table
 from impactlab.scene.ranges import COUNTS, Range, range_of
@@ -49,6 +49,10 @@ def object_schema(properties: Mapping[str, Any], *required: str) -> dict[str, An
     """Return the JSON schema of a block with these keys and no others."""
     keys = {"properties": dict(properties), "required": list(required)}
     return {"type": "object", **keys, "additionalProperties": False}
+
+
+def _column_schema(unit: str) -> dict[str, Any]:
+    return {"type": "array", "items": {"type": ["number", "string"]}, "minItems": MIN_SAMPLES, "unit": unit}
 
 
 @dataclass(frozen=True)
@@ -279,7 +283,9 @@ class EndReader:
     def schema(self) -> dict[str, Any]:
         """Return the JSON schema of such an end."""
         load, unit = self.load
-        force = {load: {"anyOf": [Allowed(unit=unit, number=True).json_schema(), *load_schema(unit)], "unit": unit}}
+        table = object_schema({"t": _column_schema("s"), "f": _column_schema(unit)}, "t", "f")
+        file = object_schema({key: {"type": "string"} for key in ("file", "t", "f")}, "file", "t", "f")
+        force = {load: {"anyOf": [Allowed(unit=unit, number=True).json_schema(), table, file], "unit": unit}}
         choices: list[dict[str, Any]] = [{"enum": list(self.words)}]
         for name, (_, unit) in self.supports.items():
             turning = {"rotational": _ROTATIONAL.json_schema()} if self.turns and name == "spring" else {}
@@ -332,10 +338,6 @@ def _column(value: Any, name: str, unit: str) -> tuple[float, ...]:
         raise refuse(f"{name} of the table is {shown(value)}; give a list of numbers in {unit}")
     allowed = Allowed(unit=unit, number=True)
     return tuple(allowed.read(number) for number in value)
-
-
-def _column_schema(unit: str) -> dict[str, Any]:
-    return {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "unit": unit}
 
 
 SHAPE, TWIST = shape("m"), shape("rad")

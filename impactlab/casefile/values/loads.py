@@ -55,13 +55,11 @@ def is_over_time(value: Any) -> bool:
 
     Otherwise it is a number with a unit.
     """
-    return isinstance(value, (Mapping, AbstractLoad)) or (isinstance(value, str) and bool(_OF_TIME.search(value)))
+    return isinstance(value, Mapping) or (isinstance(value, str) and bool(_OF_TIME.search(value)))
 
 
 def read_load(value: Any, unit: str) -> AbstractLoad:
     """Return a force over time; raise with the allowed forms."""
-    if isinstance(value, AbstractLoad):
-        return value
     if isinstance(value, str):
         try:
             return FunctionLoad(TimeFormula(value))
@@ -86,23 +84,6 @@ def load_values(load: AbstractLoad) -> Any:
         return load.function.text
     own = load.sampled(1.0)
     return {"t": list(own.t), "f": list(own.f)}
-
-
-def load_schema(unit: str) -> tuple[dict[str, Any], ...]:
-    """Return the JSON schemas of a force over time.
-
-    They are those of its forms other than a text.
-    """
-
-    def block(**properties: Any) -> dict[str, Any]:
-        keys = {"properties": properties, "required": list(properties)}
-        return {"type": "object", **keys, "additionalProperties": False}
-
-    def column(of: str) -> dict[str, Any]:
-        return {"type": "array", "items": {"type": ["number", "string"]}, "minItems": MIN_SAMPLES, "unit": of}
-
-    name = {"type": "string"}
-    return block(t=column("s"), f=column(unit)), block(file=name, t=name, f=name)
 
 
 def _column(values: Any, name: str, unit: str) -> np.ndarray[Any, Any]:

@@ -53,6 +53,14 @@ def built(run: Simulation, counted: str, round_trips: float | None) -> Built | N
     return Built(pattern, numbers_of(run.scene, layout, log, round_trips), log)
 
 
+def prepared(log: Log, pattern: Pattern) -> Log:
+    """Return the log ready for marches of all scenes of its pattern."""
+    log = march.prepared(log)
+    if np.any(np.asarray(pattern.nodes)["support"] == SPRING):  # also where this scene has one of 0 N/m
+        log = log._replace(memory=log.memory._replace(coupled=spring_systems.address(log.memory)))
+    return log
+
+
 def parts_of(q: Pattern) -> tuple[tuple[tuple[str, ...], int], ...]:
     """Return the result names by part, with the number of parts.
 
@@ -66,11 +74,7 @@ class Marcher:
     """Marches points of a batch in a memory of its own; one for each thread."""
 
     def __init__(self, run: Simulation, pattern: Pattern, numbers: Numbers) -> None:
-        log = march.prepared(build(*run)[1])
-        if np.any(np.asarray(pattern.nodes)["support"] == SPRING):  # also where the first point has one of 0 N/m
-            log = log._replace(memory=log.memory._replace(coupled=spring_systems.address(log.memory)))
-        self.log = log
-        self.pattern, self.numbers = pattern, numbers
+        self.log, self.pattern, self.numbers = prepared(build(*run)[1], pattern), pattern, numbers
         self.room = result_arrays(self.log.memory, pattern, numbers)
 
     @property

@@ -20,7 +20,7 @@ from impactlab.exact.setup.contact_kinds import balanced, massless
 from impactlab.exact.setup.network import Log, NetworkLayout
 from impactlab.numerics.layout import record
 from impactlab.numerics.records import columns
-from impactlab.scene.bodies import End, Segment, WaveBody
+from impactlab.scene.bodies import End, WaveBody
 from impactlab.scene.problem import Scene
 from impactlab.types import Array, Ints
 
@@ -176,7 +176,7 @@ def pattern_of(scene: Scene, layout: NetworkLayout, log: Log, counted: str, in_r
             row |= {"first_cut": len(cut_codes), "cuts": len(places)}
             for link in layout.links[name]:
                 at = places.index(link.x)
-                piece = _place_of(link.segment, rod.segments)
+                piece = [each is link.segment for each in rod.segments].index(True)
                 segment = first + len(OF_END) + len(OF_SEGMENT) * piece
                 link_rows.append((len(cut_codes) + at, segment, link.left_end, link.right_end))
             cut_codes += _codes(rod, places, fixed)
@@ -202,10 +202,6 @@ def pattern_of(scene: Scene, layout: NetworkLayout, log: Log, counted: str, in_r
         whole_taken, node, body_taken, link_taken, contact_taken, pair_taken,
         np.array(cut_codes, np.int64), np.array(fixed),
     )  # fmt: skip
-
-
-def _place_of(segment: Segment, among: tuple[Segment, ...]) -> int:
-    return next(number for number, each in enumerate(among) if each is segment)
 
 
 def _codes(rod: WaveBody, places: list[float], fixed: list[float]) -> list[int]:

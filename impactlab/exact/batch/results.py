@@ -17,7 +17,7 @@ from impactlab.exact.batch.reading import contact_loss, dashpot_loss, energy, lo
 from impactlab.exact.batch.writing import DENSITY, LENGTH, MASS, round_trip, velocity_of
 from impactlab.exact.periods import CONTACT, IMPULSE, SPAN_COLUMNS, START, STOP, finish_span
 from impactlab.history.energy import MIN_ENERGY
-from impactlab.history.noise_floor import EARLY, MIN_OPENING, MIN_SHARE
+from impactlab.history.noise_floor import MAX_EARLY, MIN_OPENING, MIN_SHARE
 from impactlab.metrics.collisions import MIN_APPROACH
 from impactlab.metrics.third_bodies import MAX_SHARE
 from impactlab.numerics.compiling import EXACT_PART
@@ -84,7 +84,7 @@ def may_be_noise(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int,
     first_arrivals(m, q, p, arrivals)
     early = False
     for k in range(count):
-        early = early or spans[k, START] < (1.0 - EARLY) * arrivals[int(spans[k, CONTACT])]
+        early = early or spans[k, START] < (1.0 - MAX_EARLY) * arrivals[int(spans[k, CONTACT])]
     return early
 
 

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.exact import march, spring_systems
+from impactlab.exact import march
 from impactlab.exact.arrays import CLOSE, DONE, MORE_EVENTS, MORE_POOL, MORE_RECORDS, MarchArrays
-from impactlab.exact.batch.marcher import MAX_POOL, Built
+from impactlab.exact.batch.marcher import MAX_POOL, Built, prepared
 from impactlab.exact.batch.pattern import Pattern
-from impactlab.exact.batch.writing import SPRING, write
+from impactlab.exact.batch.points import MAX_INTERVALS
+from impactlab.exact.batch.writing import write
 from impactlab.exact.kernel import MAX_DEPTH, integrate, value
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.signals import AbstractSignals
@@ -25,7 +26,6 @@ from impactlab.numerics.addresses import entered
 from impactlab.numerics.compiling import EXACT_ENTRY
 from impactlab.types import Array
 
-MAX_INTERVALS = 50_000  # of a march, some tenths of a second
 SUMMED = {"velocity", "strain", "stress", "force"}  # quantities at a place of a rod with exact integrals
 
 Integral = Callable[[Array, bool], Array]
@@ -81,11 +81,8 @@ class Single:
     """A memory in which scenes of one pattern march one after the other."""
 
     def __init__(self, made: Built, base: ContinuousHistory) -> None:
-        log = march.prepared(made.log)
-        if np.any(np.asarray(made.pattern.nodes)["support"] == SPRING):  # also where the first scene has one of 0 N/m
-            log = log._replace(memory=log.memory._replace(coupled=spring_systems.address(log.memory)))
-        self.log, self.pattern, self.base = log, made.pattern, base
-        self._room = np.zeros(len(made.pattern.cuts)), np.zeros(len(log.ends))
+        self.log, self.pattern, self.base = prepared(made.log, made.pattern), made.pattern, base
+        self._room = np.zeros(len(made.pattern.cuts)), np.zeros(len(made.log.ends))
         self._written = np.zeros(0)
         self._done = False
 

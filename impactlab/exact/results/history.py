@@ -73,17 +73,18 @@ class ContinuousHistory(AbstractHistory):
         return Signals(self.log)
 
     @cached_property
-    def _contact(self) -> dict[str, int]:
+    def numbers(self) -> dict[str, int]:
+        """Numbers of the contacts in the network, by name."""
         return {self.scene.contacts[place].name: c for c, place in enumerate(self.layout.places)}
 
     @cached_property
     def joined(self) -> frozenset[str]:
         """Names of the links, which are joined from the start."""
-        return frozenset(name for name, law in self.method.laws.items() if law.two_sided)
+        return frozenset(self.method.links)
 
     @cached_property
     def _named(self) -> dict[str, list[str]]:
-        return {name: own for name, own in named(self.scene).items() if name not in self._contact}
+        return {name: own for name, own in named(self.scene).items() if name not in self.numbers}
 
     @cached_property
     def _exact_x(self) -> dict[str, float]:
@@ -104,7 +105,7 @@ class ContinuousHistory(AbstractHistory):
         found = self.log.events[: self.log.state["events"]]
         found = found[found["time"] <= self.duration]
         found = found[np.argsort(found["time"], kind="stable")]
-        names = [self.scene.contacts[place].name for place in self.layout.places]
+        names = list(self.numbers)
         for time, contact, value in zip(*(found[name].tolist() for name in ("time", "contact", column)), strict=True):
             yield time, names[contact], value
 
@@ -131,7 +132,7 @@ class ContinuousHistory(AbstractHistory):
         """Results of each link, or of all links of one name."""
         if not self.joined:
             return ()
-        return tuple(link_results(self.scene, self.method, self.signals, self._contact, 0.0, self.duration))
+        return tuple(link_results(self.scene, self.method, self.signals, self.numbers, 0.0, self.duration))
 
     @cached_property
     def _above_noise(self) -> tuple[tuple[Event, ...], tuple[ContactSpan, ...]]:
@@ -161,11 +162,11 @@ class ContinuousHistory(AbstractHistory):
     def warnings(self) -> list[Warned]:  # type: ignore[override]
         """Warnings, found on first use."""
         trip = self.scene.round_trip
-        meeting = [contact for contact in self.scene.contacts if contact.name not in self.joined]
-        names = [contact.name for contact in meeting] if np.isfinite(trip) else []
+        meeting = (contact.name for contact in self.scene.contacts if contact.name not in self.joined)
+        names = list(meeting) if np.isfinite(trip) else []
         texts = [near_grazing(self, name, trip) for name in names]
         found = [Warned("near_grazing", text) for text in texts if text is not None]
-        return [*found, *never_closed(self, meeting), *overstrained(self)]
+        return [*found, *never_closed(self), *overstrained(self)]
 
     def _find_spans(self) -> tuple[ContactSpan, ...]:
         found: list[tuple[str, float, float | None]] = []
@@ -176,7 +177,7 @@ class ContinuousHistory(AbstractHistory):
             elif event.contact in began:
                 found.append((event.contact, began.pop(event.contact), event.time))
         found += [(name, start, None) for name, start in began.items()]
-        found.sort(key=lambda period: (period[1], self._contact[period[0]]))
+        found.sort(key=lambda period: (period[1], self.numbers[period[0]]))
         totals = self.impulses_and_peaks([(n, start, self.duration if end is None else end) for n, start, end in found])
         return tuple(ContactSpan(*period, *total) for period, total in zip(found, totals, strict=True))
 
@@ -188,7 +189,7 @@ class ContinuousHistory(AbstractHistory):
         """
         if not spans:
             return []
-        return periods.finished(self.log.memory, [(self._contact[name], start, stop) for name, start, stop in spans])
+        return periods.finished(self.log.memory, [(self.numbers[name], start, stop) for name, start, stop in spans])
 
     def channels(self) -> tuple[str, ...]:
         names = [probe.channel for probe in self.scene.recorded_probes]
@@ -207,8 +208,8 @@ class ContinuousHistory(AbstractHistory):
 
     def _evaluated(self, t: Array, channel: str) -> Array:
         quantity, _, rest = self._of_masses.get(str(channel), str(channel)).partition(":")
-        if rest in self._contact and quantity in ("force", "gap"):
-            contact = self._contact[rest]
+        if rest in self.numbers and quantity in ("force", "gap"):
+            contact = self.numbers[rest]
             if quantity == "force":
                 return self.signals.force(contact)(t)
             record = self.log.contacts[contact]
@@ -271,7 +272,7 @@ class ContinuousHistory(AbstractHistory):
         strain, stress and force inside a rod; velocities of masses.
         """
         quantity, _, rest = channel.partition(":")
-        if quantity == "force" and rest in self._contact:
+        if quantity == "force" and rest in self.numbers:
             force = self.force(rest)
             return force.integral(t, False) - force.integral(np.zeros(1), False)
         if quantity == "force" and rest in self._named:
@@ -321,7 +322,7 @@ class ContinuousHistory(AbstractHistory):
 
     def force(self, name: str) -> Signal:
         """Return the force of a contact as a function of time [N]."""
-        return self.signals.force(self._contact[name])
+        return self.signals.force(self.numbers[name])
 
     def impulse_of(self, contact: str) -> float:
         if str(contact) not in self.joined:
@@ -369,8 +370,8 @@ class ContinuousHistory(AbstractHistory):
     def jumps(self, channel: str) -> Array:
         quantity, _, rest = channel.partition(":")
         floor, slack = MIN_JUMP * float(self.log.state["fastest"]), 4.0 * float(self.log.state["tolerance"])
-        if quantity == "force" and rest in self._contact:
-            contact = self._contact[rest]
+        if quantity == "force" and rest in self.numbers:
+            contact = self.numbers[rest]
             found = self.signals.force(contact).jumps(floor * float(self.log.contacts["impedance"][contact]))
             return np.asarray(found[(found >= 0.0) & (found <= self.duration)])
         if quantity == "force" and rest in self._named:

@@ -90,7 +90,7 @@ def link_results(
     """
     ends = np.array([begin, until])
     links = [contact for contact in scene.contacts if method.laws[contact.name].two_sided]
-    names = [contact.group or contact.name for contact in links]
+    names = [contact.shared_name for contact in links]
     for name in dict.fromkeys(names):
         own = [contact.name for contact, other in zip(links, names, strict=True) if other == name]
         sets: list[float | None] = []

@@ -166,12 +166,10 @@ class Thinner:
         spans = tuple(sorted((*self.spans, *rest), key=lambda span: (span.start, span.contact)))
         history.events, history.contacts = above_noise(self.scene, self.run.method, tuple(self.events), spans)
         book = _joined(self.books)
-        joined = {name for name, law in self.run.method.laws.items() if law.two_sided}
         history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))
         history.links, history.changes = self.links, tuple(self.changes)
         history.fields = self.fields
-        history.warnings.extend(never_closed(history, [c for c in self.scene.contacts if c.name not in joined]))
-        history.warnings.extend(overstrained(history))
+        history.warnings += [*never_closed(history), *overstrained(history)]
         history.cost.steps = int(log.state["intervals"])
         return history
 
@@ -192,8 +190,7 @@ class Thinner:
             self.impulses[name] = float(self._impulse(window, name, np.array([until]))[0])
         self.changes += window.changes
         if window.joined:
-            numbers = {self.scene.contacts[place].name: c for c, place in enumerate(self.layout.places)}
-            new = link_results(self.scene, self.run.method, window.signals, numbers, self.begun, until)
+            new = link_results(self.scene, self.run.method, window.signals, window.numbers, self.begun, until)
             self.links = followed(self.links, tuple(new))
         self._energies(window, t[-self.taken % self.every :: self.every], until, last)
         for time in self.scene.field_times:
@@ -253,10 +250,7 @@ def _faces(scene: Scene) -> list[str]:
 
 def _joined(books: list[EnergyBook]) -> EnergyBook:
     """Return the books of windows that follow one another as one."""
-
-    def row(parts: list[Array]) -> Array:
-        return np.concatenate(parts)
-
+    row = np.concatenate
     return EnergyBook(
         row([book.time for book in books]),
         {name: row([book.bodies[name] for book in books]) for name in books[0].bodies},

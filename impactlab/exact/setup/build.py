@@ -17,6 +17,7 @@ from impactlab.exact.setup.end_loads import loaded
 from impactlab.exact.setup.initial_waves import MIN_ROOM, with_first_pieces
 from impactlab.exact.setup.network import Link, Log, NetworkLayout, copied, empty_log, with_room
 from impactlab.numerics.addresses import COMPILED
+from impactlab.numerics.unions import Unions
 from impactlab.scene.bodies import End, Segment, WaveBody
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Point, Scene
@@ -127,17 +128,10 @@ def draw(scene: Scene) -> Drawing:
 
 def junctions(count: int, pairs: Sequence[tuple[int, int]]) -> Ints:
     """Return the junction of every node: nodes linked by contacts share one."""
-    parent = list(range(count))
-
-    def first_of(node: int) -> int:
-        while parent[node] != node:
-            parent[node] = parent[parent[node]]
-            node = parent[node]
-        return node
-
+    groups = Unions[int]()
     for a, b in pairs:
-        parent[first_of(b)] = first_of(a)
-    label = [first_of(node) for node in range(count)]
+        groups.join(a, b)
+    label = [groups.leader(node) for node in range(count)]
     known = {value: i for i, value in enumerate(dict.fromkeys(label))}
     return np.array([known[value] for value in label], np.int64)
 

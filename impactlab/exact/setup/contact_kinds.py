@@ -113,15 +113,14 @@ def check(scene: Scene, method: Method) -> list[Bond]:
     bonds = []
     for number, contact in enumerate(scene.contacts):
         path = f"contacts.{number}"
-        sides = contact.faces
-        if any(scene.bodies[point.body].bends for point in sides):
+        if any(scene.bodies[point.body].bends for point in contact.faces):
             raise CaseError(
                 f"contact {contact.name} meets a beam; the exact solver supports only rods",
                 path=path,
                 remedy="Use a model that steps.",
             )
         kind = bond(scene, method, number)
-        if not any(scene.bodies[point.body].moves for point in sides):
+        if not any(scene.bodies[point.body].moves for point in contact.faces):
             raise CaseError(f"contact {contact.name}: neither side can move", path=path, remedy="Leave it out.")
         if contact.left.body == contact.right.body:
             raise CaseError(f"contact {contact.name} connects a rod with itself", path=path, remedy="Name two bodies.")
@@ -216,7 +215,7 @@ def balanced(
     impedance [N s/m].
     """
     waiting, found = list(hard), dict[int, list[tuple[float, int]]]()
-    sides = {number: (scene.contacts[number].left, scene.contacts[number].right) for number in waiting}
+    sides = {number: scene.contacts[number].faces for number in waiting}
     while waiting:
         busy = [(point.body, point.x) for number in waiting for point in sides[number]]
         for number in waiting:

@@ -18,8 +18,8 @@ from impactlab.exact.arrays import (
     MarchArrays,
 )
 from impactlab.exact.crossings import next_event
-from impactlab.exact.kernel import MAX_DEPTH, ROOM, ZERO_TOL, chopped, restrict
-from impactlab.exact.march import apply_event, arrivals, furthest_behind, horizon, keep
+from impactlab.exact.kernel import ROOM, ZERO_TOL
+from impactlab.exact.march import apply_event, arrivals, cut, furthest_behind, horizon, keep
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, DAMPING, DURATION, GAP, STIFFNESS, TRANSIT, TangentArrays
 from impactlab.exact.tangents.interval import keep_tangents, make_tangents
@@ -140,16 +140,6 @@ def start_at_closing(m: MarchArrays, d: TangentArrays, j: int, half: float) -> N
                     lever(slopes, piece.size, moved)
                     for k in range(piece.size):
                         tangent[k] += middle * (slopes[k] + moved[k])
-
-
-@EXACT_PART
-def cut(m: MarchArrays, j: int, n: int, place: float) -> None:
-    """Restrict the rows of a record to the part before a place in [-1, 1]."""
-    trial = m.stack[MAX_DEPTH]
-    for i in range(m.junctions[j].rows):
-        kept = restrict(m.rows[i], chopped(m.rows[i], n, 0.0), -1.0, place, trial)
-        for k in range(n):
-            m.rows[i, k] = trial[k] if k < kept else 0.0
 
 
 @EXACT_PART

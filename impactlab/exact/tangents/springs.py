@@ -5,9 +5,6 @@ Their loads are written, and solved as those of the motion itself.
 
 from __future__ import annotations
 
-from typing import Any
-
-import numba
 import numpy as np
 from numba import types
 
@@ -16,11 +13,9 @@ from impactlab.exact.kernel import ORDER
 from impactlab.exact.linear import solved, table
 from impactlab.exact.spring_systems import combined, gather, number_groups, write_equations, write_motion
 from impactlab.exact.tangents.arrays import DAMPING, GAP, MASS, SPRING, STIFFNESS, TangentArrays
-from impactlab.numerics.addresses import COMPILED, kernel_address
+from impactlab.numerics.addresses import COMPILED, address_for
 from impactlab.numerics.compiling import ALLOCATING_PART, EXACT_PART
 from impactlab.types import Array
-
-typeof: Any = numba.typeof
 
 
 @EXACT_PART
@@ -132,9 +127,6 @@ def largest(a: Array, n: int) -> float:
     return found
 
 
-_address: dict[bool, int] = {}  # one entry, as in `spring_systems`
-
-
 def with_springs(m: MarchArrays, d: TangentArrays) -> TangentArrays:
     """Return the tangents with the address of `on_springs`.
 
@@ -142,7 +134,4 @@ def with_springs(m: MarchArrays, d: TangentArrays) -> TangentArrays:
     """
     if m.coupled == 0 and COMPILED:
         return d
-    if COMPILED not in _address:
-        signature = types.void(typeof(m), typeof(d), types.int64, types.int64, types.float64) if COMPILED else None
-        _address[COMPILED] = kernel_address(on_springs, signature)
-    return d._replace(springs=_address[COMPILED])
+    return d._replace(springs=address_for(on_springs, (m, d), (types.int64, types.int64, types.float64)))

@@ -5,6 +5,7 @@ They bring their own stepper in place of an integrator.
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Self
@@ -15,11 +16,12 @@ from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import Kernel, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.scene.bodies import Beam, End
-from impactlab.types import Array, Level
+from impactlab.types import Array, Ints, Level
 
 if TYPE_CHECKING:
     from impactlab.scene.problem import Probe
 
+MIN_SHARE, MAX_TRIED = 0.8, 400  # steps tried: down to this share of the one given, so many at most
 MODES = 100  # counted by `points_per_period` on a body without mesh or modes
 
 
@@ -96,6 +98,13 @@ class AbstractSelfStepping(AbstractDiscreteModel):
 
         ``ports`` are the rows along which contacts push.
         """
+
+
+def numbers_of_steps(least: float) -> Ints:
+    """Return whole numbers of steps that a time may be divided into, no less than ``least``, (n,)."""
+    first = max(1, math.ceil(least * (1.0 - 1e-12)))
+    last = max(first + 1, min(first + MAX_TRIED, math.floor(first / MIN_SHARE)))
+    return np.arange(first, last + 1, dtype=np.int64)
 
 
 def without_mass(displacement: Array, velocity: Array, load: Array, dashpots: Array, rule: float) -> Operators:

@@ -16,7 +16,14 @@ from impactlab.errors import CaseError
 from impactlab.integrators.base import Stepper
 from impactlab.models.base import Face, Operators
 from impactlab.models.continuous import delay_chain_kernel as chain
-from impactlab.models.continuous.base import MODES, AbstractSelfStepping, stepper_of, under_waves, without_mass
+from impactlab.models.continuous.base import (
+    MODES,
+    AbstractSelfStepping,
+    numbers_of_steps,
+    stepper_of,
+    under_waves,
+    without_mass,
+)
 from impactlab.models.continuous.delay_chain_kernel import MOVED, SENT_LEFT, SENT_RIGHT
 from impactlab.models.continuous.delay_line import dispersed
 from impactlab.printing import at_most
@@ -25,7 +32,6 @@ from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.sizes import check_cells
 from impactlab.types import Array, Quantity
 
-MIN_SHARE, MAX_TRIED = 0.8, 400  # steps tried: down to this share of the one given, so many at most
 POINTS = 10  # steps in the period that ``points_per_period`` counts, unless a case gives it
 BESIDE = 1e-9  # of the length: the place just before or just behind a node
 TIE = 1e-9  # of a cell: places this near to the middle of one are in it
@@ -101,9 +107,7 @@ class DelayChain(AbstractSelfStepping):
     def fitting(self, dt: float) -> Array:
         if self.misfit(dt) == 0.0:
             return np.array([dt])
-        least = max(1, math.ceil(self.transit / dt * (1.0 - 1e-12)))
-        most = max(least + 1, min(least + MAX_TRIED, math.floor(least / MIN_SHARE)))
-        return np.asarray(self.transit / np.arange(least, most + 1))
+        return np.asarray(self.transit / numbers_of_steps(self.transit / dt))
 
     def operators(self) -> Operators:
         rod, n, load, dashpots = self._rod, self.n_dof, np.zeros(self.n_dof), np.zeros(self.n_dof)
@@ -123,8 +127,8 @@ class DelayChain(AbstractSelfStepping):
         return node if abs(self.places[node] - x) <= SAME_PLACE * self._rod.length else None
 
     def gives_means(self, x: float) -> bool:
-        ends = {0: self._rod.left, self.places.size - 1: self._rod.right}
-        end = ends.get(self.node_at(x))  # type: ignore[arg-type] # None is no key
+        ends: dict[int | None, End] = {0: self._rod.left, self.places.size - 1: self._rod.right}
+        end = ends.get(self.node_at(x))
         return end is None or not (end.kind == "mass" and end.value > 0.0)
 
     def row(self, x: float, quantity: Quantity) -> Array:

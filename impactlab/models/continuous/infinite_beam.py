@@ -79,7 +79,7 @@ class InfiniteBeam(AbstractSelfStepping):
         segment = beam.segments[0]
         stiffness, mass = segment.bending_stiffness, segment.density * segment.area
         inner = math.sqrt(8.0) * stiffness**0.25 * mass**0.75
-        self.resistance = inner if _goes_on_both_ways(beam) else 0.25 * inner
+        self.resistance = inner if beam.left.kind == beam.right.kind == "infinite" else 0.25 * inner
         struck_by = [face.partner_mass for face in faces if math.isfinite(face.partner_mass)]
         self._rule = (
             2.0 * math.pi * PERIODS_OF_MASS * (self.resistance / min(struck_by)) ** 2
@@ -127,10 +127,6 @@ class InfiniteBeam(AbstractSelfStepping):
         response = np.concatenate(([reach, compliance, 0.0, 1.0, 0.0, 0.0, dt, 0.0], spread))
         force_response = np.tile(response, (len(ports), 1))
         return stepper_of(free, measure, parameters, state, force_response, ports)
-
-
-def _goes_on_both_ways(beam: Beam) -> bool:
-    return beam.left.kind == beam.right.kind == "infinite"
 
 
 def _struck(beam: Beam, gravity: float, faces: tuple[Face, ...]) -> float:

@@ -18,6 +18,7 @@ from impactlab.models.continuous.base import (
     MODES,
     AbstractSelfStepping,
     check_served,
+    numbers_of_steps,
     stepper_of,
     under_waves,
     without_mass,
@@ -32,7 +33,6 @@ from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
 MAX_CELLS = 2_000_000  # of one family
 MIN_CELLS = 8  # cells over a beam with two ends
-MIN_SHARE, MAX_TRIED = 0.8, 400  # steps tried: down to this share of the one given, so many at most
 STATIONS = 101  # places of a snapshot
 KINDS = {"displacement": DEFLECTION, "rotation": ROTATION, "bending_moment": MOMENT, "shear_force": SHEAR}
 
@@ -119,9 +119,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         lengths = [self._beam.length] if self._closed else [each for each in self._distances if each > 0.0][-1:]
         if not lengths:
             return np.array([dt])
-        least = max(1, math.ceil(lengths[0] / (self._speeds[0] * dt) * (1.0 - 1e-12)))
-        most = max(least + 1, min(least + MAX_TRIED, math.floor(least / MIN_SHARE)))
-        return np.asarray(lengths[0] / (self._speeds[0] * np.arange(least, most + 1)))
+        return np.asarray(lengths[0] / (self._speeds[0] * numbers_of_steps(lengths[0] / (self._speeds[0] * dt))))
 
     def operators(self) -> Operators:
         n, beam = self.n_dof, self._beam

@@ -21,13 +21,11 @@ from impactlab.models.mesh.bar_elements import (
     polynomials,
     reference,
 )
-from impactlab.models.mesh.base import AbstractMesh, quadratic_forms, sums_without
+from impactlab.models.mesh.base import NODE_TOL, AbstractMesh, quadratic_forms, sums_without
 from impactlab.models.mesh.massless import MasslessNodes, redistribute, struck_nodes
-from impactlab.numerics.banded import multiply
+from impactlab.numerics.banded import multiply, trimmed
 from impactlab.scene.bodies import End, Profile, WaveBody
 from impactlab.types import Array, Ints, Quantity
-
-NODE_TOL = 1e-9  # of an element: a place so near to a node is that node
 
 
 @final
@@ -97,7 +95,7 @@ class Mesh(AbstractMesh):
         self._nodal_mass = matrices[0][0] if self.lumped else multiply(matrices[0], np.ones(len(self.nodes)))
         cut, ground = self._of_coordinates(matrices, (dashpots, springs), struck)
         self.mass: Array = cut[0]
-        self.damping: Array = narrowed(cut[1])
+        self.damping: Array = trimmed(cut[1])
         self._ground_dashpots, self._ground_springs = ground
         # None acts on a node without mass.
         self._end_dashpots = self.at_nodes(self.at_ends("dashpot")) if "dashpot" in kinds else np.zeros(cut[2].shape[1])
@@ -323,14 +321,6 @@ class Mesh(AbstractMesh):
         for offset in range(1, len(cut)):
             cut[offset, max(0, cut.shape[1] - offset) :] = 0.0
         return cut
-
-
-def narrowed(matrix: Array) -> Array:
-    """Return the matrix without its outermost bands that are zero, shape (bandwidth + 1, n)."""
-    if len(matrix) == 1:
-        return matrix
-    used = [offset for offset in range(1, len(matrix)) if np.count_nonzero(matrix[offset])]
-    return matrix[: 1 + max(used, default=0)]
 
 
 def free_nodes(rod: WaveBody, count: int) -> slice[int, int, int]:

@@ -17,6 +17,7 @@ from impactlab.numerics.banded import multiply, solve
 from impactlab.scene.bodies import ElasticBody, End, Profile
 from impactlab.types import Array, Ints, Quantity
 
+NODE_TOL = 1e-9  # of an element: a place so near to a node is that node
 FULL_RANK = 1e-6  # of the largest entry squared: two rows with such a determinant are no multiples of each other
 
 

@@ -5,11 +5,10 @@ They lack a part under a force inside an element, which is given here as well.
 
 from __future__ import annotations
 
-from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.base import NODE_TOL, AbstractMesh
 from impactlab.models.mesh.beam_elements import deflections, shear_ratio
 from impactlab.types import Array, Quantity
 
-NODE_TOL = 1e-9  # of an element: places so near to each other are one
 Side = tuple[int, float, float]  # number of an element, place in it (0 to 1), share
 
 

@@ -15,7 +15,7 @@ from impactlab.errors import CaseError
 from impactlab.models.base import Face, Operators
 from impactlab.models.mesh.absorbing import laid_out
 from impactlab.models.mesh.bar_elements import MassMatrix
-from impactlab.models.mesh.base import AbstractMesh, null_space, part, quadratic_forms
+from impactlab.models.mesh.base import NODE_TOL, AbstractMesh, null_space, part, quadratic_forms
 from impactlab.models.mesh.beam_elements import (
     GAUSS_PLACES,
     PLACES,
@@ -35,7 +35,6 @@ from impactlab.numerics.banded import grounded, multiply
 from impactlab.scene.bodies import Beam, BeamSegment, End, Profile
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
-NODE_TOL = 1e-9  # of an element: a place so near to a node is that node
 MIN_STEADY = 1e-6  # of the rate squared, squared frequency of a beam that turns: a lower one is rounding
 STEP = 1e-4  # of an element, over which the slope of an initial deflection is taken
 

@@ -108,7 +108,7 @@ def loops(history: AbstractHistory, scene: Scene) -> list[Loop]:
     for contact in scene.contacts:
         law = history.method.laws.get(contact.name)
         if law is not None and law.remembers and not isinstance(law, Specimen):
-            grouped.setdefault(contact.group or contact.name, []).append(contact.name)
+            grouped.setdefault(contact.shared_name, []).append(contact.name)
     times, found = page_times(scene.duration), []
     for name, contacts in list(grouped.items())[:MAX_LOOPS]:
         gaps = np.mean([history.evaluate(times, f"gap:{each}") for each in contacts], axis=0)

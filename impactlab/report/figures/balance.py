@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.report.figures.drawn_part import drawn_energies
+from impactlab.report.figures.signals import ROUNDING
 from impactlab.report.figures.style import (
     INK,
     MAX_LABELS,
@@ -31,8 +32,7 @@ from impactlab.scene.problem import Scene
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LINEAR = 0.5  # %, up to which a linear axis shows the balance; beyond, it is linear near zero and then logarithmic
-ROUNDING = 1e-9  # %, below which the balance is drawn as the straight line it is
+MAX_LINEAR = 0.5  # %, up to which a linear axis shows the balance; beyond, it is linear near zero and then logarithmic
 
 
 @drawn
@@ -53,7 +53,7 @@ def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
         ends.append((float(share[-1]), trace.name, trace.colour))
         extent = max(extent, float(np.max(np.abs(share))))
     axis.axhline(0.0, color=INK, linewidth=0.9)
-    if extent > LINEAR:
+    if extent > MAX_LINEAR:
         axis.set_yscale("symlog", linthresh=0.1, linscale=0.7)
         log_axis(axis.yaxis)
     elif extent < ROUNDING:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, Field
+from impactlab.report.figures.signals import UNITS
 from impactlab.report.figures.style import INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, is_narrow, scaled
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.problem import Scene
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAX_POINTS = 120  # of a curve along a body
-UNITS = {"stress": "Pa", "bending_moment": "N·m", "torque": "N·m"}
 LETTERS = {"stress": "σ", "bending_moment": "M", "torque": "T"}
 LOADS = {"rod": "stress", "shaft": "torque"}  # of other bodies the bending moment
 

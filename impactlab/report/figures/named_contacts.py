@@ -6,7 +6,7 @@ Of many these are the first, the last and those of the largest force between.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -44,7 +44,7 @@ def named_contacts(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
         return []
     found: dict[str, list[tuple[int, str]]] = defaultdict(list)
     for number, contact in enumerate(histories[0].scene.contacts, start=1):
-        found[contact.group or contact.name].append((number, contact.name))
+        found[contact.shared_name].append((number, contact.name))
     made = []
     for name, own in found.items():
         members = tuple(member for _, member in own)
@@ -120,31 +120,24 @@ def law_of(history: AbstractHistory, contact: NamedContact) -> str:
 
 
 def force_of(history: AbstractHistory, name: str, times: Array) -> Array:
-    """Return the force of the contacts of one name [N].
-
-    It is the sum of the pieces at some times (n,).
-    """
-    try:
-        return history.evaluate(times, f"force:{name}")
-    except ImpactlabError:  # a run whose channels are those of the pieces
-        members = members_of(history.scene, name)
-        if members in ([], [name]):
-            raise
-        return np.asarray(np.sum([history.evaluate(times, f"force:{each}") for each in members], axis=0))
+    """Return the force of the contacts of one name, the sum of the pieces [N], at times (n,)."""
+    return _of_all(history, "force", name, times, np.sum)
 
 
 def gap_of(history: AbstractHistory, name: str, times: Array) -> Array:
-    """Return the gap of the contacts of one name [m].
+    """Return the gap of the contacts of one name, the least one of the pieces [m], at times (n,)."""
+    return _of_all(history, "gap", name, times, np.min)
 
-    It is the least one of the pieces at some times (n,).
-    """
+
+def _of_all(history: AbstractHistory, quantity: str, name: str, times: Array, one: Callable[..., Array]) -> Array:
+    """Return a quantity of the contacts of one name at times (n,), made one from those of the pieces."""
     try:
-        return history.evaluate(times, f"gap:{name}")
-    except ImpactlabError:  # a name for several contacts, or other than that of the contact
+        return history.evaluate(times, f"{quantity}:{name}")
+    except ImpactlabError:  # a name for several contacts, whose channels are those of the pieces
         members = members_of(history.scene, name)
         if members in ([], [name]):
             raise
-        return np.asarray(np.min([history.evaluate(times, f"gap:{each}") for each in members], axis=0))
+        return np.asarray(one([history.evaluate(times, f"{quantity}:{each}") for each in members], axis=0))
 
 
 def view_of(histories: Sequence[AbstractHistory], name: str, duration: float) -> tuple[float, float]:

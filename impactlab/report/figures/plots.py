@@ -7,7 +7,7 @@ dark.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -89,7 +89,7 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     """
     columns = across(1 if len(traces) == 1 else 2 if len(traces) <= 4 else 3)
     rows, trips = -(-len(traces) // columns), len(traces) > 1
-    headed = trips and len({each.group or each.name for each in traces[0].history.scene.contacts}) > 1
+    headed = trips and len({each.shared_name for each in traces[0].history.scene.contacts}) > 1
     margins = Margins(across=0.28, down=0.42, top=0.32 + HEADING * headed, bottom=lower_margin(trips=trips))
     figure, axes = grid(
         rows, columns, {1: 2.6 if len(traces) == 1 else 1.2, 2: 1.8, 3: 1.5}[columns], margins, share=True
@@ -148,8 +148,11 @@ def _draw_force(axis: Axes, trace: Trace, contacts: Sequence[str], line: tuple[A
     size = scale.force.size
     axis.plot(t / scale.time.size, values / size, color=trace.colour, linewidth=2.0)
     peaks = [span.peak_force or 0.0 for span in trace.history.spans(contacts[0])] if len(contacts) == 1 else []
-    _write_height_of_cut(axis, max([float(values.max()), *peaks]) / size, scale.top, scale.force)
-    _write_depth_of_cut(axis, float(values.min()) / size, scale.bottom, scale.force)
+    highest, lowest = max([float(values.max()), *peaks]) / size, float(values.min()) / size
+    if highest > scale.top:
+        _write_cut(axis, f"spikes up to {highest:.3g} {scale.force.label}", 0.97, "top")
+    if lowest < scale.bottom:
+        _write_cut(axis, f"down to {lowest:.3g} {scale.force.label}".replace("-", "\N{MINUS SIGN}"), 0.03, "bottom")
     return ""
 
 
@@ -168,20 +171,10 @@ def force_line(history: AbstractHistory, contact: str, view: tuple[float, float]
     return thinned(times, force, COLUMNS // panels)
 
 
-def _write_height_of_cut(axis: Axes, highest: float, top: float, unit: Unit) -> None:
-    """Write how high the highest spike reaches where the axis cuts it."""
-    if highest > top:
-        behind = {"facecolor": PAPER, "edgecolor": "none", "pad": 2.0}
-        text = f"spikes up to {highest:.3g} {unit.label}"
-        axis.text(0.985, 0.97, text, fontsize=7.5, bbox=behind, transform=axis.transAxes, ha="right", va="top")
-
-
-def _write_depth_of_cut(axis: Axes, lowest: float, bottom: float, unit: Unit) -> None:
-    """Write how low the force reaches where the axis cuts it."""
-    if lowest < bottom:
-        behind = {"facecolor": PAPER, "edgecolor": "none", "pad": 2.0}
-        text = f"down to {lowest:.3g} {unit.label}".replace("-", "\N{MINUS SIGN}")
-        axis.text(0.985, 0.03, text, fontsize=7.5, bbox=behind, transform=axis.transAxes, ha="right", va="bottom")
+def _write_cut(axis: Axes, text: str, at: float, side: Literal["top", "bottom"]) -> None:
+    """Write how far a force reaches where the axis cuts it."""
+    behind = {"facecolor": PAPER, "edgecolor": "none", "pad": 2.0}
+    axis.text(0.985, at, text, fontsize=7.5, bbox=behind, transform=axis.transAxes, ha="right", va=side)
 
 
 def _kicks(axis: Axes, trace: Trace, contacts: Sequence[str], view: tuple[float, float], unit: Unit) -> str:

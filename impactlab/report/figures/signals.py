@@ -23,9 +23,7 @@ from impactlab.report.figures.style import Trace, exact_of
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
 
-UNITS = {"displacement": "m", "velocity": "m/s", "strain": "strain", "stress": "Pa", "force": "N", "rotation": "rad"}
-UNITS |= {"bending_moment": "N·m", "shear_force": "N", "twist": "rad", "twist_rate": "rad/s", "torque": "N·m"}
-UNITS_OF_CHANNELS = {name: unit.replace(" ", "·") for name, unit in CHANNEL_UNITS.items()} | UNITS
+UNITS = {name: unit.replace(" ", "·") for name, unit in CHANNEL_UNITS.items()} | {"strain": "strain"}
 MEASURED = "measured"  # name of the curve of an instrument
 SHORT_PERIOD = 16.0  # samples: in a shorter pulse of force they may miss the peak by some per cent
 ROUNDING = 1e-9  # %, below which a balance is drawn as the straight line it is
@@ -107,7 +105,7 @@ def panels(
     links = [link.name for body in chains(scene) for link in body.links]
     for title, quantity in (("angle", "angle"), ("moment of the drive", "drive")):
         channels = [(f"{quantity}:{name}", name) for name in links]
-        made += _panels(histories, times, title, quantity, UNITS_OF_CHANNELS[quantity], channels, compared)
+        made += _panels(histories, times, title, quantity, UNITS[quantity], channels, compared)
     return [*made, _energy(histories, times, compared)]
 
 
@@ -121,9 +119,7 @@ def panels_of(history: Trace, channels: Sequence[str], times: Array) -> list[Pan
     for quantity in dict.fromkeys(quantities):
         own = [channel for channel, other in zip(channels, quantities, strict=True) if other == quantity]
         named = [(channel, in_words(place_in_words(channel))) for channel in own]
-        made += _panels(
-            [history], times, quantity, "chosen", UNITS_OF_CHANNELS.get(quantity, "1"), named, compared=False
-        )
+        made += _panels([history], times, quantity, "chosen", UNITS.get(quantity, "1"), named, compared=False)
     return made
 
 

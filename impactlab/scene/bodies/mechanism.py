@@ -6,15 +6,15 @@ Each link is hinged to the end of the one before.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, final
 
 from impactlab.mechanisms.base import AbstractMechanism, Reading
-from impactlab.scene.bodies.base import Body, plain
+from impactlab.scene.bodies.base import Body
 from impactlab.scene.bodies.beam import Beam
 from impactlab.startup.cached import cached_property
-from impactlab.types import Quantity, SideFacts
+from impactlab.types import Quantity
 
 
 class Drive(NamedTuple):
@@ -87,14 +87,6 @@ class MechanismBody(Body):
     @property
     def is_free(self) -> bool:
         return False
-
-    @property
-    def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
-        return plain("displacement", "velocity")
-
-    def side_facts(self, x: float, element_length: float) -> SideFacts:
-        nan = math.nan
-        return SideFacts(self.kind, nan, nan, nan, nan, nan, mass=nan, gravity=0.0)
 
 
 @final

@@ -13,9 +13,8 @@ from impactlab.metrics.collisions import memory
 from impactlab.scene.bodies import Body
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.warnings.closing_times import MIN_RESOLUTIONS
 from impactlab.simulate.warnings.static_sag import warnings as sagging
-
-MIN_RESOLUTIONS = 3.0  # time resolutions: a contact that is shorter has no shape and no impulse of its own
 
 
 def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:

@@ -22,7 +22,7 @@ from impactlab.types import Array
 
 MIN_OPENING = 0.1  # round trips that faces are apart before a contact counts: a contact that chatters is one
 SHIFT_WARN = 0.2  # round trips by which the contacts of a run may have shifted the motion after them
-MIN_RESOLUTIONS = 3.0  # time resolutions: a contact or an opening that is shorter may be one of the mesh
+MIN_RESOLUTIONS = 3.0  # time resolutions: a contact or opening that is shorter may be of the mesh, without a shape
 MOVED_WARN = 2.0  # square mean displacements of a face, by impulses of contacts that are not resolved
 MIN_MOTION = 0.05  # of the motion of the body's other faces: a face that moves less is at rest
 INSTANTS = 2000  # of the displacement of a face, at most

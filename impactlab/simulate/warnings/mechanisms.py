@@ -11,15 +11,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.metrics.linear_theory import BENT_WARN
 from impactlab.scene.bodies import links_on_hubs
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.warnings.static_sag import SWING_WARN
 
 SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
-BENT_WARN = 0.01  # of the length, by which an end comes nearer: a deflection of 6 % between hinges, of 13 % of a tip
 TURN_WARN = 0.25  # rad in a step: the place of an end is then off by some thousandths of the length
 ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of its direction
-SWING_WARN = 0.01  # of the motion of a face in the run: the share that the swing has in it, as of other beams
 BEAM_SHARE = 33.0 / 140.0  # of the mass of a cantilever, that a mass at its tip stands for (Rayleigh)
 
 

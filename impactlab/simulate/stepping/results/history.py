@@ -93,14 +93,13 @@ class RecordedHistory(AbstractRecordedHistory):
     @cached_property
     def recorded(self) -> Mapping[str, Channel]:  # type: ignore[override]
         """Channels by name."""
-        if not self.assembly.layout.in_waves:
-            return self._channels
-        channels = dict(self._channels)
-        for each in self.assembly.layout.in_waves:
+        in_waves = self.assembly.layout.in_waves
+        channels = dict(self._channels) if in_waves else {}
+        for each in in_waves:
             times = self._ends[each.body][0]
             values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
             channels[each.channel] = Channel(times, values, False)
-        return channels
+        return channels or self._channels
 
     def force_means(self, contact: Contact) -> tuple[Array, Array]:
         source, record = self.assembly.layout.sources[f"force:{contact.name}"], self._channels.record
@@ -211,9 +210,7 @@ class RecordedHistory(AbstractRecordedHistory):
         return self._times
 
     def motion(self, number: int, body: str, velocities: bool) -> Array:
-        of_displacements, place = (
-            numbers[number] for numbers in (self.assembly.shown[0], self.assembly.shown[velocities])
-        )
+        of_displacements, place = (self.assembly.shown[kind][number] for kind in (0, velocities))
         place = place if place < self.assembly.clock.n_snapshots else of_displacements  # of a run that ended early
         snapshot, states = self.assembly.snapshots[place], self.assembly.memory.snapshot_state[place]
         length = snapshot.after - snapshot.before

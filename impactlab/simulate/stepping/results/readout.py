@@ -47,7 +47,7 @@ def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkR
     for place, record in enumerate(assembly.contacts):
         if record.joined:
             contact = assembly.scene.contacts[solved[place]]
-            own.setdefault(contact.group or contact.name, []).append(place)
+            own.setdefault(contact.shared_name, []).append(place)
     joined = [solved[place] for places in own.values() for place in places]
     laws_in_order = laws_of(assembly.scene, assembly.acting)
     first = forces_at_start(assembly.scene, laws_in_order, plan.starts, plan.built, assembly.dt, joined)
