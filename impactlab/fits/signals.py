@@ -53,12 +53,12 @@ def unit_of(channel: str) -> str:
 
 def _numbers(given: Any, name: str) -> Array:
     remedy = "Give an array of numbers; unit= and time_unit= name their units."
-    if np.iscomplexobj(given):  # numpy would drop the imaginary parts
-        raise CaseError(f"{name} are complex numbers", remedy=remedy)
     try:
-        return np.asarray(given, dtype=float)
+        if not np.iscomplexobj(given):  # else numpy would drop the imaginary parts
+            return np.asarray(given, dtype=float)
     except (TypeError, ValueError) as error:
         raise CaseError(f"{name} are not numbers: {str(error)[:80]}", remedy=remedy) from None
+    raise CaseError(f"{name} are complex numbers", remedy=remedy)
 
 
 @dataclass(frozen=True, eq=False)

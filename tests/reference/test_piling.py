@@ -277,7 +277,7 @@ def test_a_bearing_graph_needs_a_toe_and_capacities() -> None:
     with pytest.raises(ImpactlabError, match="another dimension"):
         bearing_graph(driven(), ["1 MJ"])
     for blows in (0, 2.5):
-        with pytest.raises(il.CaseError, match="Allowed: a whole number, 1 or more"):
+        with pytest.raises(il.CaseError, match="Give a whole number from 1 to 10000"):
             drive(driven(), blows)  # type: ignore[arg-type]
 
 

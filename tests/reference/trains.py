@@ -133,7 +133,7 @@ def compare(train: Train, duration: float = 1.0e-3) -> Differences:
     push, largest = 0.0, float(np.max(answer.impulse))
     for number, contact in enumerate(history.scene.contacts):
         row = answer.impulse[number if train.mass else number + 1]
-        signal = history.signals.force(history._contact[contact.name])
+        signal = history.signals.force(history.numbers[contact.name])
         mine = signal.integral(t, False) - signal.integral(np.zeros(1), False)
         push = max(push, float(np.max(np.abs(mine - row[:known]))) / largest)
     force, displacement, together = against_segments(train, history, duration)

@@ -178,10 +178,10 @@ solve: {duration: 1e-3}
     assert words in str(refused.value)
 
 
-def test_a_body_with_a_name_that_a_setting_misspells_is_asked_for() -> None:
-    with pytest.raises(il.CaseError, match=re.escape("Did you mean 'hammer'?")) as refused:
+def test_a_body_with_a_name_that_a_setting_misspells_is_not_made() -> None:
+    text = "bodies.hamer.mass: the case has no body 'hamer'. Did you mean 'hammer'?"
+    with pytest.raises(il.CaseError, match=re.escape(text)):
         il.load_case("axial_impact").with_("bodies.hamer.mass", 2.0)
-    assert "beam" in refused.value.text
 
 
 def test_bodies_in_a_list_are_told_to_have_names() -> None:
