@@ -443,8 +443,8 @@ def targets(rows: list[Row]) -> str:
         (
             f"Solving takes at most {MAX_COST:g} times as long as the best other run in {100.0 * OFTEN:g} % of rows, "
             "on rods and on beams",
-            f"{_share(cheap['all'])} of rows ({shares}); {left} rows, whose references are less certain than the "
-            "tolerance, have no best run",
+            f"{_share(cheap['all'])} of rows ({shares}); without those whose references are less certain than the "
+            f"tolerance, and which have no best run ({left})",
             all(sum(each) >= OFTEN * len(each) for each in cheap.values()),
         ),
         (f"... and at most {WORST_COST:g} times in every row", f"largest: {worst:.1f} times", worst <= WORST_COST),

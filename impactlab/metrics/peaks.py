@@ -45,7 +45,7 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
         law = laws[contact.name]
         peak, wanted = (
             largest_step(each, contact)
-            if each.dt is not None and has_largest_step(law, away)
+            if each.dt is not None and has_largest_step(scene, law, away)
             else find_peak(each, contact, away, law.hard).force
             for each in (history, reference)
         )
@@ -54,9 +54,13 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
     return largest([abs(peak - wanted) / wanted if wanted > least else None for peak, wanted in peaks])
 
 
-def has_largest_step(law: AbstractContactLaw, left_out: Array) -> bool:
-    """Return whether the largest force of a stepped run is that of its periods of contact: links have none."""
-    return not left_out.size and not law.two_sided
+def has_largest_step(scene: Scene, law: AbstractContactLaw, left_out: Array) -> bool:
+    """Return whether the peak of a contact of a stepped run is the largest force of all its steps.
+
+    It is so between rigid bodies. Beside elements and modes forces oscillate from step to step, and links have no
+    periods of contact.
+    """
+    return not left_out.size and not law.two_sided and not scene.elastic
 
 
 def largest_step(history: AbstractHistory, contact: Contact) -> float:

@@ -157,8 +157,8 @@ def _peaks(
 
     Two runs are compared at the instants of both peaks. Peaks below `MIN_PEAK` of the largest are left out. The larger
     of these two differences bounds that of the peaks. Two peaks may agree by luck while the forces around them ring;
-    the forces at the instants of both do not. Of smooth forces in long runs, which keep means over several steps, the
-    largest forces of all steps are compared.
+    the forces at the instants of both do not. Between rigid bodies in long runs, which keep means over several steps,
+    the largest forces of all steps are compared.
     """
     every: list[tuple[str, list[list[float]]]] = []
     for number, contact in enumerate(scene.contacts):
@@ -167,7 +167,7 @@ def _peaks(
             continue
         samples = raw[-1].force(number, law.hard).samples() if raw and law.force_jumps else None
         left_out = near_jumps(histories[-1], scene, laws, contact, least_jump, samples)
-        if raw and has_largest_step(law, left_out) and any(each.thinned for each in raw):
+        if raw and has_largest_step(scene, law, left_out) and any(each.thinned for each in raw):
             # Means over several steps, which are not the same in both runs, differ by more than the largest forces.
             found = [[largest_step(history, contact)] * len(histories) for history in histories]
         elif raw:
