@@ -27,6 +27,7 @@ from impactlab.report.provenance import Provenance
 from impactlab.scene.problem import Scene
 
 MAX_SENTENCES = 5  # of the periods of contact and of the collisions
+MANY = 1000  # channels, from which on history.npz is written while the figures are drawn
 NPZ_POINTS = 4001  # instants at which history.npz holds every channel; fewer of thousands of channels
 
 
@@ -61,6 +62,9 @@ def write_run(
     """
     out_dir = Path(out_dir)
     (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    arrays, is_large = partial(_write_arrays, out_dir / "history.npz", history, scene), len(history.channels()) > MANY
+    if not is_large:
+        arrays()
     name, (part, left_out) = _label(summary), drawn_part(scene)
     trace = Trace(name, history, PALETTE[0], reference=reference[1] if reference else None)
     page = Page(
@@ -77,7 +81,7 @@ def write_run(
             ("history.npz", "every channel, for numpy.load"),
             *_data(out_dir, scene, data),
         ],
-        others=[partial(_write_arrays, out_dir / "history.npz", history, scene), *([] if data is None else [data])],
+        others=[*([] if data is None else [data]), *([arrays] if is_large else [])],
     )
     write_page(out_dir, page, part, provenance, files, left_out)
 
