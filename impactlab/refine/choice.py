@@ -26,7 +26,7 @@ from impactlab.simulate.checks import add_warnings
 from impactlab.simulate.warnings.resolvability import in_a_choice
 from impactlab.types import Progress
 
-ALMOST_ALL = 0.75  # of the steps are kept by a run that keeps every one, whose last one may be shorter
+MIN_KEPT = 0.75  # share of the steps kept by a run that keeps every one: the last may be shorter; else at most 1/2
 
 
 def first_guess(scene: Scene, method: Method) -> Simulation:
@@ -116,10 +116,12 @@ def _mostly(level: Level) -> str:
 
 def _between_records(history: AbstractHistory) -> str:
     """Return as text that a run keeps only some of its steps; empty where it keeps all."""
-    if history.dt is None or history.record_rate * history.dt > ALMOST_ALL:
+    if history.dt is None or history.record_rate * history.dt > MIN_KEPT:
         return ""
     every = round(1.0 / (history.record_rate * history.dt))
-    return f". Of {every} steps one is kept, with lines between; a larger solve.records may lower the error"
+    return (
+        f". Only one step in {every} is kept, with straight lines between; a larger solve.records may lower the error"
+    )
 
 
 def _stepped(request: Simulation) -> Iterator[Study]:

@@ -29,9 +29,8 @@ LEVELS = (
 )
 """Values that a curve may have; of how many frames and places, and of how many instants, one is kept; finest first."""
 MAX_DATA = 260_000  # characters, where the levels allow it
-MAX_EXCESS = (
-    1.4  # times `MAX_DATA`: above it fewer values alone would not do, and the next level of fewer places follows
-)
+# Times `MAX_DATA`: above it fewer values alone would not do, and the next level of fewer places follows.
+MAX_EXCESS = 1.4
 MAX_BODIES = 4  # bodies with fields, above which each is narrow on the screen and keeps half of its places
 MIN_PLACES = 30  # places along a body, none of which is left out
 MAX_EVENTS = 4000  # of a history that the page draws; chatter beyond them would fill it

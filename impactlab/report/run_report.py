@@ -27,7 +27,7 @@ from impactlab.report.provenance import Provenance
 from impactlab.scene.problem import Scene
 
 MAX_SENTENCES = 5  # of the periods of contact and of the collisions
-MANY = 1000  # channels, from which on history.npz is written while the figures are drawn
+MIN_BESIDE = 1000  # channels, from which on history.npz is written while the figures are drawn
 NPZ_POINTS = 4001  # instants at which history.npz holds every channel; fewer of thousands of channels
 
 
@@ -62,7 +62,10 @@ def write_run(
     """
     out_dir = Path(out_dir)
     (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    arrays, is_large = partial(_write_arrays, out_dir / "history.npz", history, scene), len(history.channels()) > MANY
+    arrays, is_large = (
+        partial(_write_arrays, out_dir / "history.npz", history, scene),
+        len(history.channels()) >= MIN_BESIDE,
+    )
     if not is_large:
         arrays()
     name, (part, left_out) = _label(summary), drawn_part(scene)

@@ -57,7 +57,7 @@ def test_a_tolerance_that_few_records_miss_names_the_key_for_more():
     [text] = [each.text for each in history.warnings if each.code == "tolerance_not_met"]
     every = history.assembly.stride
     assert text.endswith(
-        f"Of {every} steps one is kept, with lines between; a larger solve.records may lower the error"
+        f"Only one step in {every} is kept, with straight lines between; a larger solve.records may lower the error"
     )
 
 
