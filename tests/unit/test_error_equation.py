@@ -104,7 +104,7 @@ def test_a_mode_under_a_force_that_rises_across_a_step(frequency):
     """Its response to s (t - h/2) over the step, by Duhamel's integral."""
     mass, dt = 0.3, 1e-5
     own = np.empty(7)
-    plain(write_constants)(mass, frequency, dt, own)
+    plain(write_constants)(mass, frequency, dt, own, 0)
 
     def response(t):
         if frequency == 0.0:

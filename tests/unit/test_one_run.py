@@ -74,6 +74,16 @@ def test_a_coarse_run_says_how_fine_the_next_one_must_be(law, ends, x, tolerance
     assert difference(history, finer, *counted(asked)) < history.choice.expected_error
 
 
+def test_a_coarser_run_goes_before_a_long_one():
+    """The same blow with long free flight after it: what the tolerance needs is seen by a run of half the steps."""
+    short, long = (for_choice(struck(1e-4, duration=duration))[0][0] for duration in (1e-3, 1e-2))
+    assert short.first_alone(1e-4) == short.fineness_for(1e-4, short.alone)
+    assert long.first_alone(1e-4) == pytest.approx(0.5 * short.first_alone(1e-4), abs=1)
+    history = api.solve(*struck(1e-4, duration=1e-2))
+    assert history.choice.met
+    assert len(levels_of(history)) == 2
+
+
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 def test_the_stated_error_is_at_most_four_times_the_true_one(tolerance):
     """It was five times the error in the median, so that steps were half as long as they might be."""

@@ -24,6 +24,8 @@ MAX_SURE_COST = 1.25  # times the predicted cost of a short run, up to which it 
 SURE_RATIO = 4.0  # of its error to one that needs three runs: two are extrapolated by half the order
 START_MARGIN = 1.5  # on predicted errors, as that of peak forces (`impactlab.refine.errors.level_errors`)
 MAX_FREE_COST = 1.4  # times the fixed cost of a run, up to which a finer start is taken at no price
+LONG_ALONE_S = 1e-3  # s of predicted solving, from which a run that states its own error has a coarser one before it
+COARSER_BEFORE = 2  # fineness of the longer run over that of the one before it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,11 +121,15 @@ class Description:
     def first_alone(self, error: float) -> int:
         """Return the fineness of a first run that states its own error.
 
-        It is 0 where no run does.
+        It is 0 where no run does. Where the run that is predicted to do is long, a coarser one goes before it: it shows
+        what is needed, which may be several times less.
         """
         if math.isinf(self.alone):
             return 0
-        return self.whole(min(max(self.fineness_for(error, self.alone), self.resolves), self.max_fineness))
+        needed = self.whole(min(max(self.fineness_for(error, self.alone), self.resolves), self.max_fineness))
+        if self.seconds(needed) <= LONG_ALONE_S:
+            return needed
+        return self.whole(max(needed // COARSER_BEFORE, self.resolves, self.min_fineness))
 
     def wanted_of(self, start: int, error: float) -> int:
         """Return which of the first two runs is predicted to keep an error.

@@ -35,6 +35,7 @@ from impactlab.refine.errors.modal_march import (
     Coordinates,
     moved,
     push,
+    room_for,
     swing,
     write_compliances,
     write_coordinates,
@@ -172,7 +173,7 @@ def book_faces(
     """
     for side in range(2):
         column = 3 + COLUMNS * contact + 2 * side
-        error = moved(at, 2 * contact + side, state[0])
+        error, rate = moved(at, 2 * contact + side, state)
         mean = 0.5 * (own[LEFT + side] + error)
         before, after = by_steps * bend_at(record, step - 1, column), by_steps * bend_at(record, step, column)
         beyond = by_steps * bend_at(record, step + 1, column) if step < len(record) - 1 else 0.0
@@ -180,7 +181,7 @@ def book_faces(
         square = 0.5 * (before * before + after * after) + 0.13 * abs(after * fourth) + 0.04 * fourth * fourth
         out[OF_LEFT + side] += mean * (mean + 0.5 * (before + after)) + 0.3 * square
         own[LEFT + side] = error
-    own[RATE] = moved(at, 2 * contact, state[1]) - moved(at, 2 * contact + 1, state[1])
+        own[RATE] = rate if side == 0 else own[RATE] - rate
 
 
 @PART
@@ -246,9 +247,9 @@ def write_errors(
     shifts : Array
         (contacts, 2): shift of each overlap [m], and the number of the step after which it begins.
     constants, rows, ranges : Array
-        Of `Coordinates`, written.
+        Of `Coordinates`, written; of zeros before.
     state, memory : Array
-        (2, coordinates) and (contacts, `WORDS`) of zeros, overwritten.
+        Displacements and velocities of `Coordinates`, and (contacts, `WORDS`), of zeros, overwritten.
     compliances, system : Array
         (contacts, contacts) and (contacts, contacts + 1), overwritten.
     out : Array
@@ -269,8 +270,8 @@ def write_errors(
                 push(at, c, LIFT_OF_RAMP, PUSH_OF_RAMP, -by_steps * slope, state)
         acts = False
         for c in range(count):
-            overlap = moved(at, 2 * c, state[0]) - moved(at, 2 * c + 1, state[0]) + memory[c, SHIFT]
-            rate = moved(at, 2 * c, state[1]) - moved(at, 2 * c + 1, state[1])
+            (left, left_rate), (right, right_rate) = moved(at, 2 * c, state), moved(at, 2 * c + 1, state)
+            overlap, rate = left - right + memory[c, SHIFT], left_rate - right_rate
             system[c, count] = error_before_reply(record, dt, by_steps, laws[c], step, c, overlap, rate, memory[c])
             acts = acts or system[c, count] != 0.0
         if acts:
@@ -318,9 +319,9 @@ def errors_by_shifts(record: Array, dt: float, laws: Array, shifts: Array, m: St
 
 
 def _errors(record: Array, dt: float, by_steps: float, laws: Array, shifts: Array, m: StepArrays) -> list[ContactError]:
-    n, count = m.state.size // 2, len(laws)
-    at = Coordinates(np.zeros((7, n)), np.empty((2 * count, n)), np.empty((2 * count, 2), dtype=np.int64))
-    state, memory, out = np.zeros((2, n)), np.zeros((count, WORDS)), np.empty((count, len(ContactError._fields)))
+    count = len(laws)
+    at, state = room_for(m.state.size // 2, count)
+    memory, out = np.zeros((count, WORDS)), np.empty((count, len(ContactError._fields)))
     systems = np.empty((count, count)), np.empty((count, count + 1))
     entered_with_table(write_errors, m, record, dt, by_steps, laws, shifts, *at, state, memory, *systems, out)
     return [ContactError(*each) for each in out.tolist()]
