@@ -177,9 +177,10 @@ def near_jumps(
     unit = scene.round_trip if math.isfinite(scene.round_trip) else longest_contact(history, contact)
     if history.dt is None and history.cost.rhs_evaluations is None:
         return _around(history.jumps(f"force:{contact.name}"), NEAR_JUMP * unit)
-    reach = NEAR_JUMP * unit
-    law, touches = laws[contact.name], _lasting(history, laws, reach)
-    by_fronts = isinstance(law, AbstractHystereticLaw) and (touches or scene.fronts_at_start)
+    reach, law = NEAR_JUMP * unit, laws[contact.name]
+    follows = isinstance(law, AbstractHystereticLaw)  # jumps of others' fronts
+    touches = _lasting(history, laws, reach) if law.force_jumps or follows else []
+    by_fronts = follows and (touches or scene.fronts_at_start)
     if not law.force_jumps and not by_fronts:
         return np.zeros((0, 2))
     if samples is None:

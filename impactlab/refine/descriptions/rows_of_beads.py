@@ -18,6 +18,8 @@ from impactlab.scene.sizes import default_records, keeps_default
 
 MAX_RECORDS = 200_000  # instants kept, as of every description
 STEPS_A_RECORD = 32  # at most, of the finest run: with more, lines between the instants kept are the larger error
+KEPT_STEPS = 4  # one in so many steps of a long run is kept: the error by lines between them is a tenth of the steps'
+MIN_KEPT = 2000  # instants kept of a run that has so many steps
 COARSEST = 2.0  # steps in the shortest rise sqrt(m/k): leapfrog is stable up to a step of twice that of a pair
 
 
@@ -30,14 +32,15 @@ def serves(request: Simulation) -> bool:
 def row_of_beads(request: Simulation) -> Description:
     """Return the description by its number of steps."""
     scene, duration, rise = request.scene, request.scene.duration, shortest_rise(*request)
-    # Every step is kept where memory allows it. Runs that keep the same few instants would have an error in common,
-    # which none of them shows: that of a force which still rises at the end.
+    # A finer run keeps more instants, as long as memory allows it. Runs that keep the same few would have an error in
+    # common, which none of them shows: that of a force which still rises at the end.
     most = default_records(scene, MAX_RECORDS)
 
     def simulation(steps: int) -> Simulation:
         method = Method(request.method.laws, {}, CentralDifference(), StepRule(dt=duration / steps))
         made = Simulation(scene, method)
-        return made.but(records=most + 1) if keeps_default(scene) else made
+        kept = min(most, max(MIN_KEPT, steps // KEPT_STEPS))
+        return made.but(records=kept + 1) if keeps_default(scene) else made
 
     return Description(
         "rigid bodies, leapfrog",
