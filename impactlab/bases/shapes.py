@@ -16,6 +16,8 @@ from impactlab.types import Array, Ints
 LOW_SHARE = (
     8  # coordinates of a mesh for each of its lowest eigenvectors: above, (1/8)^4 of the highest frequency squared
 )
+ALL_FROM = 5  # coordinates of a mesh for each eigenvector wanted: below, all of them take two thirds of the time
+MAX_ALL = 1000  # coordinates of a mesh, up to which they are: they need room for two more full matrices
 MIN_FINE = 200  # coordinates of a mesh, below which that rounding is 2e-6 at most
 OF_RODS = 2  # bands of the stiffness of rods, whose highest frequencies are too low to matter
 MAX_KEPT = 8  # meshes whose eigenvectors stay in memory
@@ -32,6 +34,8 @@ def lowest(mass: Array, stiffness: Array, count: int) -> Array:
     if count == 0:
         return np.zeros((len(mass), 0))
     with one_thread():
+        if len(mass) < min(ALL_FROM * count, MAX_ALL):  # by divide and conquer
+            return upright(eigh(stiffness.T, mass.T, driver="gvd", overwrite_a=True, overwrite_b=True)[1][:, :count])
         return upright(eigh(stiffness.T, mass.T, subset_by_index=(0, count - 1), overwrite_a=True, overwrite_b=True)[1])
 
 
