@@ -203,7 +203,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         own = own_laws(laws)
         advice = f" Or law {own} returns NaN, which `impactlab plugins --check` finds." if own else ""
         raise failure(text, remedy=stiffer_link(history) or f"Give a smaller step, or a softer contact.{advice}")
-    if not all_finite(assembly.memory.record[: clock.n_records]):
+    if not _finite(assembly.memory.record[: clock.n_records]):
         raise failure("a displacement or force is not a finite number", remedy=LOST_DIGITS)
     for number, record in zip(assembly.layout.solved, assembly.contacts, strict=True):
         contact, law = assembly.scene.contacts[number], laws[number]
@@ -286,13 +286,19 @@ def fastest(history: AbstractRecordedHistory, model: MechanismModel) -> LargestT
     )
 
 
+def _finite(values: Array) -> bool:
+    """Return whether all values of a run are finite; those of one that diverged may be too large for a sum."""
+    with np.errstate(over="ignore"):
+        return all_finite(values)
+
+
 def check_gain(history: AbstractHistory, bound: float, remedy: Callable[[], str], failure: Failure) -> None:
     """Raise `StepError` where energy grew beyond its bound, or its balance is not finite.
 
     A run that more than doubles the energy of its bodies is not a motion of theirs, even if its parts declare more.
     ``remedy`` is called where it did.
     """
-    if not all_finite(history.energy.balance):
+    if not _finite(history.energy.balance):
         text = "the balance of energy is not a finite number: a law returned an energy that is not a finite number"
         raise failure(text, remedy=LOST_DIGITS)
     gain = gain_of(history)

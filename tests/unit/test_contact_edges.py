@@ -198,6 +198,22 @@ def test_a_loss_that_is_no_number_ends_the_run() -> None:
         run(*mass_on_wall(Careless(), Newmark()))
 
 
+class Boundless(Careless):
+    """Stores an energy whose square no number holds."""
+
+    @staticmethod
+    def respond(port: Port, reply: Reply) -> None:
+        if port.gap < 0.0:
+            reply.stored = 1e200
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_run_that_diverged_ends_with_its_own_error_alone() -> None:
+    """A warning of numpy about an overflow came before it."""
+    with pytest.raises(StepError):
+        run(*mass_on_wall(Boundless(), Newmark()))
+
+
 BAR = Segment(0.5, 4.0, 1.0, 1.0)  # Z = 4 in half the length of UNIT's
 
 
