@@ -13,7 +13,7 @@ from impactlab import api
 from impactlab.bench.grid import Family, of_suite, own_families, read_grid
 from impactlab.bench.keys import reference_key, refused_key, row_key
 from impactlab.bench.schema import BASE
-from impactlab.casefile import Case, load_case
+from impactlab.casefile import Case, load_case, starter
 from impactlab.casefile.case import case_of
 from impactlab.casefile.document import Document
 from impactlab.casefile.text.words import listed
@@ -53,7 +53,8 @@ class Job(NamedTuple):
 def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
     """Return the files of the cases given, or those of a suite.
 
-    A suite is in the current folder.
+    A suite is in the current folder. Where that has no folder ``cases``, the standard suite is that of the cases that
+    come with impactlab.
 
     Raises
     ------
@@ -64,6 +65,8 @@ def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
     if cases and suite not in SUITES and not folder.is_dir():
         raise CaseError(f"there is no suite '{suite}'", remedy=f"Allowed: {', '.join(SUITES)}.", path="--suite")
     files = list(cases) or sorted(folder.glob("*.yaml"))
+    if not files and suite == "standard" and not folder.is_dir():
+        files = list(starter.cases().values())
     if not files:
         raise CaseError(
             f"there are no cases in '{folder}'", remedy="Give case files, or go to the folder that holds 'cases'."

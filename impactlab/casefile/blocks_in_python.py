@@ -27,7 +27,9 @@ class Rod(BodyKeys):
     area : float or str
         Area of the section [m2].
     diameter : float or str
-        Diameter of a full circle [m], in place of the area.
+        Diameter of a circle or a tube [m], in place of the area.
+    bore : float or str
+        Inner diameter of a tube [m], with the diameter.
     width, height : float or str
         Sides of a rectangle [m], in place of the area.
     material : str or mapping
@@ -59,6 +61,7 @@ class Rod(BodyKeys):
         length: Value | None = None,
         area: Value | None = None,
         diameter: Value | None = None,
+        bore: Value | None = None,
         width: Value | None = None,
         height: Value | None = None,
         material: str | Mapping[str, Value] | None = None,

@@ -23,7 +23,12 @@ def bench(
         typer.Argument(metavar="[CASES]...", help="Case files; by default those of the suite.", show_default=False),
     ] = None,
     suite: Annotated[
-        str, typer.Option("--suite", metavar="NAME", help="standard: cases/*.yaml here; hard: cases/hard/*.yaml.")
+        str,
+        typer.Option(
+            "--suite",
+            metavar="NAME",
+            help="standard: cases/*.yaml here, or the bundled cases; hard: cases/hard/*.yaml.",
+        ),
     ] = "standard",
     grid: Annotated[
         Path | None,

@@ -6,7 +6,7 @@ The work is that on the rock.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,11 @@ from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.startup.lazy import above
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 POINTS = 20_000  # instants of the force-penetration loop of a run without steps
 MIN_SHARE = 1e-3  # of the largest force on the rock, of the energy of the hammer: less does nothing to the rock
@@ -45,7 +49,7 @@ class Loop(NamedTuple):
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Blow:
     """Effect of one blow on the rock."""
 
@@ -57,8 +61,19 @@ class Blow:
     final: float  # m, permanent penetration
     left_in_hammer: float  # J, at the end of the run
     left_in_rods: float  # J, at the end of the run
-    loop: Loop = field(repr=False)
-    history: AbstractHistory = field(repr=False, compare=False)
+    loop: Loop
+    history: AbstractHistory = field(compare=False)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Blow: work {prefixed(self.work, 'J')}, efficiency {self.efficiency:.4g} (first pass "
+            f"{self.first_pass:.4g}), penetration {prefixed(self.final, 'm')}, peak {prefixed(self.peak_force, 'N')}>"
+        )
+
+    def plot(self) -> Figure:
+        """Return the force over the penetration, and the work over time, as a figure."""
+        made: Figure = above("report.figures.evaluations").drill_blow(self)
+        return made
 
 
 def blow(case: Case | Simulation) -> Blow:

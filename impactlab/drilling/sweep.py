@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +18,11 @@ from impactlab.errors import CaseError
 from impactlab.measurement.inputs import in_si, listed
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
+from impactlab.startup.lazy import above
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, repr=False)
@@ -39,6 +44,11 @@ class Efficiencies:
             f"{prefixed_range(self.stiffness.min(), self.stiffness.max(), 'N/m')}: the largest is "
             f"{self.efficiency[best]:.4g} at {prefixed(self.stiffness[best], 'N/m')}>"
         )
+
+    def plot(self) -> Figure:
+        """Return the efficiency over the stiffness of the rock as a figure."""
+        made: Figure = above("report.figures.evaluations").efficiencies(self)
+        return made
 
 
 def sweep(case: Case | Simulation, stiffnesses: Iterable[float | str]) -> Efficiencies:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import InitVar, dataclass
+from dataclasses import InitVar, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,13 @@ from impactlab.casefile.text.words import closest, listed, shown
 from impactlab.casefile.values.units import STRAINS, to_si
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
+from impactlab.measurement.inputs import above_zero
 from impactlab.prefixes import prefixed_range
 from impactlab.types import Array
 
 MIN_SAMPLES = 4
 MAX_OFF = 0.4  # of an interval, of a time beside equal ones: one missing sample moves times by half an interval or more
+ROUNDING = 1e-9  # relative: a record of whole intervals ends with a sample
 SETTINGS = ("gain", "offset", "shift")
 
 Setting = Any
@@ -137,8 +139,9 @@ class Signal:
         falls = np.flatnonzero(np.diff(self.times) <= 0.0)
         if len(falls):
             raise CaseError(
-                f"signal {self.channel}: time {falls[0] + 2}, {self.times[falls[0] + 1]:g} s, is not later",
-                remedy="Give increasing times.",
+                f"signal {self.channel}: time {falls[0] + 2}, {self.times[falls[0] + 1]:.9g} s, is not later than "
+                f"time {falls[0] + 1}, {self.times[falls[0]]:.9g} s",
+                remedy="Sort the samples by time, and leave out all but one of each instant.",
             )
         if self.std is not None and (
             self.std.shape != self.values.shape or not np.all((self.std > 0) & (self.std < np.inf))
@@ -169,9 +172,38 @@ class Signal:
             raise CaseError(
                 f"signal {self.channel}: the intervals between samples are not equal, and the time "
                 f"{times[int(np.argmax(off))]:g} s is the farthest from equal ones",
-                remedy="Interpolate: np.interp(equal_times, signal.times, signal.values).",
+                remedy="Interpolate: signal.resampled(interval).",
             )
         return mean
+
+    def resampled(self, interval: float | str | None = None) -> Signal:
+        """Return the signal at equal intervals, on straight lines between its samples.
+
+        It begins with the first sample, and ends at the last whole interval of the record. Nothing is filtered: an
+        interval longer than that of the samples aliases noise and oscillations.
+
+        Parameters
+        ----------
+        interval : float or str, optional
+            s, or a string with a unit, ``"0.5 us"``; the usual interval of the samples if not given.
+
+        Raises
+        ------
+        CaseError
+            If the signal has less than three of these intervals.
+        ImpactlabError
+            If the interval is not a time above 0.
+        """
+        step = self.width if interval is None else above_zero("interval", interval, "s")
+        count = int((self.times[-1] - self.times[0]) / step * (1.0 + ROUNDING)) + 1
+        if count < MIN_SAMPLES:
+            raise CaseError(
+                f"signal {self.channel}: an interval of {step:g} s in a record of {self.times[-1] - self.times[0]:g} s",
+                remedy="Give a shorter interval, in s or with its unit.",
+            )
+        times = self.times[0] + step * np.arange(count)
+        std = None if self.std is None else np.interp(times, self.times, self.std)
+        return replace(self, times=times, values=np.interp(times, self.times, self.values), std=std)
 
     @property
     def scale(self) -> float:

@@ -37,7 +37,7 @@ def sphere_mass(radius: ArrayLike, density: ArrayLike) -> float | Array:
     ImpactlabError
         If a size is not a number, or not above 0.
     """
-    r, rho = _positive("radius", radius, "m"), _positive("density", density, "kg/m3")
+    r, rho = positive("radius", radius, "m"), positive("density", density, "kg/m3")
     return _plain(4.0 / 3.0 * math.pi * r**3 * rho)
 
 
@@ -89,8 +89,8 @@ def sphere_stiffness(
     Hertz1882.
     """
     second = (young, poisson) if others is None else pair("others", others)
-    modulus, modulus_other = _positive("young", young, "Pa"), _positive("others", second[0], "Pa")
-    r, r_other = _positive("radius", radius, "m"), _positive("other", other, "m")
+    modulus, modulus_other = positive("young", young, "Pa"), positive("others", second[0], "Pa")
+    r, r_other = positive("radius", radius, "m"), positive("other", other, "m")
     ratios = [finite("poisson", ratio, "1") for ratio in (poisson, second[1])]
     for ratio in ratios:
         if not 0.0 <= ratio <= 0.5:
@@ -103,7 +103,7 @@ def sphere_stiffness(
     return _plain(4.0 / 3.0 / compliance * np.sqrt(1.0 / (1.0 / r + 1.0 / r_other)))
 
 
-def _positive(name: str, given: ArrayLike, unit: str) -> Array:
+def positive(name: str, given: ArrayLike, unit: str) -> Array:
     """Return a size, or sizes, as an array in SI."""
     try:
         values = np.asarray(to_si(given, unit) if isinstance(given, str) else given, dtype=float)

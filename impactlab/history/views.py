@@ -106,7 +106,8 @@ class Views:
         """Return a figure of probes, contact forces and displacements over time, or of some channels.
 
         ``history.plot("force:hammer|rod.left", "stress:rod@0.15", end=2e-4)`` draws two of them early in the run. Of
-        more than ten curves in a panel six have names, those furthest apart.
+        more than ten curves in a panel six have names, those furthest apart. Of more than 40 contacts 40 are drawn,
+        spread over the case.
 
         Parameters
         ----------
@@ -125,6 +126,8 @@ class Views:
 
     def plot_xt(self) -> Figure:
         """Return the Lagrange diagram: place to the right, time upwards, load as colour.
+
+        Of a row of rigid bodies, such as a chain of beads, it has the contacts to the right and their forces as colour.
 
         Raises
         ------

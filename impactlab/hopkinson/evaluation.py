@@ -157,6 +157,11 @@ class Test:
         front, back = (bar.young * bar.area for bar in self.bars)
         return front * (self.incident + self.reflected), back * self.transmitted
 
+    def plot(self) -> Figure:
+        """Return the waves at the specimen and the forces on both of its faces, over time, as a figure."""
+        made: Figure = above("report.figures.evaluations").waves_of_test(self)
+        return made
+
 
 @dataclass(frozen=True, repr=False)
 class Curve:

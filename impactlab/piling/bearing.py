@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +20,11 @@ from impactlab.piling.pile import Pile, pile_of
 from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
+from impactlab.startup.lazy import above
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, repr=False)
@@ -38,6 +43,11 @@ class BearingGraph:
             f"{prefixed_range(self.capacity.min(), self.capacity.max(), 'N')}: sets "
             f"{prefixed_range(self.set.min(), self.set.max(), 'm')}>"
         )
+
+    def plot(self) -> Figure:
+        """Return the static capacity over the blow count as a figure."""
+        made: Figure = above("report.figures.evaluations").bearing_graph(self)
+        return made
 
 
 def static_capacity(run: Simulation, pile: Pile) -> float:

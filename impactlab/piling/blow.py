@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -18,7 +18,11 @@ from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.bodies import WaveBody
 from impactlab.scene.method import Simulation
+from impactlab.startup.lazy import above
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FRAMES_PER_TRANSIT = 200  # fields in the time of a wave through the pile, for the largest stresses
 POINTS = 20_000  # fields at most; instants of the head signals of a run without steps
@@ -36,6 +40,12 @@ class Peak(NamedTuple):
     x: float  # m from the left end of its rod
     time: float  # s
     rod: str = ""  # name of the rod, of those of a pile of several sections
+
+    def __repr__(self) -> str:
+        return (
+            f"<Peak of {prefixed(self.stress, 'Pa')}, {prefixed(self.force, 'N')}, at x = {prefixed(self.x, 'm')} of "
+            f"{self.rod!r}, {prefixed(self.time, 's')}>"
+        )
 
 
 class Head(NamedTuple):
@@ -59,7 +69,7 @@ class Head(NamedTuple):
         return self.impedance * self.velocity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Blow:
     """Effect of one blow on a pile."""
 
@@ -67,13 +77,25 @@ class Blow:
     peak_compression: Peak
     peak_tension: Peak
     transferred_energy: float  # J, the largest work of the head force up to any time
-    head: Head = field(repr=False)
-    history: AbstractHistory = field(repr=False, compare=False)
+    head: Head
+    history: AbstractHistory = field(compare=False)
+
+    def __repr__(self) -> str:
+        rate = "" if self.blows_per_metre is None else f", {self.blows_per_metre:.4g} blows per metre"
+        return (
+            f"<Blow: set {prefixed(self.set, 'm')}{rate}, compression {prefixed(self.peak_compression.stress, 'Pa')}, "
+            f"tension {prefixed(self.peak_tension.stress, 'Pa')}, transferred {prefixed(self.transferred_energy, 'J')}>"
+        )
 
     @property
     def blows_per_metre(self) -> float | None:
         """1/set [1/m]; None where the toe never yields, or the pile has none."""
         return 1.0 / self.set if self.set else None
+
+    def plot(self) -> Figure:
+        """Return force and impedance times velocity at the head over time as a figure."""
+        made: Figure = above("report.figures.evaluations").blow(self)
+        return made
 
 
 def blow(case: Case | Simulation) -> Blow:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,11 @@ from impactlab.prefixes import prefixed
 from impactlab.printing import counted
 from impactlab.scene.bodies import Table
 from impactlab.scene.method import Simulation
+from impactlab.startup.lazy import above
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MAX_BLOWS = 10_000  # some minutes of runs
 SAME_SET = 1e-3  # relative: two blows that move the head and the toe by the same
@@ -69,6 +73,11 @@ class Driving:
             f"<Driving of {named}: set {prefixed(self.set, 'm')} from blow {self.repeats_from} on, "
             f"{rate:.4g} blows per metre>"
         )
+
+    def plot(self) -> Figure:
+        """Return head and toe motion of each blow, and the residual forces of the last, as a figure."""
+        made: Figure = above("report.figures.evaluations").driving(self)
+        return made
 
     @property
     def set(self) -> float | None:

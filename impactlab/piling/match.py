@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,7 +34,11 @@ from impactlab.piling.measured import CaseUnderForce, checked, driven_by, soil_p
 from impactlab.piling.signs import check_length, check_work, warn_of_offsets, warn_of_proportion, warn_of_times
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
+from impactlab.startup.lazy import above
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FREE_EXAMPLE = "Name some, as free=['toe.capacity', 'shaft.capacity']."
 BOUNDS = 20.0  # a free number is sought between its start over this and its start times this
@@ -68,6 +72,11 @@ class Match:
             for name, each in numbers
         )
         return f"<Match of {len(self.time)} samples, mismatch {100.0 * self.mismatch:.3g} %: {found}>"
+
+    def plot(self) -> Figure:
+        """Return the measured and the computed velocity of the head over time as a figure."""
+        made: Figure = above("report.figures.evaluations").match(self)
+        return made
 
     @property
     def mismatch(self) -> float:

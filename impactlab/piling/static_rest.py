@@ -119,8 +119,9 @@ def check_at_rest(run: Simulation, pile: Pile) -> None:
     """Raise `CaseError` where something other than soil holds or loads the pile at rest."""
     others = [c for c in run.scene.contacts if run.method.laws[c.name].two_sided and c not in pile.soil]
     wrong = next((c.name for c in others if pile.body.name in (c.left.body, c.right.body)), "")
-    text = ""
+    text, remedy = "", "Let links with the law smith alone hold the pile, without gravity."
     if pile.below:
+        remedy = "Join sections without play as segments of one rod; splices and cracks are taken by `blow` only."
         text, path = f"{pile.named} are several rods, and the static equilibrium is found for a pile of one", "bodies"
     elif not pile.soil:
         text, path = "no soil holds the pile, so that it has no static equilibrium", "contacts"
@@ -131,7 +132,7 @@ def check_at_rest(run: Simulation, pile: Pile) -> None:
     elif run.scene.gravity != 0.0:
         text, path = "gravity is given, and the static equilibrium between blows is computed without weight", "gravity"
     if text:
-        raise CaseError(text, remedy="Let links with the law smith alone hold the pile, without gravity.", path=path)
+        raise CaseError(text, remedy=remedy, path=path)
 
 
 def _springs(pile: Pile, x: Array) -> Array:

@@ -20,7 +20,10 @@ from impactlab.history.sampling import FRAMES, page_times
 from impactlab.printing import counted
 from impactlab.report import facts
 from impactlab.report.figures import diagram, plots, signals
+from impactlab.report.figures.drawn_part import drawn_part
 from impactlab.report.figures.figure_files import inline, to_svg
+from impactlab.report.figures.named_contacts import named_contacts
+from impactlab.report.figures.row_diagram import is_row, row_of_forces
 from impactlab.report.figures.style import PALETTE, Trace, traces
 from impactlab.report.sketch import sketch
 from impactlab.report.table import page_headings, page_rows
@@ -51,7 +54,7 @@ def plot(history: AbstractHistory, *channels: str, start: float = 0.0, end: floa
         )
     view, trace = (start, min(end, history.duration)), Trace("run", history, PALETTE[0])
     if not channels:
-        return signals_of([trace], whole(history), compared=False, view=view)
+        return signals_of([trace], drawn_part(whole(history)).scene, compared=False, view=view)
     for channel in channels:
         _check(history, channel, view)
     times = start + page_times(view[1] - start)
@@ -96,7 +99,7 @@ def plot_comparison(rows: Mapping[str, AbstractHistory], references: Mapping[str
 
 
 def plot_xt(history: AbstractHistory) -> Figure:
-    """Return the Lagrange diagram of a run.
+    """Return the Lagrange diagram of a run; of a row of rigid bodies the forces of its contacts.
 
     Raises
     ------
@@ -104,6 +107,8 @@ def plot_xt(history: AbstractHistory) -> Figure:
         If the run keeps no fields of any body.
     """
     scene = whole(history)
+    if not scene.elastic and is_row(scene):
+        return row_of_forces(history, scene)
     if not scene.elastic:
         text = "all bodies are rigid: there are no waves inside them to draw"
         if any(body.changes for body in scene.bodies.values()):
@@ -135,7 +140,9 @@ def signals_of(
     ImpactlabError
         If there is none.
     """
-    panels = signals.panels(shown, scene, compared=compared, view=view)
+    drawn = {contact.shared_name for contact in scene.contacts}
+    contacts = [each for each in named_contacts([trace.history for trace in shown]) if each.name in drawn]
+    panels = signals.panels(shown, scene, compared=compared, contacts=contacts, view=view)
     chosen = [panel for group in GROUPS for panel in panels if panel.group == group][:MAX_PANELS]
     if not chosen:
         raise ImpactlabError("there is no signal to draw", remedy="Name probes in the case.", path="probes")

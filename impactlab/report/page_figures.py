@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -10,6 +11,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.report.comparison import cell
 from impactlab.report.figures import applications, balance, diagram, fields, mechanism, overview, plots, signals
 from impactlab.report.figures.named_contacts import NamedContact, law_of, named_contacts, with_figures
+from impactlab.report.figures.row_diagram import is_row, row_of_forces
 from impactlab.report.figures.signals import MEASURED, Panel
 from impactlab.report.figures.style import Trace, exact_of
 from impactlab.report.page import PageFigure
@@ -43,7 +45,7 @@ def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
     ]
     own = [trace.history, *([trace.reference] if trace.reference is not None else [])]
     first = [*moved, *applications.plates_of(trace, scene), *probes([trace], scene, compared=False)]
-    return [*first, *waves(own, scene), *over_time, shares, *along]
+    return [*first, *waves(own, scene), *row_forces(trace.history), *over_time, shares, *along]
 
 
 def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) -> list[PageFigure]:
@@ -205,6 +207,15 @@ def waves(histories: Sequence[AbstractHistory], scene: Scene) -> list[PageFigure
         "compression, blue tension (of beams up and down). A dot is a closing, a ring an opening of a contact."
     )
     return [PageFigure("waves", "The waves", words, partial(diagram.lagrange, known, scene), has_live_twin=True)]
+
+
+def row_forces(history: AbstractHistory) -> list[PageFigure]:
+    """Return the space-time diagram of a row of bodies, of all its contacts."""
+    whole = dataclasses.replace(history.scene, duration=history.duration)
+    if not is_row(whole):
+        return []
+    words = "Contacts to the right in their order, time upwards, force as colour: waves run along the slanted lines."
+    return [PageFigure("row", "Forces along the row", words, partial(row_of_forces, history, whole))]
 
 
 def force_notes(comparison: Mapping[str, Any], several: bool) -> dict[str, str]:

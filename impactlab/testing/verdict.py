@@ -85,7 +85,8 @@ def find(name: str, registry: Registry) -> tuple[Group, str]:
     known = ", ".join(sorted({other for group in groups for other in registry.names(group)}))
     nearest = closest(plain, [other for group in groups for other in registry.names(group)])
     raise PluginError(
-        f"{name[:80]!r} is not the name of a part.{nearest}", remedy=f"Installed: {known or 'none of this kind'}."
+        f"{name[:80]!r} is not the name of a part.{nearest}",
+        remedy=f"Install a part of your own first: pip install -e FOLDER. Installed: {known or 'none of this kind'}.",
     )
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from impactlab.bench.report.method_styles import (
     End,
     MethodStyles,
+    counts,
     decades,
     distinct,
     draw_family,
@@ -20,14 +21,14 @@ from impactlab.bench.report.method_styles import (
 )
 from impactlab.bench.report.views import Clock, MethodRows, SceneRows
 from impactlab.printing import counted
-from impactlab.report.figures.style import MUTED, Margins, drawn, grid, log_axis
+from impactlab.report.figures.style import MUTED, Margins, drawn, grid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 ROUNDING = 1e-10  # shares of energy below it are rounding
-MIN_NAMED = 1e-3  # a method whose finest level lies below is not named
+MIN_NAMED = 1e-3  # a method whose finest level lies below is not named, where there are more than `MAX_NAMED`
 MAX_NAMED = 7  # names per panel
 
 Panel = tuple[str, str, Clock]
@@ -83,9 +84,10 @@ def _against_steps(scene: SceneRows, styles: MethodStyles, panels: Sequence[Pane
 
 
 def _worst(scene: SceneRows, of: Clock) -> list[str]:
-    """Return the methods to name: those whose finest level is worst, from `MIN_NAMED` on."""
+    """Return the methods to name: those whose finest level is worst, from `MIN_NAMED` on; of few methods all."""
     ends = [(line[-1][1], family.method) for family in scene.families if (line := _line(family, of))]
-    return [method for value, method in sorted(ends, key=lambda pair: -pair[0])[:MAX_NAMED] if value > MIN_NAMED]
+    least = ROUNDING if len(ends) <= MAX_NAMED else MIN_NAMED
+    return [method for value, method in sorted(ends, key=lambda pair: -pair[0])[:MAX_NAMED] if value > least]
 
 
 def _line(family: MethodRows, of: Clock) -> list[tuple[float, float]]:
@@ -100,11 +102,12 @@ def _line(family: MethodRows, of: Clock) -> list[tuple[float, float]]:
 def _panel(
     axes: Axes, scene: SceneRows, styles: MethodStyles, of: Clock, named: Sequence[str], floor: float, top: float
 ) -> None:
-    ends, quiet = [], 0
+    ends, quiet, steps = [], 0, []
     for family in scene.families:
         line = _line(family, of)
         if not line:
             continue
+        steps += [x for x, _ in line]
         quiet += all(value < ROUNDING for _, value in line)
         shown = [(x, min(max(value, floor), top)) for x, value in line]
         draw_family(axes, family, styles, family.method in named, shown, clip_on=False)
@@ -114,7 +117,7 @@ def _panel(
     axes.set_yscale("log")
     axes.set_ylim(floor / 1.6, top)
     decades(axes.yaxis)
-    log_axis(axes.xaxis)
+    counts(axes.xaxis, min(steps, default=1.0), max(steps, default=1.0))
     if quiet:
         text = f"{counted(quiet, 'method')} at rounding, on the floor"
         axes.set_title(text, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)

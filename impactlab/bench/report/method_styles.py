@@ -24,6 +24,7 @@ GREY = "#a9b1bb"  # methods that are not named
 MAX_NAMED = 8  # methods that a figure names
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MAX_LETTERS = 34  # of a name beside a line; a longer one is cut
+SHORT_AXIS = 300.0  # largest over smallest number on a logarithmic axis, up to which 2 and 5 have labels, too
 GAP = 0.14  # inches between an axes and the names at its right
 
 
@@ -125,6 +126,15 @@ def decades(axis: Axis) -> None:
 
     axis.set_major_locator(LogLocator(10.0, numticks=9))
     axis.set_major_formatter(lambda value, _: power(value))
+    axis.set_minor_locator(NullLocator())
+
+
+def counts(axis: Axis, low: float, high: float) -> None:
+    """Label a logarithmic axis from ``low`` to ``high`` by numbers; of a short one also by 2 and 5 in a decade."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    axis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0) if high / low < SHORT_AXIS else (1.0,), numticks=12))
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
     axis.set_minor_locator(NullLocator())
 
 

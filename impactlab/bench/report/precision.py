@@ -11,6 +11,7 @@ from impactlab.bench.report.method_styles import (
     GREY,
     End,
     MethodStyles,
+    counts,
     decades,
     distinct,
     draw_family,
@@ -157,8 +158,6 @@ def _frame(axes: Axes, scene: SceneRows, norm: Norm, cost: Cost, limits: Limits)
 
     All panels show the same errors, each the costs of all that is drawn in it.
     """
-    from matplotlib.ticker import LogLocator, NullLocator
-
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(limits.floor / 1.5, limits.top)
@@ -170,9 +169,7 @@ def _frame(axes: Axes, scene: SceneRows, norm: Norm, cost: Cost, limits: Limits)
     costs = [point.cost for point in limits.shown(shown)]
     low, high = min(costs, default=1.0), max(costs, default=1.0)
     axes.set_xlim(low / (high / low * 2.0) ** 0.04, high * (high / low * 2.0) ** 0.04)
-    axes.xaxis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0) if high / low < 300.0 else (1.0,), numticks=12))
-    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    axes.xaxis.set_minor_locator(NullLocator())
+    counts(axes.xaxis, low, high)
 
 
 def _fronts(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:

@@ -16,19 +16,21 @@ from impactlab.errors import CaseError
 from impactlab.scene.bodies import End, Rod, Segment
 from impactlab.types import QUANTITIES_OF_ROD
 
-WAYS = (("area",), ("diameter",), ("width", "height"))
+SIZES = ("area", "diameter", "bore", "width", "height")
+WAYS = (("area",), ("diameter",), ("diameter", "bore"), ("width", "height"))
 MAX_WIDTH = 5.0  # of the length of a rod: a wider section is a unit that was left out; specimens have 2
-ALLOWED = "area: m2, diameter: m, or width: m and height: m"
+ALLOWED = "area: m2, diameter: m (of a tube also bore: m), or width: m and height: m"
 
 
 class CrossSection(Block):
-    """The cross section of a rod: area, circle or rectangle.
+    """The cross section of a rod: area, circle, tube or rectangle.
 
-    A circle is full and has a diameter, a rectangle width and height.
+    A circle has a diameter, a tube also a bore, a rectangle width and height.
     """
 
     area: Area | None = Field(None, description="area of the cross section [m2]")
-    diameter: Length | None = Field(None, description="of a full circle, in place of area [m]")
+    diameter: Length | None = Field(None, description="of a circle or a tube, in place of area [m]")
+    bore: Length | None = Field(None, description="inner diameter of a tube, with diameter [m]")
     width: Length | None = Field(None, description="of a rectangle, with height, in place of area [m]")
     height: Length | None = Field(None, description="of a rectangle [m]")
 
@@ -69,8 +71,14 @@ class RodBlock(CrossSection, MovingBlock):
         if given and given not in WAYS:
             raise CaseError(
                 f"{listed(given)} given, which does not make the section of a rod. Allowed: {ALLOWED}",
-                remedy="Give one of the three.",
+                remedy="Give one of them.",
                 path=f"{path}.{given[-1]}",
+            )
+        if piece.bore is not None and piece.diameter is not None and piece.bore >= piece.diameter:
+            raise CaseError(
+                f"a bore of {piece.bore:g} m in a diameter of {piece.diameter:g} m leaves no section",
+                remedy="Give the inner diameter as bore, smaller than diameter.",
+                path=f"{path}.bore",
             )
         if not given and self.segments is not None:
             raise CaseError(
@@ -104,13 +112,13 @@ class RodBlock(CrossSection, MovingBlock):
 
 def _given(section: CrossSection) -> tuple[str, ...]:
     """Return the keys that give a section."""
-    return tuple(key for way in WAYS for key in way if getattr(section, key) is not None)
+    return tuple(key for key in SIZES if getattr(section, key) is not None)
 
 
 def _segment(piece: SegmentBlock) -> Segment:
     material, area = piece.material, piece.area
     if piece.diameter is not None:
-        area = 0.25 * math.pi * piece.diameter**2
+        area = 0.25 * math.pi * (piece.diameter**2 - (piece.bore or 0.0) ** 2)
     elif piece.width is not None and piece.height is not None:
         area = piece.width * piece.height
     return Segment(piece.length, area or math.nan, material.young, material.density, material.viscosity)

@@ -25,6 +25,8 @@ NAMES: Mapping[Key, str] = {
     Key("area"): "a cross_section cross_section_area",
     Key("diameter"): "d dia",
     Key("diameter", "twice the radius"): "r radius",
+    Key("bore"): "inner_diameter diameter_inner inside_diameter di d_i",
+    Key("bore", "diameter less twice the wall"): "wall wall_thickness thickness",
     Key("inertia"): "i second_moment moment_of_inertia",
     Key("mass"): "m",
     Key("elements", "their number"): "dx n_elements num_elements nelements element_size mesh_size mesh",
