@@ -172,11 +172,9 @@ def run(
 def step_through(
     plan: Plan, assembly: Assembly, progress: Progress | None, began: float, with_warnings: bool
 ) -> tuple[RecordedHistory, int]:
-    """Take all steps of a run; return its history and status.
+    """Take all steps of a run; return its history, and the status with which the loop ended.
 
-    Its set-up ``began`` at a reading of the clock [s]. The balances of the history are not checked yet; the status is
-    that with which the loop ended. Return its history, whose balances are not checked yet, and the status with which
-    the loop ended.
+    The set-up ``began`` at a reading of the clock [s]. The balances of the history are not checked yet.
     """
     assert plan.integrator is not None  # noqa: S101 - a plan without steps has no arrays
     if progress is not None:
