@@ -52,7 +52,10 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
+START = "\b\nTo start:\n  impactlab new my_case --like pile\n  impactlab run my_case.yaml --out out"
+
+
+@app.callback(epilog=START)
 def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import warnings
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +14,7 @@ from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command
 from impactlab.cli.reporting import CommandFailed, given_by, reporting
 from impactlab.errors import CaseError, DoubtfulResult
 
+MIN_WIDTH = 120  # letters of a line where the width of the screen is not known
 MAX_COLUMNS = 24  # of a table on the screen: more are left out in its middle
 
 Quantities = Annotated[
@@ -106,7 +108,9 @@ def sweep(
             console.print_json(made if out is not None else {**made, "rows": sweeps.rows(found).to_dict("records")})
         elif out is None:
             table = sweeps.rows(found)
-            print(table.to_string(max_rows=60, max_cols=MAX_COLUMNS))
+            known = table.dropna(axis="columns", how="all")  # quantities that no contact or body of the case has
+            width = shutil.get_terminal_size((MIN_WIDTH, 0)).columns
+            print(known.to_string(max_rows=60, max_cols=MAX_COLUMNS, float_format="{:.6g}".format, line_width=width))
             if table.shape[1] > MAX_COLUMNS:  # as of a chain, whose contacts have columns each
                 console.say(f"{table.shape[1]} columns; --quantities names fewer, --out DIR writes all to table.csv")
         else:

@@ -121,7 +121,7 @@ def _taller(upper: Axes, lower: Axes) -> None:
 
 def _signal(axes: Axes, shown: Shown, clock: Unit, *, has_legend: bool) -> None:
     quantity, _, place = shown.channel.partition(":")
-    unit = unit_of(UNITS.get(quantity, "1"), float(np.max(np.abs(shown.measured))))
+    unit = unit_of("ε" if quantity == "strain" else UNITS.get(quantity, "1"), float(np.max(np.abs(shown.measured))))
     times = shown.times / clock.size
     is_long = len(times) > MAX_DOTS
     axes.plot(
