@@ -78,4 +78,6 @@ for axis in (curves, arrived):
 print(f"gap {low / 1e3:.1f} to {high / 1e3:.1f} kHz, no wave above {top / 1e3:.1f} kHz")
 inside = (frequency > 1.2 * low) & (frequency < high / 1.05)
 passing = (frequency > 0.3 * low) & (frequency < 0.95 * low)
-print(f"{spectrum[inside].mean() / spectrum[passing].mean():.1e} of the amplitude within the gap")
+print(
+    f"{spectrum[inside].mean() / spectrum[passing].mean():.1e} of the amplitude within the gap"
+)

@@ -127,7 +127,8 @@ class Views:
     def plot_xt(self) -> Figure:
         """Return the Lagrange diagram: place to the right, time upwards, load as colour.
 
-        Of a row of rigid bodies, such as a chain of beads, it has the contacts to the right and their forces as colour.
+        Of a row of mostly rigid bodies, such as a chain of beads, it has the contacts to the right and their forces as
+        colour.
 
         Raises
         ------

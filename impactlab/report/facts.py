@@ -28,13 +28,16 @@ Units = Mapping[str, Any]  # of options by name: a unit, or the units of the opt
 NO_UNITS: Units = MappingProxyType({})
 PREFIXED = re.compile(r"(N|Pa|m|kg)(?![\w^])")  # a unit that takes a prefix: one that begins with m2 does not
 
+MIN_KG = 0.1  # kg, below which a mass is written in g
+NUMBERED = re.compile(r"(.*?)_?\d+")  # a name made by `repeat`
 MIN_ALIKE = 4  # bodies or contacts in a row with the same words, which are written once
 
 
 def si(value: float, unit: str) -> str:
     """Return a value with the prefix that makes it short: ``116.4 µs``."""
     if unit == "kg":
-        return f"{value:.4g}\N{NO-BREAK SPACE}kg"
+        small = 0.0 < abs(value) < MIN_KG
+        return f"{1e3 * value:.4g}\N{NO-BREAK SPACE}g" if small else f"{value:.4g}\N{NO-BREAK SPACE}kg"
     shown = scaled(unit.replace(" ", "·"), abs(value))
     return f"{value / shown.size:.4g}\N{NO-BREAK SPACE}{shown.label}"
 
@@ -44,7 +47,7 @@ def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, st
 
     ``links`` are names of contacts or sums.
     """
-    facts = list(_once((name, _body(body)) for name, body in scene.bodies.items()))
+    facts = list(_once(_bodies(scene)))
     of_contacts: list[tuple[str, str]] = []
     by_name: dict[str, list[Contact]] = {}
     for contact in scene.contacts:
@@ -89,6 +92,32 @@ def _once(facts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
             yield from ((name, words) for name in names)
         else:
             yield f"{names[0]} to {names[-1]}", f"each {words}"
+
+
+def _bodies(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield the facts of each body; of many numbered masses that differ, as in a tapered chain, those of all as one."""
+    for _, row in itertools.groupby(scene.bodies.items(), lambda each: _stem(*each)):
+        alike = list(row)
+        masses = [body for _, body in alike if isinstance(body, Mass)]
+        each = [(name, _body(body)) for name, body in alike]
+        if len(masses) < max(MIN_ALIKE, len(alike)) or len({words for _, words in each}) == 1:
+            yield from each
+            continue
+        size, speed = (sorted({getattr(mass, key) for mass in masses}) for key in ("mass", "velocity"))
+        moving = "at rest" if speed == [0.0] else _span(speed, "m/s")
+        words = f"rigid masses, {_span(size, 'kg')}, {moving}{_turning(masses[0])}"
+        yield f"{alike[0][0]} to {alike[-1][0]}", words
+
+
+def _span(values: Sequence[float], unit: str) -> str:
+    """Return the ends of sorted values, one where they are the same."""
+    return " to ".join(si(each, unit) for each in dict.fromkeys((values[0], values[-1])))
+
+
+def _stem(name: str, body: Body) -> str:
+    """Return what the names of numbered masses have in common, else the name itself."""
+    numbered = NUMBERED.fullmatch(name) if isinstance(body, Mass) else None
+    return numbered[1] if numbered else name
 
 
 def _body(body: Body) -> str:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAX_PERIODS, MAX_PANELS = 10, 6  # rows of the table of contacts; panels of the figure
+MOST = 2  # bodies of a row for each elastic one, above which it is drawn by its contacts
 MAX_NAMED = 40  # channels in a message
 GROUPS = ("probe", "force", "displacement")  # of signals, those of the first shown first
 
@@ -99,7 +100,7 @@ def plot_comparison(rows: Mapping[str, AbstractHistory], references: Mapping[str
 
 
 def plot_xt(history: AbstractHistory) -> Figure:
-    """Return the Lagrange diagram of a run; of a row of rigid bodies the forces of its contacts.
+    """Return the Lagrange diagram of a run; of a row of mostly rigid bodies the forces of its contacts.
 
     Raises
     ------
@@ -107,7 +108,7 @@ def plot_xt(history: AbstractHistory) -> Figure:
         If the run keeps no fields of any body.
     """
     scene = whole(history)
-    if not scene.elastic and is_row(scene):
+    if is_row(scene) and MOST * len(scene.elastic) < len(scene.bodies):
         return row_of_forces(history, scene)
     if not scene.elastic:
         text = "all bodies are rigid: there are no waves inside them to draw"

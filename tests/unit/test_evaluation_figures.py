@@ -11,6 +11,7 @@ import pytest
 import impactlab as il
 from impactlab import drilling, granular, hopkinson, piling
 from impactlab.errors import CaseError, ImpactlabError
+from impactlab.report.facts import scene_facts
 
 
 def pile(**settings: object) -> il.Case:
@@ -178,3 +179,38 @@ def test_a_signal_is_resampled_at_equal_instants() -> None:
         signal.resampled(1e-3)
     with pytest.raises(ImpactlabError, match="interval is"):
         signal.resampled(0.0)
+
+
+def test_numbered_masses_that_differ_are_one_line_of_a_page() -> None:
+    case = il.Case(
+        bodies={
+            "striker": il.Mass("4 g", velocity=1.0),
+            "bead": il.Mass("2e-3*(1 + i % 2)", repeat=9),
+            "wall": il.Wall(),
+        },
+        contacts=[il.Chain(["striker", "bead", "wall"], {"kind": "hertz", "stiffness": 7.69e9})],
+        solve={"duration": "0.2 ms", "integrator": {"kind": "central_difference"}, "step": {"dt": "0.5 us"}},
+    )
+    words = {name: text.replace("\xa0", " ") for name, text in scene_facts(case.scene())}
+    assert words["striker"] == "rigid mass, 4 g, 1 m/s"
+    assert words["bead_1 to bead_9"] == "rigid masses, 2 g to 4 g, at rest"
+    assert words["wall"] == "rigid wall"
+
+
+def test_a_chain_in_front_of_a_bar_is_drawn_by_its_contacts() -> None:
+    case = il.Case(
+        bodies={
+            "striker": il.Mass("4 g", velocity=1.0),
+            "bead": il.Mass("4 g", repeat=8),
+            "bar": il.Rod(length="0.2 m", diameter="10 mm", material="steel"),
+        },
+        contacts=[il.Chain(["striker", "bead", "bar"], {"kind": "hertz", "stiffness": 7.69e9})],
+        solve={
+            "duration": "0.2 ms",
+            "model": {"kind": "finite_element", "elements": 20, "mass": "lumped"},
+            "integrator": {"kind": "central_difference"},
+            "step": {"dt": "0.5 us"},
+        },
+    )
+    history = il.run(case)
+    assert history.plot_xt().axes[0].get_xlabel() == "number of the contact"

@@ -445,7 +445,7 @@ def test_many_bodies_and_contacts_that_are_alike_are_said_once():
     scene = load_case(CASES / "granular" / "solitary_wave.yaml").scene()
     found = {name: words.replace("\N{NO-BREAK SPACE}", " ") for name, words in scene_facts(scene)}
     assert found["striker"].endswith("1 m/s")
-    assert found["bead_1 to bead_100"] == "each rigid mass, 0.00411 kg, at rest"
+    assert found["bead_1 to bead_100"] == "each rigid mass, 4.11 g, at rest"
     assert found["striker | bead_1 to bead_99 | bead_100"] == "each gap 0"
     other = {**scene.bodies, "bead_50": dataclasses.replace(scene.bodies["bead_50"], mass=1.0)}
     heavier = dict(scene_facts(dataclasses.replace(scene, bodies=other)))
