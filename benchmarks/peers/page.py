@@ -16,13 +16,13 @@ from benchmarks.peers.scan import PEERS, load, read
 from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, drawn, grid, label_lines, log_axis
 from studies.pages import small_png
 
-PAGE = """# Beside other programs
+PAGE = """# Comparison with other programs
 
 How long other programs take to reach an error that impactlab reaches: the same impact, machine and core, in one run.
 Exudyn, MuJoCo and OpenSees are general programs for multibody systems and structures, and do what impactlab cannot;
 impactlab is made for impacts of rods, beams and mechanisms. This page shows the gain of a special program on its one
 subject, and nothing about theirs.
-[Mechanisms beside another program](peers-mechanisms.md) has two arms that strike a stop.
+[Mechanisms: comparison with Exudyn](peers-mechanisms.md) has two arms that strike a stop.
 
 Made by `python -m benchmarks.peers.compare --out docs/peers.md` with the `[peers]` extra; again from the measured
 values with `--from docs/peers.json`. {machine};

@@ -63,7 +63,6 @@ velocity = np.hanning(time.size) * history.evaluate(time, "velocity:bead_80")
 spectrum = np.abs(np.fft.rfft(velocity))
 frequency = np.fft.rfftfreq(time.size, time[1])
 
-plt.style.use("impactlab.house")
 fig, (curves, arrived) = plt.subplots(1, 2, sharey=True, figsize=(8, 3.6), layout="constrained")
 curves.plot(bands.phase / np.pi, 1e-3 * bands.frequency.T, color="k")
 curves.set(xlabel="phase from cell to cell  q / π", ylabel="frequency  [kHz]", xlim=(0, 1))

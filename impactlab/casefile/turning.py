@@ -1,4 +1,4 @@
-"""Bodies that turn: their steady states, and the positions of masses.
+"""Rotating bodies: their steady states, and the positions of masses.
 
 Masses stand in a steady state by the faces that they meet.
 """
