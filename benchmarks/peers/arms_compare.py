@@ -45,7 +45,8 @@ PAGE = """# Mechanisms: comparison with Exudyn
 Two arms strike a stop, in impactlab and in Exudyn, a general program for flexible multibody systems in C++ that does
 much that impactlab cannot. Measured is the time to reach an error in the impulses of the first two sub-impacts: the
 larger of the two relative errors. The cases are [two_link_arm](../cases/two_link_arm.yaml), up to {two} ms, and
-[arm_on_stop](../cases/arm_on_stop.yaml), up to {one} ms. [Comparison with other programs](peers.md) has the impacts on rods.
+[arm_on_stop](../cases/arm_on_stop.yaml), up to {one} ms. Impacts on rods: [comparison
+with other programs](peers.md).
 
 Made by `python -m benchmarks.peers.arms_compare --out docs/peers-mechanisms.md` with the `[peers]` extra; again from
 what was measured with `--from docs/peers-mechanisms.json`. {machine}; {versions}.

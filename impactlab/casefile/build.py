@@ -36,7 +36,10 @@ from impactlab.types import Relative
 DEFAULT_INTEGRATOR = {"kind": "newmark"}
 HARD_CONTACT = {"kind": "addition_deletion"}  # of a contact without a law, under a tolerance
 
-BY_STEPS = "model, integrator and step in place of the tolerance; errors are then measured."
+BY_STEPS = (
+    "model, integrator and step in place of the tolerance, as model: {kind: continuous}, step: {dt: ...} for rods; "
+    "errors are then measured."
+)
 
 
 def build(case: CaseBlock, row: AllContacts, name: str, registry: Registry) -> Simulation:

@@ -13,7 +13,7 @@ from impactlab.sweeps.plots import fitted
 from impactlab.sweeps.result import clauses, labels_in
 from impactlab.sweeps.sampled import is_sampled
 from impactlab.types import Array
-from impactlab.uncertainties.records import Estimate, Index, Share, Spread
+from impactlab.uncertainties.records import Estimate, Index, Share, Spread, least_certain
 
 if TYPE_CHECKING:
     import xarray
@@ -150,7 +150,7 @@ def _band(spreads: Sequence[Spread], percents: Sequence[float]) -> Figure:
 @drawn
 def plot_counts(shares: Sequence[Share]) -> Figure:
     """Return a figure of the probability of each number of periods of contact."""
-    shown = sorted(sorted(shares, key=lambda each: -each.probability.value)[:MAX_BARS], key=lambda each: each[:2])
+    shown = sorted(least_certain(shares)[:MAX_BARS], key=lambda each: each[:2])
     names = [f"{each.contact}: {each.number}" for each in shown]
     left = 0.4 + 0.078 * max(map(len, names))
     figure, [[axes]] = grid(1, 1, 0.3 * len(shown) + 0.3, Margins(left=left, right=0.75, top=0.2, bottom=0.55))

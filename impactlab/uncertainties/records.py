@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 
@@ -56,6 +57,15 @@ class Share(NamedTuple):
     contact: str
     number: int
     probability: Estimate
+
+
+def least_certain(shares: Sequence[Share]) -> list[Share]:
+    """Return shares with the least certain first, as a page shows the first few of many.
+
+    Contacts that never close, such as links, are left out where others close.
+    """
+    closing = [each for each in shares if each.number or each.probability.value < 1.0]
+    return sorted(closing or shares, key=lambda each: abs(each.probability.value - 0.5))
 
 
 class Index(NamedTuple):

@@ -11,7 +11,7 @@ from impactlab.printing import aligned, plain
 from impactlab.sweeps.sampled import is_sampled
 from impactlab.uncertainties.distributions import Uncertain
 from impactlab.uncertainties.plots import plot_counts, plot_indices, plot_spreads
-from impactlab.uncertainties.records import Estimate, Index, Share, Spread
+from impactlab.uncertainties.records import Estimate, Index, Share, Spread, least_certain
 from impactlab.uncertainties.statistics import unseen
 
 if TYPE_CHECKING:
@@ -165,7 +165,8 @@ class Uncertainty:
     def _spread_rows(self) -> Rows:
         percents = [f"{percent:g} %" for percent in self.percents]
         rows: Rows = [("quantity", "unit", "mean", "deviation", *percents, "linear: mean", "deviation")]
-        for each in filter(_is_printed, self.spreads):
+        known = [each for each in self.spreads if each.samples] or self.spreads  # not those that no contact has
+        for each in filter(_is_printed, known):
             numbers = [_with_error(of) for of in (each.mean, each.deviation, *each.percentiles)]
             linear = [_number(value, 4) for value in (each.linear_mean, each.linear_deviation)]
             rows.append((each.name, each.unit, *numbers, *linear))
@@ -173,8 +174,8 @@ class Uncertainty:
 
     def _share_rows(self) -> Rows:
         rows: Rows = [("periods of contact", "number", "probability", "95 % between")]
-        ordered = sorted(self.shares, key=lambda each: -each.probability.value)[:MAX_PRINTED]
-        rows += [(each.contact, str(each.number), *_between(each.probability)) for each in sorted(ordered)]
+        shown = least_certain(self.shares)[:MAX_PRINTED]
+        rows += [(each.contact, str(each.number), *_between(each.probability)) for each in sorted(shown)]
         return rows
 
     def _index_rows(self) -> Rows:

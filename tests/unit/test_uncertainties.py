@@ -18,6 +18,7 @@ from impactlab.sweeps import engines, points
 from impactlab.uncertainties import statistics
 from impactlab.uncertainties.design import SCRAMBLINGS, design
 from impactlab.uncertainties.distributions import read_uncertain, read_vary
+from impactlab.uncertainties.records import Estimate, Share, least_certain
 from tests.cases.support import CASES
 
 MASS, SPEED, GAP = "bodies.hammer.mass", "bodies.hammer.velocity", "contacts.0.gap"
@@ -276,3 +277,11 @@ def test_a_file_of_samples_names_its_columns(case, tmp_path: Path):
         assert "first, second" in raised.value.remedy
     assert shape(case, f"table({file}, first)").mean() == 2.0
     assert read_vary(f"{MASS} = table({file}, first)") == (MASS, f"table({file}, first)")
+
+
+def test_the_least_certain_numbers_of_contacts_come_first_and_links_are_left_out() -> None:
+    shares = [Share("shaft", 0, Estimate(1.0)), Share("ram", 2, Estimate(0.9)), Share("ram", 3, Estimate(0.1)),
+              Share("head", 3, Estimate(0.45))]  # fmt: skip
+    assert least_certain(shares)[0].contact == "head"
+    assert "shaft" not in {each.contact for each in least_certain(shares)}
+    assert least_certain(shares[:1]) == shares[:1]  # nothing closes at all: that is the result
