@@ -72,13 +72,15 @@ def bearing_graph(found: piling.BearingGraph) -> Figure:
 @drawn
 def driving(found: piling.Driving) -> Figure:
     """Return the permanent motion in each blow, and the residual forces that the last one leaves."""
+    from matplotlib.ticker import MaxNLocator
+
     figure, (motion, residual) = _panels(2)
     numbers, last = np.arange(1, len(found.blows) + 1), found.blows[-1]
     rows = {"head": [each.head for each in found.blows], "toe": [each.toe for each in found.blows]}
     size = scaled("m", float(np.max(np.abs(list(rows.values())))))
     for (name, values), colour, dash in zip(rows.items(), (INK, PALETTE[1]), ("o-", "s--"), strict=True):
         motion.plot(numbers, np.array(values) / size.size, dash, color=colour, markersize=3.5, label=name)
-    motion.xaxis.get_major_locator().set_params(integer=True)
+    motion.xaxis.set_major_locator(MaxNLocator(integer=True))
     motion.set_xlabel("blow")
     motion.set_ylabel(f"permanent motion  [{size.label}]")
     motion.legend(fontsize=7.5)

@@ -291,7 +291,9 @@ def _legend(axis: Axes, lines: Mapping[str, Line2D], count: int) -> None:
     from matplotlib.lines import Line2D
 
     handles, names = list(lines.values()), list(lines)
-    place = "upper right" if count > len(names) else "best"  # the best place among many lines takes seconds to find
+    place: Literal["upper right", "best"] = (
+        "upper right" if count > len(names) else "best"
+    )  # the best place among many lines takes seconds to find
     if count > len(names):
         handles.append(Line2D([], [], color=UNNAMED, linewidth=0.5))
         names.append(f"... {count - len(names)} more")
