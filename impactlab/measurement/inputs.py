@@ -86,7 +86,8 @@ def row_of_numbers(name: str, values: ArrayLike) -> Array:
         return np.asarray(values, float)
     except (TypeError, ValueError):
         raise ImpactlabError(
-            f"{name} is {_given(values)}; it must be a row of numbers", remedy="Give an array or a list of numbers."
+            f"{name} is {_given(values)}; it must be a row of numbers",
+            remedy="Give an array or a list of numbers, such as the `values` of a signal.",
         ) from None
 
 

@@ -59,8 +59,9 @@ def checked(time: ArrayLike, force: ArrayLike, velocity: ArrayLike) -> tuple[Arr
             raise CaseError(f"{name} {wrong[0] + 1} is not a finite number", remedy="Leave that sample out.")
     falls = np.flatnonzero(np.diff(found["time"]) <= 0.0)
     if falls.size:
-        late = found["time"][falls[0] + 1]
-        raise CaseError(f"time {falls[0] + 2}, {late:g} s, is not later", remedy="Give rising times.")
+        before, late = found["time"][falls[0] : falls[0] + 2]
+        text = f"time {falls[0] + 2}, {late:.9g} s, is not later than time {falls[0] + 1}, {before:.9g} s"
+        raise CaseError(text, remedy="Give rising times, one for each sample.")
     return found["time"] - found["time"][0], found["force"], found["velocity"]
 
 

@@ -437,7 +437,7 @@ N = 64
 RAMP = np.linspace(0.0, 0.1, N)
 WRONG = [
     (RAMP[:-1], "signals of different length", "one sample of each"),
-    (RAMP[::-1], "time 2, 0.0984127 s, is not later", "rising times"),
+    (RAMP[::-1], "time 2, 0.0984126984 s, is not later than time 1, 0.1 s", "rising times"),
     (np.where(RAMP[5] == RAMP, np.nan, RAMP), "time 6 is not a finite number", "Leave that sample out"),
     (RAMP[:3], "signals of different length", "one sample of each"),
 ]
