@@ -100,7 +100,7 @@ def _bodies(scene: Scene) -> Iterator[tuple[str, str]]:
         alike = list(row)
         masses = [body for _, body in alike if isinstance(body, Mass)]
         each = [(name, _body(body)) for name, body in alike]
-        if len(masses) < max(MIN_ALIKE, len(alike)) or len({words for _, words in each}) == 1:
+        if len(masses) < max(MIN_ALIKE, len(alike)) or len(list(_once(each))) < MIN_ALIKE:
             yield from each
             continue
         size, speed = (sorted({getattr(mass, key) for mass in masses}) for key in ("mass", "velocity"))
