@@ -332,7 +332,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "hopkinson.md"
 
 
 @pytest.fixture
-def page_of_shot(tmp_path, monkeypatch) -> tuple[str, str]:
+def page_of_shot(tmp_path, monkeypatch) -> tuple[str, str, str]:
     """The two Python blocks of the page on laboratory signals, with their record: 40 us before the trigger, offsets.
 
     The offsets are -6 and 4 um/m, and compression is negative.
@@ -351,13 +351,13 @@ def page_of_shot(tmp_path, monkeypatch) -> tuple[str, str]:
     lines = Path("shot.csv").read_text(encoding="utf-8").splitlines()
     assert shown[0] == header
     assert all(line in lines for line in shown if line != "...")
-    reading, drawing = (block.partition("```")[0] for block in text.split("```python\n")[1:3])
-    return reading, drawing
+    reading, flattening, drawing = (block.partition("```")[0] for block in text.split("```python\n")[1:4])
+    return reading, flattening, drawing
 
 
 def test_the_example_of_the_page_reads_a_record_in_microstrain(page_of_shot) -> None:
     """The run has a permanent strain of 15.0897 %."""
-    reading, _ = page_of_shot
+    reading, *_ = page_of_shot
     for waves in (1, 2, 3):
         names: dict[str, object] = {}
         exec(reading.replace("(test, specimen)", f"(test, specimen, {waves})"), names)
@@ -379,7 +379,7 @@ def test_the_band_of_the_page_is_that_of_the_products(page_of_shot) -> None:
     That of 40 draws, of the 100 of the page, has a standard error of 11 %; the slope of the curve, 0.5 GPa, adds 0.1 %
     at a strain of 0.08.
     """
-    reading, drawing = page_of_shot
+    reading, _, drawing = page_of_shot
     names: dict[str, object] = {}
     exec(reading.replace("(test, specimen)", "(test, specimen, 1)") + drawing.replace("range(100)", "range(40)"), names)
     stresses = np.array(names["stresses"])
@@ -388,6 +388,22 @@ def test_the_band_of_the_page_is_that_of_the_products(page_of_shot) -> None:
     share = (stresses.std(axis=0) / stresses.mean(axis=0))[np.searchsorted(names["strain"], 0.08)]
     assert share == pytest.approx(1e-2 * math.sqrt(0.25**2 + 0.4**2 + 0.1**2 + 0.2**2 + 0.5**2), rel=0.25)
     assert Path("curve.pdf").stat().st_size > 1000
+
+
+def test_a_drift_is_removed_within_the_error_of_the_page(page_of_shot) -> None:
+    reading, flattening, _ = page_of_shot
+    names: dict[str, object] = {}
+    exec(reading, names)
+    signal = names["incident"]
+    names["incident"] = il.Signal(signal.channel, signal.times, signal.values + 2e-5 + 0.02 * signal.times)
+    exec(flattening.replace("0.5e-3", "40e-6"), names)  # this record is at rest for 40 us
+    rest = names["rest"]
+    assert rest.sum() == 80
+    assert np.polyfit(signal.times[rest], names["flat"][rest], 1) == pytest.approx([0.0, 0.0], abs=1e-9)
+    rng, times = np.random.default_rng(0), np.linspace(0.0, 50e-6, 100)
+    slopes = [np.polyfit(times, 3e-6 * rng.standard_normal(100), 1)[0] for _ in range(400)]
+    # The standard deviation of 400 draws has a standard error of 3.5 %.
+    assert np.std(slopes) == pytest.approx(math.sqrt(12.0 / 100) * 3e-6 / 50e-6, rel=0.14)
 
 
 def test_the_stress_at_a_strain_is_that_of_the_loading() -> None:
