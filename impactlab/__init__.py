@@ -11,6 +11,7 @@ from impactlab.startup.environment import check_environment
 from impactlab.startup.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
+    from impactlab import dispersion, drilling, granular, hopkinson, piling
     from impactlab.api import Comparison, compare, run
     from impactlab.casefile import (
         Beam,
@@ -77,11 +78,16 @@ __all__ = [
     "UnusualValue",
     "Wall",
     "compare",
+    "dispersion",
+    "drilling",
     "fit",
     "fit_problem",
+    "granular",
+    "hopkinson",
     "load_case",
     "open_netcdf",
     "open_sweep",
+    "piling",
     "plot_sweep",
     "read_signals",
     "run",
@@ -104,6 +110,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
         "impactlab.uncertainties": "Uncertainty uncertainty",
     },
     check_environment,
+    modules="dispersion drilling granular hopkinson piling",
 )
 
 __dir__ = public_names(["__version__", *__all__])

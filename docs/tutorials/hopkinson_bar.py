@@ -21,7 +21,6 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 import impactlab as il
-from impactlab import hopkinson
 
 bar = {"diameter": "16 mm", "material": "steel"}
 bodies = {
@@ -35,27 +34,22 @@ gauges = [{"body": b, "at": 0.5, "quantity": "strain"} for b in ("incident", "tr
 solve = {"duration": "400 us", "tolerance": 1e-3}
 case = il.Case(name="shpb", bodies=bodies, contacts=contacts, probes=gauges, solve=solve)
 history = il.run(case)
+data = history.to_xarray()  # gauges, forces, fields, energies, with their units
 waves = history.waves("incident", 0.96)  # 40 mm before the specimen
-
-t = np.linspace(0.0, history.duration, 2000)
 fig, (gauge, parted) = plt.subplots(2, 1, figsize=(8, 5.4), sharex=True, layout="constrained")
-for name in ("incident", "transmission"):
-    gauge.plot(1e6 * t, 1e6 * history.evaluate(t, f"strain:{name}@0.5"), label=name)
-us = 1e6 * waves.time
-parted.plot(us, 1e6 * waves.to_right, label="to the right")
-parted.plot(us, 1e6 * waves.to_left, label="to the left")
-parted.plot(us, 1e6 * waves.total, "k:", label="sum")
-gauge.set(ylabel="strain  [µm/m]", title="Gauges")
-parted.set(xlabel="time  [µs]", ylabel="strain  [µm/m]", title="40 mm before the specimen")
-gauge.legend()
-parted.legend()
+gauge.plot(1e6 * data["time"], 1e6 * data["strain"].T, label=data["strain_at"].values)
+three = np.transpose([waves.to_right, waves.to_left, waves.total])
+parted.plot(1e6 * waves.time, 1e6 * three, label=["to the right", "to the left", "sum"])
+for axis, title in ((gauge, "Gauges"), (parted, "40 mm before the specimen")):
+    axis.set(xlabel="time  [µs]", ylabel="strain  [µm/m]", title=title)
+    axis.legend()
 
 # %%
 # **Above**, the gauges in the middle of the bars. Strain is positive in compression:
 # :math:`v/(2c)` = 967 µε while the pulse passes, then the reflected tension. The steps of
 # the transmitted pulse are the waves that go back and forth inside the specimen.
 #
-# **Below**, the two waves 40 mm before the specimen, and (dotted) their sum, which a
+# **Below**, the two waves 40 mm before the specimen, and their sum, which a
 # gauge there would read. An experiment needs gauges far from the ends, so that pulses do
 # not overlap; a run has both waves at every section.
 #
@@ -77,6 +71,7 @@ parted.legend()
 # as far from it, so the two signals need no shift.
 
 steel, aluminium = 210e9, 70e9
+t = np.linspace(0.0, history.duration, 2000)
 transmitted = history.evaluate(t, "strain:transmission@0.5")
 c = np.sqrt(steel / 7850)
 reflected = history.waves("incident", 0.5, "strain", t).to_left
@@ -104,19 +99,19 @@ slope = np.polyfit(strain[strain < 0.8 * strain.max()], stress[strain < 0.8 * st
 print(f"modulus from the gauges: {slope / 1e9:.1f} GPa")
 
 # %%
-# The same with ``impactlab.hopkinson``
-# -------------------------------------
+# The same with ``il.hopkinson``
+# ------------------------------
 # ``hopkinson.of_history`` takes the signals of both gauges and moves the waves to the
 # specimen; ``evaluate`` gives stress, strain and rate by one, two or three waves. Of signals
 # from a laboratory, ``hopkinson.measured`` makes the same ``Test``: :doc:`/hopkinson`.
 # ``test.plot()`` draws the waves and the forces on both faces, ``curve.plot()`` the curve.
 
-test = hopkinson.of_history(history)
-specimen = hopkinson.Specimen(length="8 mm", diameter="10 mm")
+test = il.hopkinson.of_history(history)
+specimen = il.hopkinson.Specimen(length="8 mm", diameter="10 mm")
 fig, axis = plt.subplots(figsize=(8, 3.6))
-for waves in (1, 2, 3):
-    curve = hopkinson.evaluate(test, specimen, waves)
-    axis.plot(1e3 * curve.strain, 1e-6 * curve.stress, label=f"waves={waves}")
+for count in (1, 2, 3):
+    curve = il.hopkinson.evaluate(test, specimen, waves=count)
+    axis.plot(1e3 * curve.strain, 1e-6 * curve.stress, label=f"waves={count}")
 axis.set(xlabel="strain of the specimen  [‰]", ylabel="stress  [MPa]", title="By gauges")
 axis.legend()
 print(curve)

@@ -50,7 +50,9 @@ def public_names(names: Iterable[str]) -> Callable[[], list[str]]:
     return lambda: list(listed)
 
 
-def lazy_names(package: str, names: Mapping[str, str], first: Callable[[], None] | None = None) -> Callable[[str], Any]:
+def lazy_names(
+    package: str, names: Mapping[str, str], first: Callable[[], None] | None = None, modules: str = ""
+) -> Callable[[str], Any]:
     """Return a package's `__getattr__` that imports public names on first use.
 
     Parameters
@@ -61,10 +63,14 @@ def lazy_names(package: str, names: Mapping[str, str], first: Callable[[], None]
         Full name of a module to the public names that it defines, with spaces between.
     first : callable, optional
         Called before a name is imported; it may raise.
+    modules : str
+        Names of public modules of the package, with spaces between.
     """
     homes = {name: module for module, defined in names.items() for name in defined.split()}
 
     def attribute(name: str) -> Any:
+        if name in modules.split():
+            return import_module(f"{package}.{name}")
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}", name=name, obj=sys.modules[package])
         if first is not None:

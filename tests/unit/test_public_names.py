@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pydoc
+import subprocess
+import sys
 from importlib import import_module
 
 import numpy as np
@@ -35,6 +37,13 @@ def test_help_documents_functions_that_are_imported_on_first_use() -> None:
     assert "    measured(\n" in text or "    measured(incident_gauge" in text
     assert "Return the waves at the specimen from one gauge on each bar." in text
     assert "class Specimen" in text
+
+
+def test_modules_of_applications_need_no_import_of_their_own() -> None:
+    used = "il.granular.sphere_mass(1.0, 3.0), il.piling.blow.__name__, 'hopkinson' in dir(il)"
+    code = f"import impactlab as il; print({used})"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout.split() == [str(granular.sphere_mass(1.0, 3.0)), "blow", "True"]
 
 
 def test_a_changed_list_does_not_change_the_names() -> None:
