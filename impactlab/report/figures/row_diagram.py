@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 MIN_ROW = 6  # contacts; the forces of fewer are read better as curves
 MAX_CELLS = 500  # along each axis: more are smaller than a dot of the printed figure
+COLOURS = 256
 SAMPLES = 4  # instants in a cell
 
 
@@ -49,16 +50,21 @@ def _largest(forces: Array, axis: int) -> Array:
 @drawn
 def row_of_forces(history: AbstractHistory, scene: Scene) -> Figure:
     """Return the space-time diagram of a row: contacts to the right by number, time upwards, force as colour."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
     cells, time = row_cells(history, scene), clock(scene)
     largest = float(np.max(np.abs(cells))) or 1.0
     force, pulls = scaled("N", largest), bool(cells.min() < 0.0)
+    both = colormaps["RdBu_r"]  # red is compression, as in the Lagrange diagram; without tension its red half
+    colours = both if pulls else ListedColormap(both(np.linspace(0.5, 1.0, COLOURS)))
     figure, ((axis,),) = grid(1, 1, 2.6 if is_narrow() else 3.6, Margins(right=1.05))
     image = axis.imshow(
         cells / force.size,
         origin="lower",
         aspect="auto",
         extent=(0.5, len(scene.contacts) + 0.5, 0.0, scene.duration / time.size),
-        cmap="RdBu_r" if pulls else "Reds",
+        cmap=colours,
         vmin=-largest / force.size if pulls else 0.0,
         vmax=largest / force.size,
         interpolation="none",
