@@ -54,7 +54,7 @@ EDITS = [
         7,
         "bodies.rod.lenght: the key 'lenght' is not known here.",
         "Did you mean 'length'?",
-        "Allowed: area, damping, diameter, displacement, ends, height, kind, length, material, repeat, rotation, "
+        "Allowed: area, bore, damping, diameter, displacement, ends, height, kind, length, material, repeat, rotation, "
         "segments, velocity, width.",
     ),
     ("contacts:", "contact:", 11, "contact: the key 'contact' is not known here. Did you mean 'contacts'?"),

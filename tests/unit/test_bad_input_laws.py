@@ -110,3 +110,16 @@ def test_a_word_that_is_a_whole_number_may_be_given_as_one(given: str, taken: st
 def test_another_number_is_no_such_word(given: str) -> None:
     with pytest.raises(CaseError, match="Allowed: 1, 0, -1"):
         il.load_case(AXIAL).with_settings([read_setting(f"contacts.0.law={{kind: nitsche, theta: {given}}}")])
+
+
+@pytest.mark.parametrize(("key", "value"), [("gap", 1e-6), ("overlap", "allowed"), ("pieces", 3)])
+def test_a_key_of_the_contact_given_to_its_law_is_named_as_such(key: str, value: object) -> None:
+    law = {"kind": "hertz", "stiffness": 1e9, key: value}
+    with pytest.raises(
+        CaseError, match=rf"'{key}' is not known here\. It is a key of the contact: write it beside 'law'"
+    ):
+        il.Case(
+            bodies={"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
+            contacts=[il.Contact("ball", "wall", law)],
+            solve={"duration": 1e-3, "integrator": {"kind": "central_difference"}, "step": {"dt": 1e-6}},
+        )

@@ -25,6 +25,7 @@ _NEEDED = {
     "model_attributes_type": _BLOCK,
     "string_type": "a string",
 }
+OF_CONTACT = ("between", "gap", "overlap", "pieces", "name", "lever_arm", "along")  # keys sought in its law
 FIX_VALUE = (
     "Fix the value. `impactlab check FILE` lists all faults; of a case without faults it prints every value in SI."
 )
@@ -64,11 +65,11 @@ def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: type[BaseModel]) 
     path = ".".join(part for part in (prefix, *keys) if part)
     if fault["type"] == "union_tag_invalid":
         path += ".kind"
-    text, remedy = _words(fault, keys, data, allowed)
+    text, remedy = _words(fault, keys, data, allowed, prefix)
     return CaseError(text, remedy=remedy, path=path)
 
 
-def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseModel]) -> tuple[str, str]:
+def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseModel], prefix: str) -> tuple[str, str]:
     kind = fault["type"]
     given = shown(fault["input"])
     context = fault.get("ctx", {})
@@ -77,7 +78,8 @@ def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseMo
             return str(context["text"]), FIX_VALUE
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
-            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed), _key_around(keys, data, allowed))
+            around = _key_around(keys, data, allowed, prefix)
+            return unknown_key(keys[-1], names, _blocks_at(keys[:-1], data, allowed), around)
         case "missing":
             return "this key is missing", _what_to_add(keys, data, allowed)
         case "union_tag_not_found":
@@ -175,9 +177,11 @@ def _what_to_add(keys: list[str], data: Any, allowed: type[BaseModel]) -> str:
     return f"Add {keys[-1]}: {described}." if described else "Add it; `impactlab schema` lists every key with its unit."
 
 
-def _key_around(keys: list[str], data: Any, allowed: type[BaseModel]) -> str:
+def _key_around(keys: list[str], data: Any, allowed: type[BaseModel], prefix: str) -> str:
     """Return a sentence on a key that stands beside a block around it, or is the name of a body or a contact."""
     name = keys[-1]
+    if prefix.endswith(".law") and name in OF_CONTACT and len(keys) == 1:
+        return " It is a key of the contact: write it beside 'law', not inside it."
     for number in reversed(range(len(keys) - 1)):
         if name in _allowed_at(keys[:number], data, allowed):
             return f" It stands beside {keys[number]!r}, not inside it."
