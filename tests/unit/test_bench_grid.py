@@ -190,6 +190,18 @@ def test_a_suite_without_cases_says_where_it_looked(tmp_path: Path, monkeypatch:
         case_files([PAPER, tmp_path / "axial_impact.yaml"], "standard")
 
 
+def test_without_a_folder_of_cases_the_standard_suite_is_that_of_the_bundled_cases(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    files = case_files([], "standard")
+    assert "axial_impact" in {file.stem for file in files}
+    assert len(files) > 30
+    (tmp_path / "cases").mkdir()  # a folder of one's own, still empty
+    with pytest.raises(CaseError, match="there are no cases in 'cases'"):
+        case_files([], "standard")
+
+
 def test_the_grid_on_its_page_is_one(tmp_path: Path) -> None:
     page = (CASES.parent / "docs" / "bench.md").read_text()
     (family,) = read_grid(written(tmp_path, page.partition("```yaml\n")[2].partition("```")[0]))
