@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
@@ -95,6 +96,7 @@ def logarithmic_loss(damping_ratio: float) -> float:
     return 2.0 * zeta * math.acosh(zeta) / math.sqrt((zeta - 1.0) * (zeta + 1.0))
 
 
+@cache
 def damping_ratio(restitution: float) -> float:
     """Return the damping ratio zeta of the spring and dashpot with this restitution, by bisection."""
     wanted = -math.log(restitution)

@@ -204,6 +204,14 @@ class AbstractHistory(Views, ABC):
             body.
         """
 
+    def fields_at(self, body: str, times: ArrayLike, quantity: str, x: ArrayLike | None = None) -> Field:
+        """Return a quantity along a body at times (n,) [s], one at least, as `field` at each.
+
+        The values have the shape (n, places).
+        """
+        each = [self.field(body, t, quantity, x) for t in np.asarray(times, float).tolist()]
+        return Field(each[0].x, np.array([one.values for one in each]))
+
     def field_times(self, body: str) -> Array | None:
         """Return the times (n,) [s] at which a body has fields; None for any time."""
         return None

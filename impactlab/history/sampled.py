@@ -220,14 +220,11 @@ def body_fields(history: AbstractHistory) -> dict[str, BodyFields]:
 def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array) -> BodyFields | None:
     values = {}
     x = np.zeros(0)
-    for quantity in kept_quantities(body):
+    for quantity in kept_quantities(body) if times.size else ():
         try:
-            fields = [history.field(body.name, float(t), quantity) for t in times]
+            x, values[quantity] = history.fields_at(body.name, times, quantity)
         except ImpactlabError:  # a body with a quantity at its contacts and probes only
             continue
-        if fields:
-            x = fields[0].x
-            values[quantity] = np.array([field.values for field in fields])
     return BodyFields(times, x, values) if values else None
 
 

@@ -191,7 +191,7 @@ def _stresses(history: AbstractHistory, pile: Pile, body: WaveBody) -> tuple[Pea
     jumps = np.r_[links, np.cumsum([segment.length for segment in body.segments[:-1]])]
     before = jumps[(jumps > 0.0) & (jumps < body.length)] - BESIDE * body.length
     x = np.union1d(history.field(name, float(times[0]), "stress").x, before)
-    stress = np.array([history.field(name, float(time), "stress", x).values for time in times])
+    stress = history.fields_at(name, times, "stress", x).values
     return _peak(history, name, x, times, stress, 1.0), _peak(history, name, x, times, stress, -1.0)
 
 

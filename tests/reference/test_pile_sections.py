@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 import impactlab as il
 from impactlab.errors import CaseError
-from impactlab.piling import bearing_graph, blow, drive, match
+from impactlab.piling import Blow, bearing_graph, blow, drive, match
 
 CONCRETE = {"young": "38 GPa", "density": 2450}
 AREA, LENGTH, SPLIT = 0.16, 24.0, 8.0  # m2, m
@@ -56,10 +57,15 @@ def case(joint: dict[str, Any] | None, mirrored: bool = False) -> il.Case:
     )
 
 
+@cache
+def bonded(mirrored: bool = False) -> Blow:
+    return blow(case(BOND, mirrored))
+
+
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_two_bonded_sections_are_one_pile(mirrored: bool) -> None:
     """It was refused: "one rod must be the pile". Only the rounding of places to the step may differ."""
-    whole, two = blow(case(WHOLE, mirrored)), blow(case(BOND, mirrored))
+    whole, two = blow(case(WHOLE, mirrored)), bonded(mirrored)
     assert whole.set is not None
     assert two.set == pytest.approx(whole.set, rel=1e-6)
     assert two.transferred_energy == pytest.approx(whole.transferred_energy, rel=1e-6)
@@ -70,15 +76,15 @@ def test_two_bonded_sections_are_one_pile(mirrored: bool) -> None:
 
 
 def test_no_tension_passes_a_crack_and_the_set_changes_by_it() -> None:
-    bonded, cracked = blow(case(BOND)), blow(case(CRACK))
-    assert bonded.set is not None
+    joined, cracked = bonded(), blow(case(CRACK))
+    assert joined.set is not None
     assert cracked.set is not None
     at = np.linspace(0.0, 0.16, 4001)
-    forces = [each.history.evaluate(at, "force:upper.right|lower.left").min() for each in (bonded, cracked)]
+    forces = [each.history.evaluate(at, "force:upper.right|lower.left").min() for each in (joined, cracked)]
     assert forces[0] < -1.5e6
     assert forces[1] == 0.0
     # Tension pulls the lower section back; at an open crack it keeps its momentum.
-    assert cracked.set > 1.1 * bonded.set
+    assert cracked.set > 1.1 * joined.set
 
 
 def test_the_bearing_graph_of_two_bonded_sections_is_that_of_one_pile() -> None:

@@ -1,8 +1,9 @@
-"""Several channels at once have the very values of each alone."""
+"""Several channels, and fields at several times, have the very values of each alone."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,6 +44,29 @@ def test_slopes_of_rows_are_those_of_each_alone() -> None:
     draw = np.random.default_rng(3)
     middles, means = np.cumsum(draw.uniform(0.1, 1.0, 9)), draw.normal(size=(5, 9))
     np.testing.assert_array_equal(slopes(middles, means), [slopes(middles, row) for row in means])
+
+
+PIECES = [{"length": 0.1, "area": 1e-4, "material": "steel"}, {"length": 0.2, "area": 2e-4, "material": "brass"}]
+
+
+@pytest.mark.parametrize("step", [{}, {"step": {"dt": "0.4 us"}}], ids=["exact", "delays"])
+@pytest.mark.parametrize("rod", [il.Rod(**PIECES[0]), il.Rod(segments=PIECES)], ids=["uniform", "chain"])
+def test_fields_at_many_times_are_those_of_each_time(rod: dict[str, Any], step: dict[str, Any]) -> None:
+    contact = il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e8})
+    solve = {"duration": "0.1 ms", "model": {"kind": "continuous"}, **step}
+    history = il.run(
+        il.Case(bodies={"hammer": il.Mass(0.2, velocity=1.0), "rod": rod}, contacts=[contact], solve=solve)
+    )
+    times = np.linspace(0.0, history.duration, 60)
+    for quantity in ("displacement", "stress"):
+        for x in (None, [0.0, 0.03, 0.1]):
+            found, each = (
+                history.fields_at("rod", times, quantity, x),
+                [history.field("rod", t, quantity, x) for t in times],
+            )
+            np.testing.assert_array_equal(found.values, [one.values for one in each])
+            np.testing.assert_array_equal(found.x, each[0].x)
+            assert np.ptp(found.values) > 0.0
 
 
 @pytest.mark.parametrize(("name", "method"), RUNS)

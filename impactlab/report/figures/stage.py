@@ -172,14 +172,11 @@ def _field(history: AbstractHistory, body: ElasticBody, times: Array, quantity: 
     None where the history keeps none.
     """
     x = np.linspace(0.0, body.length, places)
-    rows = np.empty((times.size, places))
     try:
-        for row, t in zip(rows, times, strict=True):
-            field = history.field(body.name, float(t), quantity)
-            row[:] = np.interp(x, field.x, field.values)
+        known, values = history.fields_at(body.name, times, quantity)
     except ImpactlabError:  # a stepped run keeps fields at its snapshots only
         return None
-    return rows
+    return np.array([np.interp(x, known, row) for row in values])
 
 
 def _faces(history: AbstractHistory, body: ElasticBody, times: Array) -> Array | None:

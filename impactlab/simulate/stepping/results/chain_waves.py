@@ -14,9 +14,21 @@ import numpy as np
 from numpy import int64
 from numpy.typing import NDArray
 
+from impactlab.history.base import FIELD_POINTS
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.simulate.stepping.results.delay_waves import beyond
 from impactlab.types import Array
+
+
+def field_places(length: float, model: object) -> Array:
+    """Return the places of a field along a delay line [m].
+
+    Of a chain of delays both sides of its nodes are among them.
+    """
+    places = np.linspace(0.0, length, FIELD_POINTS)
+    if not isinstance(model, DelayChain):
+        return places
+    return np.union1d([x for x in places if model.node_at(x) is None], model.grid())
 
 
 class ChainWaves:

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from impactlab.history.arguments import one_time, places_on, within_run
 from impactlab.history.base import (
-    FIELD_POINTS,
     ContactSpan,
     EnergyBook,
     EnergyEnds,
@@ -39,13 +38,14 @@ from impactlab.simulate.stepping.results.beyond_end import (
     around_end,
     late_closings,
 )
-from impactlab.simulate.stepping.results.chain_waves import ChainWaves
+from impactlab.simulate.stepping.results.chain_waves import ChainWaves, field_places
 from impactlab.simulate.stepping.results.delay_waves import DelayWaves
 from impactlab.simulate.stepping.results.recorded_channels import Ends, RecordedChannels, ends_of
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.startup.cached import cached_property
 from impactlab.types import Array
 
+MAX_AT_ONCE = 10_000  # values of a field read from waves: their intermediate arrays stay in the processor's cache
 BOOKED = ("contact", "ends", "damping", "unresolved")  # losses, in the order of the samples
 
 
@@ -64,7 +64,6 @@ class RecordedHistory(AbstractRecordedHistory):
         self.assembly = assembly
         self._facts = assembly.layout.plan.facts
         self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
-        self._places: dict[str, Array] = {}  # of their fields
         self._times = np.zeros(0)  # of the snapshots
         self._integrator = integrator
         self._raw: list[Any] = []  # structured arrays of the fields of `EventRecord`
@@ -233,22 +232,18 @@ class RecordedHistory(AbstractRecordedHistory):
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         if str(body) not in self._ends:
             return super().field(body, t, quantity, x)
-        time, shown = np.array(one_time(t, self.duration)), self.scene.bodies[body]
+        places, values = self.fields_at(body, [one_time(t, self.duration)], quantity, x)
+        return Field(places, values[0])
+
+    def fields_at(self, body: str, times: ArrayLike, quantity: str, x: ArrayLike | None = None) -> Field:
+        if str(body) not in self._ends:
+            return super().fields_at(body, times, quantity, x)
+        instants, shown = within_run(times, self.duration), self.scene.bodies[body]
         read, factor = shown.reading(quantity)
-        places = self._places_along(body) if x is None else places_on(shown, x)
-        return Field(places, factor * self._waves_of(body).at(read, places, time))
-
-    def _places_along(self, body: str) -> Array:
-        """Return the places of a field along a delay line [m].
-
-        Of a chain of delays both sides of its nodes are among them.
-        """
-        if body not in self._places:
-            places, model = np.linspace(0.0, self.scene.bodies[body].length, FIELD_POINTS), self.built[body].model
-            if isinstance(model, DelayChain):
-                places = np.union1d([x for x in places if model.node_at(x) is None], model.grid())
-            self._places[body] = places
-        return self._places[body]
+        places = field_places(shown.length, self.built[body].model) if x is None else places_on(shown, x)
+        waves, several = self._waves_of(body), max(1, instants.size * places.size // MAX_AT_ONCE)
+        blocks = np.array_split(instants[:, None], several)
+        return Field(places, factor * np.concatenate([waves.at(read, places, block) for block in blocks]))
 
     def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
         if str(body) not in self._ends:
