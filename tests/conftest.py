@@ -68,6 +68,7 @@ def pytest_collection() -> Generator[None, object, object]:
         result = yield
     finally:
         gc.freeze()
+        gc.set_threshold(5000, 10, 20)  # by default its walks take 4 % of the time of the tests
         gc.enable()
     if worker == "gw1":
         compile_kernels(1)
