@@ -88,7 +88,7 @@ def test_a_packet_has_the_phase_and_group_speed_of_its_wave_number(theory, model
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @PACKETS
 def test_many_packets_have_the_speeds_of_their_wave_numbers(theory, model, slenderness):
     check_speeds(theory, model, slenderness)

@@ -28,7 +28,7 @@ from impactlab.testing.scenes import simulation
 from impactlab.testing.strategies import log_uniform, mirrored
 
 pytestmark = pytest.mark.slow
-quick = settings(max_examples=25, deadline=None, print_blob=True)
+quick = settings(max_examples=15, deadline=None, print_blob=True)
 
 
 def pieces() -> st.SearchStrategy[Segment]:

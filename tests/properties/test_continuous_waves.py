@@ -25,7 +25,7 @@ ends = st.one_of(
     st.builds(End, st.just("mass"), st.floats(0.1, 10.0)),
 )
 laws = st.one_of(st.just(HARD), st.builds(Penalty, st.floats(0.1, 50.0), st.floats(0.0, 5.0)))
-quick = settings(max_examples=40, deadline=None, print_blob=True)
+quick = settings(max_examples=20, deadline=None, print_blob=True)
 
 
 @quick

@@ -87,7 +87,7 @@ def scene(given: Struck, step: float, stepped: bool, mirrored: bool = False) -> 
     return simulation("struck", bodies, contacts, duration, model=Continuous(), law=laws, step=rule, gravity=gravity)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(struck())
 def test_they_agree_with_the_exact_solver(given: Struck) -> None:
     """Up to the second touch, under a hard contact to its opening: faces that just miss each other may graze."""

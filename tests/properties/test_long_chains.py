@@ -57,7 +57,7 @@ def check(masses: Array, speeds: Array, touches: Array, scheme: object, toleranc
     assert np.diff(velocities)[touches].min(initial=0.0) >= -tolerance * size
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(st.data(), st.integers(2, 40), st.sampled_from(SCHEMES))
 def test_any_chain_of_hard_contacts_has_the_direct_solution(data: st.DataObject, count: int, scheme: object) -> None:
     numbers = st.floats(0.1, 10.0), st.floats(-3.0, 3.0), st.booleans()

@@ -61,26 +61,26 @@ def assert_same(one: AbstractHistory, other: AbstractHistory, factor: float = 1.
     assert factor * rates(other) == pytest.approx(expected, abs=SAME * np.max(np.abs(expected)))
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(chains())
 def test_a_mirrored_chain_moves_as_the_image(document: Document) -> None:
     assert_same(moved(document), moved(mirrored(document)), -1.0)
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(chains(slides=False), st.floats(-math.pi, math.pi))
 def test_no_direction_of_the_plane_is_special(document: Document, angle: float) -> None:
     assert_same(moved(document), moved(turned(document, angle)))
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(chains(), log_uniform(0.01, 100.0), log_uniform(0.01, 100.0), log_uniform(0.01, 100.0))
 def test_results_scale_with_units(document: Document, mass: float, length: float, time: float) -> None:
     other = moved(in_other_units(document, mass, length, time))
     assert_same(moved(document), other, time, time=time, force=mass * length / time**2)
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(chains())
 def test_energy_stays_within_the_declared_bound(document: Document) -> None:
     """A run that gains more ends as failed; the step resolves what bends."""

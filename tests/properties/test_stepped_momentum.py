@@ -54,14 +54,14 @@ def check_momentum(scene: Simulation) -> None:
         assert free_momentum_error(traced) < 2e-11
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(scenes())
 def test_momentum_given_is_momentum_taken_is_the_reported_impulse(scene: Simulation) -> None:
     check_momentum(scene)
 
 
 @pytest.mark.slow
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(scenes(steps=800))
 def test_momentum_given_is_momentum_taken_in_many_scenes(scene: Simulation) -> None:
     try:

@@ -50,7 +50,7 @@ scenes_of_power_laws = st.builds(
 )
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(scenes_of_power_laws)
 def test_energy_closes_to_rounding(scene: Simulation) -> None:
     book = run_sampled(scene).energy
@@ -60,13 +60,13 @@ def test_energy_closes_to_rounding(scene: Simulation) -> None:
         assert book.booked["contact"][-1] < ROUNDING * book.scale
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(scenes_of_power_laws)
 def test_it_never_pulls(scene: Simulation) -> None:
     assert (trace(scene).forces >= 0.0).all()
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(
     scenes(
         laws=st.builds(KhuliefShabana, st.builds(Relative, log_uniform(1e-2, 10.0)), st.floats(0.05, 1.0)),

@@ -10,13 +10,13 @@ import impactlab as il
 from impactlab.mechanisms.chain import Chain as LinkedChain
 from impactlab.mechanisms.flat_chain import packed
 from impactlab.mechanisms.model import MechanismModel
-from impactlab.mechanisms.terms import terms as of_chain
-from impactlab.numerics.compiling import njit
+from impactlab.mechanisms.terms import terms
+from impactlab.numerics.addresses import TERMS, entered, kernel_address
 from impactlab.scene.bodies import Mechanism
+from impactlab.testing.contracts.mechanisms import taken
 from tests.solving import in_steps
 
 ALUMINIUM = {"young": 7.0e10, "density": 2700.0}
-terms: Any = njit(of_chain)
 
 
 def document(bodies: dict[str, Any], links: list[dict[str, Any]], duration: float, dt: float, **more: Any) -> il.Case:
@@ -52,7 +52,8 @@ class Chain:
     def at(self, p: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         n, r = self.n, self.readings
         mass, force, rows = np.zeros(n * n), np.zeros(n), np.zeros(n * r)
-        terms(self.model.packed.parameters, 0.0, p, v, mass, force, rows, np.zeros(r + 1), np.zeros(r))
+        address, out = kernel_address(terms, TERMS), (mass, force, rows, np.zeros(r + 1), np.zeros(r))
+        entered(taken, address, self.model.packed.parameters, 0.0, p, v, *out)
         return mass.reshape(n, n), force
 
     def angular_momentum(self, p: np.ndarray, v: np.ndarray) -> float:

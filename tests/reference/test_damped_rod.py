@@ -145,8 +145,9 @@ def test_torque_and_bending_moment_hold_the_viscous_stress() -> None:
         assert abs(shear) == pytest.approx(10.0, rel=0.03)
 
 
-@pytest.mark.parametrize("solve", list(SOLVES))
-@pytest.mark.parametrize("kind", ["rod", "shaft", "beam"])
+@pytest.mark.parametrize(
+    ("kind", "solve"), [("shaft", next(iter(SOLVES))), *((kind, solve) for kind in ("rod", "beam") for solve in SOLVES)]
+)
 def test_damping_in_proportion_to_the_stiffness_is_a_viscosity_also_in_internal_forces(kind: str, solve: str) -> None:
     """Rayleigh's b K is the matrix of a viscosity b E: both descriptions have one motion, and one force inside."""
     factor, force = 1e-4, 10.0

@@ -129,8 +129,15 @@ def stepped(way: tuple[Any, Any, StepRule], left: End, right: End, trips: float 
     return simulation("x", {"rod": bar}, (), trips * TRIP, way[1], way[2], round_trip=TRIP, model=way[0])
 
 
-@pytest.mark.parametrize("right", [CLAMPED, FREE, End("mass", 1.0), End("spring", 1e8, -2e3)], ids=lambda e: e.kind)
-@pytest.mark.parametrize("way", WAYS)
+ENDS = [CLAMPED, FREE, End("mass", 1.0), End("spring", 1e8, -2e3)]
+
+
+# Adaptive steps, which take a second, have the equations of the mesh: one end.
+@pytest.mark.parametrize(
+    ("way", "right"),
+    [(way, end) for way in WAYS for end in ENDS if way != "adaptive" or end.kind == "mass"],
+    ids=lambda each: each if isinstance(each, str) else each.kind,
+)
 def test_stepped_models_meet_the_exact_answer(way: str, right: End) -> None:
     given = stepped(WAYS[way], End("free", force=LOAD), right)
     history = run(*given)

@@ -226,8 +226,8 @@ def sent_back(lumped: bool, wave: float, duration: float, elements: int) -> floa
 
 
 @pytest.mark.parametrize(("lumped", "most"), [(False, 5e-4), (True, 3e-3)])
-@pytest.mark.parametrize("elements", [20, 60, 200])
-@pytest.mark.parametrize("duration", [1e-3, 0.05, 1.0])
+@pytest.mark.parametrize("elements", [20, 200])
+@pytest.mark.parametrize("duration", [1e-3, 1.0])
 def test_what_the_layer_of_a_mesh_sends_back(lumped: bool, most: float, elements: int, duration: float) -> None:
     """Waves of 9 elements up to those that run twice the layer in the duration, 2 l = 2 k sqrt(EI/(rho A)) t."""
     spread = (EI / RHO_A) ** 0.25 * math.sqrt(duration)

@@ -18,7 +18,7 @@ from tests.reference.chains import Chain, document
 
 LENGTH, WAVE_SPEED, DENSITY, AREA = 1.0, 1.0e3, 1.0e3, 1.0e-4
 YOUNG = DENSITY * WAVE_SPEED**2
-TERMS = 100  # of the series
+TERMS = 40  # of the series
 
 
 def on_a_hub(rate: float, gyration: float, axial_modes: int, modes: int, elements: int = 160) -> il.Case:

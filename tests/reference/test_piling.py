@@ -311,10 +311,9 @@ def at_head(on_160: il.Case) -> Head:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("factor", [0.5, 1.5])
-def test_matching_on_its_own_blow_gives_the_soil_back(on_160: il.Case, at_head: Head, factor: float) -> None:
+def test_matching_on_its_own_blow_gives_the_soil_back(on_160: il.Case, at_head: Head) -> None:
     """All six numbers from a start half off: the driven pile moves as under the hammer, so that the fit is exact."""
-    found = match(with_soil(on_160, factor), at_head.time, at_head.force, at_head.velocity, list(SOIL))
+    found = match(with_soil(on_160, 0.5), at_head.time, at_head.force, at_head.velocity, list(SOIL))
     for name, exact in SOIL.items():
         assert found[name].value == pytest.approx(exact, rel=1e-9), name
     assert found.capacity.value == pytest.approx(1.5e6, rel=1e-9)
@@ -403,7 +402,7 @@ def test_matching_under_noise(on_160: il.Case) -> None:
 def test_matching_a_pile_driven_the_other_way(at_head: Head) -> None:
     """The mirrored pile has the mirrored head: the same signals give the same soil."""
     case = driven(mirrored=True, courant=0.5).with_("solve.model.elements", 160)
-    found = match(with_soil(case, 0.8), at_head.time, at_head.force, at_head.velocity, list(SOIL))
+    found = match(with_soil(case, 1.5), at_head.time, at_head.force, at_head.velocity, list(SOIL))
     assert [found[name].value for name in SOIL] == pytest.approx([*SOIL.values()], rel=1e-6)
 
 

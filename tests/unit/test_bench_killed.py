@@ -1,4 +1,4 @@
-"""A bench killed with SIGKILL at three moments and resumed ends as one that was left alone."""
+"""A bench killed with SIGKILL at two moments and resumed ends as one that was left alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = [str(ROOT / "cases" / "axial_impact.yaml")]
-METHODS = "exact,central_difference,central_difference_0.9,wave_identification,craig_bampton,spectral_4,bathe,own"
+METHODS = "exact,central_difference,own"
 OF_TIME = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
 
 
@@ -55,12 +55,12 @@ def test_a_bench_killed_at_random_moments_loses_nothing_and_does_nothing_twice(t
     assert started(left_alone, jobs=1).wait() == 0
     expected = read(left_alone / "rows")
     count = len(expected)
-    assert count > 20
+    assert count > 12
 
     random_s = random.Random(20261)
     known: dict[str, dict[str, tuple[int, str]]] = {"rows": {}, "times": {}}
-    # Processes, and how many files there are when they are killed: first and later rows, among the times.
-    for jobs, files in ((2, 1), (1, count // 2), (2, count + 3)):
+    # Processes, and how many files there are when they are killed: among the rows, among the times.
+    for jobs, files in ((2, count // 3), (1, count + 3)):
         running = started(killed, jobs)
         while sum(len(list((killed / kind).glob("*.json"))) for kind in known) < files:
             assert running.poll() is None

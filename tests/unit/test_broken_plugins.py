@@ -158,9 +158,7 @@ def test_the_good_ones_run_among_the_broken(site, tmp_path, name):
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("import_error", "could not be imported as a contact law: ModuleNotFoundError"),
         ("exits_loudly", "SystemExit: goodbye"),
-        ("rival", "in more than one distribution: rival-one (rival_one:Part) and rival-two (rival_two:Part)"),
         ("good_sprin", "Did you mean 'good_spring'?"),
     ],
 )

@@ -129,7 +129,7 @@ def test_a_profile_finds_a_better_solution():
 
 
 @pytest.mark.parametrize(
-    "keys", [{}, {"intervals": "profile,bootstrap", "resamples": 40}, {"noise": "ar1"}, {"loss": "huber"}]
+    "keys", [{"intervals": "profile,bootstrap", "resamples": 40}, {"noise": "ar1"}, {"loss": "huber"}]
 )
 def test_a_number_without_an_effect_has_no_interval(cushioned, tmp_path, keys):
     document, far = cushioned.document.data, "contacts.1.gap"

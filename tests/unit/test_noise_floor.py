@@ -50,7 +50,7 @@ DESCRIPTIONS = {
 }
 
 
-@pytest.mark.parametrize("name", DESCRIPTIONS)
+@pytest.mark.parametrize("name", [name for name in DESCRIPTIONS if name != "adaptive"])  # it has the gap below
 def test_a_gap_of_zero_behind_the_first_contact_is_not_touched_before_a_wave_arrives(name: str) -> None:
     scene = chain(*DESCRIPTIONS[name])
     history = run(*scene)

@@ -144,8 +144,7 @@ def test_indices_are_those_of_scipy(case):
     assert [total.value for _, total in found] == pytest.approx(wanted.total_order.ravel(), rel=1e-12)
 
 
-@pytest.mark.parametrize("samples", [256, 4096])
-def test_intervals_of_95_percent_hold_the_truth_in_about_95_of_100(case, samples):
+def test_intervals_of_95_percent_hold_the_truth_in_about_95_of_100(case):
     """Of a product of lognormal numbers all estimates are known in closed form."""
     spread = (0.3, 0.2)
     squares = np.square(spread)
@@ -158,7 +157,7 @@ def test_intervals_of_95_percent_hold_the_truth_in_about_95_of_100(case, samples
     hits: dict[Any, int] = {}
     vary = varied(case, len(spread))
     for seed in range(100):
-        sets = sets_of(vary, samples, seed, spread)
+        sets = sets_of(vary, 256, seed, spread)
         own = [each[0] for each in sets]
         found: dict[Any, statistics.Estimate] = {"mean": statistics.estimate(lambda of: float(of.mean()), own)}
         for k, (first, total) in enumerate(statistics.sobol_indices(sets)):
