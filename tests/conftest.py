@@ -75,6 +75,13 @@ def pytest_collection() -> Generator[None, object, object]:
     return result
 
 
+@pytest.fixture
+def _no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw no figures for pages of fits and sweeps, where files and messages are looked at."""
+    for room in ("fits", "sweeps", "uncertainties"):
+        monkeypatch.setattr(f"impactlab.{room}.page.saved_plates", lambda *_: ([], ""))
+
+
 def compile_kernels(number: int) -> None:
     """Compile a half of the kernels where they are not compiled yet."""
     from tests.compiling import compile_half

@@ -18,6 +18,8 @@ from impactlab.fits.correlation import correlations
 from impactlab.fits.filters import LowPass
 from impactlab.fits.model import Means
 
+pytestmark = pytest.mark.usefixtures("_no_figures")
+
 FORCE, SPEED = "force:hammer|rod.left", "velocity:hammer"
 MASS, STIFFNESS, LENGTH = "bodies.hammer.mass", "contacts.0.law.stiffness", "bodies.rod.length"
 BOUNDS = {STIFFNESS: (5e7, 8e8)}

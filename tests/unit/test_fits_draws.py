@@ -9,6 +9,8 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 
+pytestmark = pytest.mark.usefixtures("_no_figures")
+
 STIFFNESS, MASS, VELOCITY = "contacts.0.law.stiffness", "bodies.hammer.mass", "bodies.hammer.velocity"
 FORCE = "force:hammer|rod.left"
 BOUNDS = {STIFFNESS: (2e7, 2e9), MASS: (0.5, 8.0)}

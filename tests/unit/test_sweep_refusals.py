@@ -23,6 +23,8 @@ from impactlab.jobs.files import locked
 from impactlab.sweeps import axes, chunks, counts, engines, points, result, run, shards
 from tests.cases.support import CASES
 
+pytestmark = pytest.mark.usefixtures("_no_figures")
+
 PAPER = CASES / "axial_impact.yaml"
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
 OVER = ["--over", f"{MASS}=1,2"]

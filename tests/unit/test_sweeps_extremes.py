@@ -18,6 +18,8 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 
+pytestmark = pytest.mark.usefixtures("_no_figures")
+
 YOUNG, DENSITY, AREA, LENGTH, AT, MASS = 2.1e11, 7900.0, 1e-4, 1.0, 0.3, 0.5
 SPEED = math.sqrt(YOUNG / DENSITY)
 VELOCITY = "bodies.hammer.velocity"
