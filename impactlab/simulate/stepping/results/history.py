@@ -56,7 +56,8 @@ class RecordedHistory(AbstractRecordedHistory):
     Forces of hard contacts are constant over a step, those of compliant laws linear with the mean that acted in it;
     displacements and gaps are linear between the ends of steps; velocities are linear between the instants to which the
     scheme's velocities belong. A run of more steps than the scene's ``records`` keeps every second, third ... one, and
-    of forces the mean in between; its events are dated in every step and all kept.
+    of forces the mean in between; its events are dated in every step and all kept. Displacements and gaps of beads are
+    then cubic between the instants kept, by their velocities, and the forces between beads follow from the gaps.
     """
 
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
@@ -313,7 +314,7 @@ class RecordedHistory(AbstractRecordedHistory):
         """
         layout, contact = self.assembly.layout, self.scene.contacts[number].name
         power = self.assembly.acting.laws[contact].power_force(layout.plan.starts[number])
-        if power is None:
+        if power is None or self.recorded[f"force:{contact}"].smooth is not None:
             return self.at_end(f"force:{contact}")
         place = layout.column_of(number) - layout.first_bead_force
         gaps = self._last_bead_gaps[place] if place >= 0 else self._channels.record[-2:, layout.column_of(number) + 1]

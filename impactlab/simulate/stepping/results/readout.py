@@ -18,21 +18,42 @@ from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, T
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import MEMORY, Array
 
+TOGETHER = 64  # beads whose velocities are read at once
 left_of, right_of = attrgetter("left"), attrgetter("right")
 
 
 def bead_gaps(assembly: Assembly, record: Array) -> Array:
     """Return the gaps of bead contacts at the instants of a record [m], (n_bead_contacts, n_records)."""
+    first, layout = assembly.layout.first_bead, assembly.layout
+    gaps = assembly.memory.bead_contacts[GAP, assembly.slots][:, None]
+    return np.asarray(gaps + across_beads(assembly, record[:, first : first + layout.n_beads].T))
+
+
+def across_beads(assembly: Assembly, moved: Array) -> Array:
+    """Return the differences of a motion (n_beads, n) across contacts of beads, (n_bead_contacts, n)."""
     layout = assembly.layout
-    first, rows = layout.first_bead, layout.rows
+    rows = layout.rows
     if not rows.contacts:
-        return np.zeros((0, len(record)))
-    last = first + layout.n_beads
-    moved = np.vstack((record[:, first:last].T, np.zeros(len(record))))  # of a wall: the last row
+        return np.zeros((0, moved.shape[1]))
+    moved = np.vstack((moved, np.zeros(moved.shape[1])))  # of a wall: the last row
     contacts = [layout.scene.contacts[number] for number in rows.contacts]
     places = {name: place for place, name in enumerate(rows.beads)}
     left, right = ([places.get(face(each).body, -1) for each in contacts] for face in (left_of, right_of))
-    return np.asarray(assembly.memory.bead_contacts[GAP, assembly.slots][:, None] + moved[right] - moved[left])
+    return np.asarray(moved[right] - moved[left])
+
+
+def bead_rates(assembly: Assembly, record: Array, known: Array) -> Array:
+    """Return the velocities of beads at the instants of a record [m/s], (n_beads, n_records).
+
+    Those in the record are ``known`` (n_records,) [s] a part of a step earlier.
+    """
+    layout = assembly.layout
+    first, found = layout.first_bead + layout.n_beads, np.empty((layout.n_beads, len(record)))
+    late = record[:, 0] - known
+    for place in range(0, layout.n_beads, TOGETHER):
+        rates = record[:, first + place : first + min(place + TOGETHER, layout.n_beads)].T.copy()
+        found[place : place + TOGETHER] = rates + late * np.gradient(rates, known, axis=1)
+    return found
 
 
 def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkResult]:

@@ -47,6 +47,7 @@ class Source(NamedTuple):
     sloped: bool = False  # means over steps, read with a slope inside each
     rate: bool = False  # follows from velocities
     pulls: bool = False  # the force of a law that may pull
+    cubic: bool = False  # motion or force of beads between records that are several steps apart
 
 
 @final
@@ -174,13 +175,14 @@ class Layout:
         grouped: dict[str, list[Source]] = {}
         for contact in self.scene.contacts:
             if contact.group:
-                grouped.setdefault(contact.group, []).append(found[f"force:{contact.name}"])
+                grouped.setdefault(contact.group, []).append(found[f"force:{contact.name}"]._replace(cubic=False))
         for group, forces in grouped.items():
             columns = tuple(column for each in forces for column in each.columns)
             pulls = any(each.pulls for each in forces)
             found.setdefault(f"force:{group}", forces[0]._replace(columns=columns, pulls=pulls))
         for probe in self.recorded:
-            source = Source("record", (self.probe_column(probe),))
+            smooth = probe.body in self.smooth_beads and probe.quantity == "displacement"
+            source = Source("record", (self.probe_column(probe),), cubic=smooth)
             if probe.quantity == "velocity":
                 source = source._replace(instants=self.instants_of_velocity(probe.body, probe.x), rate=True)
             elif probe.quantity == "moment":  # of a drive: that in the middle of a step
@@ -204,10 +206,12 @@ class Layout:
         # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
         kept: Literal["record", "none"] = "record" if law.answers_force else "none"
         force = Source(kept, (column,), "forces", stepped=True, sloped=not law.hard, pulls=law.pulls)
-        yield f"force:{contact.name}", force
         if column >= self.first_bead_force:
-            yield f"gap:{contact.name}", Source("bead_gaps", (column - self.first_bead_force,))
+            smooth = {point.body for point in contact.faces if self.scene.bodies[point.body].moves} <= self.smooth_beads
+            yield f"force:{contact.name}", force._replace(cubic=smooth)
+            yield f"gap:{contact.name}", Source("bead_gaps", (column - self.first_bead_force,), cubic=smooth)
             return
+        yield f"force:{contact.name}", force
         yield f"gap:{contact.name}", Source("record", (column + 1,))
         for side, point in enumerate(contact.faces):
             if self.scene.bodies[point.body].elastic is not None:
@@ -215,6 +219,17 @@ class Layout:
                 yield f"displacement:{place}", Source("record", (first,))
                 moved = self.instants_of_velocity(point.body, point.x)
                 yield f"velocity:{place}", Source("record", (first + 1,), moved, rate=True)
+
+    @cached_property
+    def smooth_beads(self) -> set[str]:
+        """Beads that are read with their velocities between records several steps apart.
+
+        No hard contact makes these jump.
+        """
+        if self.stride == 1:
+            return set()
+        hard = [contact for contact in self.contacts if self.plan.acting.laws[contact.name].hard]
+        return set(self.rows.beads) - {point.body for contact in hard for point in contact.faces}
 
     def instants_of_velocity(self, body: str, x: float) -> InstantsOfVelocity:
         """Return the instants of recorded velocities at x.
@@ -228,7 +243,7 @@ class Layout:
 
     @cached_property
     def displacement_columns(self) -> Mapping[str, int]:
-        """Columns of the recorded displacements by channel.
+        """Columns of the recorded displacements by channel, without those that are cubic between records.
 
         They are found once for runs that differ in their step alone.
         """
@@ -238,7 +253,7 @@ class Layout:
                 if self.scene.bodies[point.body].elastic is not None:
                     found[f"displacement:{point.body}@{point.x:.6g}"] = self.column_of(number) + 2 + 2 * side
         for probe in self.recorded:
-            if probe.quantity != "velocity":
+            if probe.quantity != "velocity" and probe.body not in self.smooth_beads:
                 found.setdefault(probe.channel, self.probe_column(probe))
         return found
 
