@@ -17,7 +17,7 @@ from impactlab.metrics.grazing import grazing_impulse, near_grazing
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
-from impactlab.scene.facts import moving_faces
+from impactlab.scene.facts import moving_faces, round_trips_of
 from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import BodyMomentum, balance
 from impactlab.scene.precision import LOST_DIGITS, all_finite
@@ -95,11 +95,10 @@ def add_warnings(history: AbstractHistory) -> None:
         found += slow_loss(history, loss)
     found += probe_oscillations.warnings(history, {each.code for each in (*found, *history.warnings)})
     found += [*dropped_in_maps(history), *overstrained(history)]
-    if scene.round_trip > 0.0:
-        for contact in meeting:
-            graze = near_grazing if laws[contact.name].answers_force else grazing_impulse
-            if (text_or_none := graze(history, contact.name, scene.round_trip, history.dt or 0.0)) is not None:
-                found.append(Warned("near_grazing", text_or_none))
+    for name, trip in round_trips_of(scene, meeting).items():
+        graze = near_grazing if laws[name].answers_force else grazing_impulse
+        if (text_or_none := graze(history, name, trip, history.dt or 0.0)) is not None:
+            found.append(Warned("near_grazing", text_or_none))
     history.warnings.extend(found)
 
 
