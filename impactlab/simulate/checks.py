@@ -32,7 +32,7 @@ from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.simulate.warnings import approximate_modes, beams, ends, mechanisms, probe_oscillations, probes, weights
 from impactlab.simulate.warnings.closing_times import unplaced
 from impactlab.simulate.warnings.laws import closed_within_steps, noted_by_laws, own_laws
-from impactlab.simulate.warnings.resolvability import unresolved
+from impactlab.simulate.warnings.resolvability import lost_in_bonds, unresolved
 from impactlab.types import Array, Level
 
 RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
@@ -93,6 +93,7 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_loss", text))
     elif beyond(history, loss, SLOW_LOSS_WARN):
         found += slow_loss(history, loss)
+    found += lost_in_bonds(history, reference_energy(history))
     found += probe_oscillations.warnings(history, {each.code for each in (*found, *history.warnings)})
     found += [*dropped_in_maps(history), *overstrained(history)]
     for name, trip in round_trips_of(scene, meeting).items():
