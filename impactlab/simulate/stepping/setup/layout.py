@@ -154,9 +154,12 @@ class Layout:
         spacing = self.stride * self.dt
         for each in self.in_waves:
             if spacing > 0.5 * (lines | chains)[each.body].transit:
+                transit = (lines | chains)[each.body].transit
                 raise CaseError(
-                    f"records {spacing:.3g} s apart do not resolve the waves of '{each.body}'",
-                    remedy="Give more records, or a shorter duration.",
+                    f"records {spacing:.3g} s apart do not resolve the waves of '{each.body}'. Allowed: up to "
+                    f"{0.5 * transit:.3g} s, half of a transit",
+                    remedy=f"Give records: {math.ceil(2.0 * self.scene.duration / transit) + 1} or more, or a shorter "
+                    "duration.",
                     path="solve.records",
                 )
 
