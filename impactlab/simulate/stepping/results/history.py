@@ -56,8 +56,7 @@ class RecordedHistory(AbstractRecordedHistory):
     Forces of hard contacts are constant over a step, those of compliant laws linear with the mean that acted in it;
     displacements and gaps are linear between the ends of steps; velocities are linear between the instants to which the
     scheme's velocities belong. A run of more steps than the scene's ``records`` keeps every second, third ... one, and
-    of forces the mean in between; its events are dated in every step and all kept. Displacements and gaps of beads are
-    then cubic between the instants kept, by their velocities, and the forces between beads follow from the gaps.
+    of forces the mean in between; its events are dated in every step. Between, beads move on cubics by their rates.
     """
 
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
@@ -396,5 +395,6 @@ class RecordedHistory(AbstractRecordedHistory):
             if not assembly.acting.laws[name].answers_force:
                 total = sum(impulse for _, impulse in given)
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
+        spans = readout.with_forces_at_start(assembly, spans)
         events.sort(key=lambda event: event.time)
         return above_noise(self.scene, assembly.method, events, spans, self.duration / assembly.dt)

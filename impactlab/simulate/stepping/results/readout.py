@@ -10,7 +10,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from impactlab.history.base import LinkResult
+from impactlab.history.base import ContactSpan, LinkResult
 from impactlab.scene.method import laws_of
 from impactlab.simulate.channels import Channel
 from impactlab.simulate.planning.forces_at_start import forces_at_start
@@ -83,6 +83,24 @@ def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkR
         known = np.extract(np.isfinite(forces), forces) if np.any(np.isfinite(forces)) else np.zeros(1)
         loss = sum(record.lost for record in records)
         yield LinkResult(name, len(places), most, float(known.max()), float(known.min()), loss, tuple(sets))
+
+
+def with_forces_at_start(assembly: Assembly, spans: Sequence[ContactSpan]) -> list[ContactSpan]:
+    """Return periods of contact whose peaks include the force at t = 0, which no step has as its mean."""
+    started = {span.contact for span in spans if span.start == 0.0 and span.peak_force is not None}
+    if not started:
+        return [*spans]
+    scene, plan = assembly.scene, assembly.layout.plan
+    numbers = [number for number, contact in enumerate(scene.contacts) if contact.name in started]
+    laws = laws_of(scene, assembly.acting)
+    found = forces_at_start(scene, laws, plan.starts, plan.built, assembly.dt, numbers)
+    first = {scene.contacts[number].name: force for number, force in found.items()}
+    return [
+        span._replace(peak_force=max(span.peak_force, first[span.contact]))
+        if span.start == 0.0 and span.peak_force is not None and span.contact in first
+        else span
+        for span in spans
+    ]
 
 
 def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:
