@@ -273,7 +273,7 @@ class AbstractRecordedHistory(AbstractHistory):
         if time <= start:
             return given
         middles = start + (time - start) * (np.arange(PER_STEP) + 0.5) / PER_STEP
-        return given + (time - start) * float(np.mean(self.evaluate(middles, f"force:{contact}")))
+        return given + float((time - start) * np.mean(self.evaluate(middles, f"force:{contact}")))
 
     def largest(self, channel: str) -> float:
         self._check_channel(channel)
