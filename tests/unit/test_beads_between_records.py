@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import impactlab as il
 from impactlab.metrics.norms import midpoints
 from impactlab.numerics.interpolation import between, cubic, turning_points
+from impactlab.refine.errors.raw_records import records_of
 
 STIFFNESS = 7.7e9  # N/m^1.5
 POINTS = 4001
@@ -131,3 +132,13 @@ def test_the_peak_of_a_contact_that_goes_on_is_that_at_the_end_of_the_run() -> N
     large = [name for name in fine if fine[name] > 0.05 * max(fine.values())]
     assert len(large) > 3
     assert [few[name] for name in large] == pytest.approx([fine[name] for name in large], rel=0.013)
+
+
+def test_error_estimates_read_beads_as_the_channels_do() -> None:
+    few = chain(100)
+    records = records_of(few)
+    assert records is not None
+    names = ["position:striker", "position:bead_3", "position:bead_20"]
+    t = midpoints(few.duration, 700)
+    np.testing.assert_allclose(records.displacements(names, 700), few.evaluate_each(t, names), rtol=1e-12, atol=1e-18)
+    assert np.array_equal(chain(100_000).assembly.layout.rates_of([1, 2]), [-1, -1])

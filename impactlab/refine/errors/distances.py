@@ -108,7 +108,10 @@ def _all_sizes(
     They are of all pairs of runs, by channel and pair.
     """
     names = moving.channels
-    values = [_evaluated(history, moving, raw[place] if raw else None) for place, history in enumerate(histories)]
+    if raw and all(name in raw[0].columns for name in names):
+        values = [records.displacements(names, CELLS) for records in raw]
+    else:
+        values = [_evaluated(history, moving, raw[place] if raw else None) for place, history in enumerate(histories)]
     found: dict[str, dict[tuple[int, int], Sizes]] = {name: {} for name in names}
     for i, j in _all_pairs(histories):
         for name, sizes in zip(names, sizes_of(values[j], values[i], moving.drifts), strict=True):
@@ -121,14 +124,12 @@ def _evaluated(history: AbstractHistory, moving: MovingFrames, raw: Records | No
 
     Those that are recorded are read from its records.
     """
-    names, columns = moving.channels, raw.columns if raw is not None else {}
-    if raw is not None and all(name in columns for name in names):
-        return raw.displacements(names, CELLS)
-    found = history.evaluate_each(moving.t, [name for name in names if name not in columns])
-    others = iter(found)
-    return np.array(
-        [raw.displacements([name], CELLS)[0] if raw is not None and name in columns else next(others) for name in names]
-    ).reshape(len(names), CELLS)
+    found = [
+        raw.displacements([name], CELLS)[0] if raw is not None and name in raw.columns
+        else history.evaluate(moving.t, name)
+        for name in moving.channels
+    ]  # fmt: skip
+    return np.array(found).reshape(len(found), CELLS)
 
 
 def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Distance]:

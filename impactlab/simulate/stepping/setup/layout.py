@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, NamedTuple, final
 
 from impactlab.errors import CaseError
@@ -234,6 +234,11 @@ class Layout:
         hard = [contact for contact in self.contacts if self.plan.acting.laws[contact.name].hard]
         return set(self.rows.beads) - {point.body for contact in hard for point in contact.faces}
 
+    def rates_of(self, columns: Sequence[int]) -> list[int]:
+        """Return the columns with the velocities of smooth beads, from those of displacements; -1 for all others."""
+        smooth = {self.bead_column(name, "displacement") for name in self.smooth_beads}
+        return [column + self.n_beads if column in smooth else -1 for column in columns]
+
     def instants_of_velocity(self, body: str, x: float) -> InstantsOfVelocity:
         """Return the instants of recorded velocities at x.
 
@@ -246,7 +251,7 @@ class Layout:
 
     @cached_property
     def displacement_columns(self) -> Mapping[str, int]:
-        """Columns of the recorded displacements by channel, without those that are cubic between records.
+        """Columns of the recorded displacements by channel.
 
         They are found once for runs that differ in their step alone.
         """
@@ -256,7 +261,7 @@ class Layout:
                 if self.scene.bodies[point.body].elastic is not None:
                     found[f"displacement:{point.body}@{point.x:.6g}"] = self.column_of(number) + 2 + 2 * side
         for probe in self.recorded:
-            if probe.quantity != "velocity" and probe.body not in self.smooth_beads:
+            if probe.quantity != "velocity":
                 found.setdefault(probe.channel, self.probe_column(probe))
         return found
 
