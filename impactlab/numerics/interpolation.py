@@ -43,7 +43,8 @@ def between(t: Array, instants: Array) -> Between:
     before = np.clip(np.searchsorted(instants, t, side="right") - 1, 0, instants.size - 2)
     start = instants[before]
     apart = instants[before + 1] - start
-    return Between(instants, t, before, apart, np.clip((t - start) / apart, 0.0, 1.0))
+    whole = np.where(apart > 0.0, apart, 1.0)  # of instants that occur twice, as where a run fails at once
+    return Between(instants, t, before, apart, np.clip((t - start) / whole, 0.0, 1.0))
 
 
 def cubic(at: Between, values: Array, rates: Array) -> Array:

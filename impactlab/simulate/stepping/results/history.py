@@ -313,20 +313,19 @@ class RecordedHistory(AbstractRecordedHistory):
         """
         layout, contact = self.assembly.layout, self.scene.contacts[number].name
         power = self.assembly.acting.laws[contact].power_force(layout.plan.starts[number])
-        if power is None or self.recorded[f"force:{contact}"].smooth is not None:
+        if power is None:
             return self.at_end(f"force:{contact}")
         place = layout.column_of(number) - layout.first_bead_force
-        gaps = self._last_bead_gaps[place] if place >= 0 else self._channels.record[-2:, layout.column_of(number) + 1]
-        overlap = max(0.0, -float(np.interp(self.duration, self._channels.record[-2:, 0], gaps)))
+        last = self._channels.record[-2:]
+        gap = np.interp(self.duration, last[:, 0], last[:, layout.column_of(number) + 1])
+        overlap = max(0.0, -float(gap if place < 0 else self._last_bead_gaps[place]))
         return float(power.stiffness * overlap**power.exponent)
 
     @cached_property
     def _last_bead_gaps(self) -> Array:
-        """Gaps of bead contacts in the last two records [m].
-
-        The shape is (n_bead_contacts, 2).
-        """
-        return readout.bead_gaps(self.assembly, self._channels.record[-2:])
+        """Gaps of bead contacts at the end of the run [m], (n_bead_contacts,)."""
+        channels = self._channels
+        return readout.bead_gaps_at_end(self.assembly, channels.record, channels.instants.velocities, self.duration)
 
     def _waves_of(self, body: str) -> DelayWaves | ChainWaves:
         if body not in self._delayed:

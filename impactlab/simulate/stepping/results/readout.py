@@ -11,6 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from impactlab.history.base import ContactSpan, LinkResult
+from impactlab.numerics.interpolation import between, cubic
 from impactlab.scene.method import laws_of
 from impactlab.simulate.channels import Channel
 from impactlab.simulate.planning.forces_at_start import forces_at_start
@@ -27,6 +28,17 @@ def bead_gaps(assembly: Assembly, record: Array) -> Array:
     first, layout = assembly.layout.first_bead, assembly.layout
     gaps = assembly.memory.bead_contacts[GAP, assembly.slots][:, None]
     return np.asarray(gaps + across_beads(assembly, record[:, first : first + layout.n_beads].T))
+
+
+def bead_gaps_at_end(assembly: Assembly, record: Array, known: Array, t: float) -> Array:
+    """Return the gaps of bead contacts at the end t [s] of a run [m], (n_bead_contacts,), from its last records."""
+    last, layout = record[-3:], assembly.layout
+    at = between(np.array(t), last[:, 0])
+    gaps = bead_gaps(assembly, last).T
+    if layout.stride > 1 and layout.smooth_beads.issuperset(layout.rows.beads):
+        rates = across_beads(assembly, bead_rates(assembly, last, known[-3:])).T
+        return cubic(at, gaps, rates)
+    return np.asarray(gaps[at.before] + at.share * (gaps[at.before + 1] - gaps[at.before]))
 
 
 def across_beads(assembly: Assembly, moved: Array) -> Array:
