@@ -40,13 +40,14 @@ class Ritz(AbstractBasis):
         if not faces:
             raise no_contact("ritz")
         found: list[Array] = list(mesh.rigid.T)
-        count = modes + len(found)
+        rigid = len(found)
+        count = modes + rigid
         waiting = [mesh.static(mesh.row(x, "displacement")) for x in dict.fromkeys(face.x for face in faces)]
         while len(found) < count:
             if not waiting:
                 raise CaseError(
-                    f"the contacts of this rod give {len(found)} Ritz vectors; {count} are needed",
-                    remedy="Give fewer modes.",
+                    f"the contacts of this rod give {len(found) - rigid} Ritz vectors; {modes} modes are given",
+                    remedy=f"Give modes: {len(found) - rigid} or fewer.",
                     path="solve.model.modes",
                 )
             vector = orthonormal(waiting.pop(0), found, mesh.mass)

@@ -67,8 +67,8 @@ class Substructured(AbstractBasis):
         elements = len(mesh.lengths)
         if self.pieces > elements:
             raise CaseError(
-                f"{self.pieces} pieces of {elements} elements",
-                remedy="Give fewer pieces or more elements.",
+                f"{self.pieces} pieces of a mesh of {elements} elements. Allowed: up to one piece for each element",
+                remedy=f"Give pieces: {elements} or fewer, or more elements.",
                 path="solve.model.basis.pieces",
             )
         places = mesh.grid()[:: mesh.order][np.arange(1, self.pieces) * elements // self.pieces]

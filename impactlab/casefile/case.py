@@ -240,7 +240,9 @@ class Case:
         if name == "base":
             return self
         if self.method_name != "base":
-            raise CaseError("a variant of a method", remedy="Choose the variant first: case.variant(...).method(...).")
+            order = f"case.variant({name!r}).method({self.method_name!r})"
+            text = f"variant {name!r} after method {self.method_name!r}. Allowed: before it, as it changes the scene"
+            raise CaseError(text, remedy=f"Write {order}.")
         document = self._located(with_named, self.document, "variants", name, self.checked.variants)
         return _make(self.name, self.file, document, self.registry)._with(variant_name=name)
 

@@ -172,7 +172,9 @@ def check_mechanisms(case: CaseBlock) -> None:
     for name, mechanism in case.mechanisms.items():
         if name in case.bodies:
             raise CaseError(
-                f"{name!r} is a body, too", remedy="Give the mechanism another name.", path=f"mechanisms.{name}"
+                f"{name!r} names a mechanism here and a body in bodies.{name}. Allowed: one name for one thing",
+                remedy="Give the mechanism another name.",
+                path=f"mechanisms.{name}",
             )
         if isinstance(mechanism, dict):  # its own class reads it
             continue

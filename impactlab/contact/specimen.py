@@ -44,11 +44,23 @@ class TabulatedFlow:
             given = f"the table has {len(strains)} strains and {len(stresses)} stresses"
             text = f"{given}. Allowed: 2 to {MAX_POINTS} of each"
             raise CaseError(text, remedy="Give one stress for each strain.", path="stress")
-        if strains[0] != 0.0 or any(one >= other for one, other in pairwise(strains)):
-            raise CaseError("the plastic strains do not rise from 0", remedy="Give them in order.", path="strain")
-        if stresses[0] <= 0.0 or any(one > other for one, other in pairwise(stresses)):
-            text = "the flow stresses fall, or do not begin above 0: a specimen that softens has no unique solution"
-            raise CaseError(text, remedy="Give stresses that never fall.", path="stress")
+        if strains[0] != 0.0:
+            text = f"the plastic strains begin at {strains[0]:g}. Allowed: 0, where the specimen yields"
+            raise CaseError(text, remedy="Begin with the strain 0 and the yield stress.", path="strain")
+        for number, (one, other) in enumerate(pairwise(strains), start=2):
+            if one >= other:
+                text = f"plastic strain {number} is {other:g}, after {one:g}. Allowed: rising strains"
+                raise CaseError(text, remedy="Give them in order, each once.", path="strain")
+        if stresses[0] <= 0.0:
+            text = f"the flow stresses begin at {stresses[0]:g} Pa. Allowed: above 0"
+            raise CaseError(text, remedy="Begin with the yield stress.", path="stress")
+        for number, (one, other) in enumerate(pairwise(stresses), start=2):
+            if one > other:
+                text = (
+                    f"flow stress {number} is {other:g} Pa, after {one:g} Pa. Allowed: stresses that never fall; a "
+                    "specimen that softens has no unique solution"
+                )
+                raise CaseError(text, remedy="End the table at the largest stress.", path="stress")
 
 
 @dataclass(frozen=True)

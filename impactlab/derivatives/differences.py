@@ -169,7 +169,8 @@ def differences(case: Case, path: str, wanted: Sequence[WantedQuantity]) -> list
     usual = scale_of(case.scene(), parameter)
     scale = abs(at) or usual
     if math.isnan(scale):
-        raise CaseError("0, which gives no width for differences", path=path, remedy="Give a value other than 0.")
+        text = "the value is 0, of which no share gives a width for differences. Allowed: any other value"
+        raise CaseError(text, path=path, remedy="Give a value other than 0, or compare runs with two values.")
     widest = max(MAX_WIDTH * scale, min(MAX_SHARE * scale, MAX_WIDTH * usual))
     base = api.solve(*case.simulation())
     chosen = base.choice.method if base.choice is not None else None

@@ -88,8 +88,11 @@ def solved_with(case: Case, parameters: Sequence[Parameter]) -> Solved:
     """Return the exact run of a case with its tangents by parameters."""
     base = network(case)
     if len(base.log.names):
+        scene, method = base.run
+        names = [contact.name for contact in scene.contacts if method.laws[contact.name].branches() is not None]
         raise CaseError(
-            "tangents are not available for laws that change their branch", remedy="Take differences of runs."
+            f"tangents are not available for laws that change their branch, as that of {', '.join(names)}",
+            remedy="Take differences of runs.",
         )
     if base.log.junctions["loaded"].any():
         raise CaseError("tangents are not available for forces over time", remedy="Take differences of runs.")

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from impactlab.casefile import Case
 from impactlab.casefile.edit import numbered, refuse_unknown_body
 from impactlab.casefile.path_units import entry
+from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.units import to_si
 from impactlab.errors import CaseError, texts
 from impactlab.sweeps.axes import takes_whole
@@ -107,7 +108,8 @@ def _read(case: Case, path: str) -> Parameter:
     if type(found) is int:
         _refuse_whole(case, path)
     if isinstance(found, bool) or not isinstance(found, (int, float)) or not math.isfinite(found):
-        raise CaseError("not a number with a derivative", path=path, remedy="Name a number of the case.")
+        text = f"the case gives {shown(found)} here, which is not a number with a derivative"
+        raise CaseError(text, path=path, remedy="Name a number of the case.")
     parameter = Parameter(path, float(found), unit)
     try:
         parameter.case(case, parameter.value)

@@ -188,9 +188,11 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
     book = history.balanced if isinstance(history, ContinuousHistory) else history.energy
     given = max(float(np.abs(book.total[0])), float(np.abs(book.work).max()))
     error = float(np.max(np.abs(book.balance)))
-    if not error <= BALANCE_TOL * max(given or float(np.abs(book.total).max()), MIN_ENERGY):
+    reference = max(given or float(np.abs(book.total).max()), MIN_ENERGY)
+    if not error <= BALANCE_TOL * reference:
         raise StepError(
-            "the exact solution is spoiled by rounding errors: its energy does not balance",
+            "the exact solution is spoiled by rounding errors: its energy does not balance, with an error of "
+            f"{error / reference:.2g} of the energy. Allowed: {BALANCE_TOL:g}",
             time=history.duration,
             step=history.cost.steps,
             history=history,

@@ -50,7 +50,8 @@ class LowPass:
                 remedy="Interpolate the samples to equal intervals, or give no bandwidth.",
             )
         if not 0.0 < frequency < math.inf:
-            raise CaseError(f"a bandwidth of {frequency:g} Hz", remedy="Give a frequency above 0.")
+            text = f"signal {signal.channel}: a bandwidth of {frequency:g} Hz. Allowed: above 0"
+            raise CaseError(text, remedy="Give the frequency at which the amplifier halves the power, in Hz.")
         width = deviation(frequency) / step  # samples
         apart = max(1, round(0.5 / (frequency * step)))
         count, reach = len(even), int(REACH * width) + 1

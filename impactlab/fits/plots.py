@@ -14,6 +14,7 @@ from impactlab.fits.bootstrap import autocorrelations
 from impactlab.fits.identifiable import short_names
 from impactlab.fits.result import JACOBIAN, PROFILE, WIDENED, Curve, Fit, Shown
 from impactlab.history.units import UNITS
+from impactlab.printing import counted
 from impactlab.report.figures.style import (
     GRID,
     INK,
@@ -58,11 +59,13 @@ def plot(fit: Fit, name: str = "signals") -> Figure:
         If there is no such figure of it.
     """
     if name not in FIGURES:
-        raise CaseError(f"figure {name!r} of a fit", remedy=f"Allowed: {', '.join(FIGURES)}.")
+        raise CaseError(f"a fit has no figure {name!r}", remedy=f"Allowed: {', '.join(FIGURES)}.")
     if name == "correlations" and len(determined(fit)) < MIN_CORRELATED:
-        raise CaseError("correlations of fewer than two determined numbers", remedy="Fit more, or measure more.")
+        found = counted(len(determined(fit)), "number")
+        text = f"the signals determine {found}, and correlations are between two or more"
+        raise CaseError(text, remedy="Fit more numbers, or measure more channels.")
     if name == "profiles" and not fit.profiles:
-        raise CaseError("a fit without profiles", remedy='Fit with intervals="profile".')
+        raise CaseError("this fit has no profiles to draw", remedy='Fit with intervals="profile".')
     return FIGURES[name](fit)
 
 

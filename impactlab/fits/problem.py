@@ -115,7 +115,8 @@ class Problem:
         self.count = sum(each.kept for each in self.measured)
         if self.count <= self.size:
             raise CaseError(
-                f"{self.count} samples for {self.size} unknowns", remedy="Give more samples, or fewer parameters."
+                f"{self.count} samples are given for {self.size} unknowns. Allowed: more samples than unknowns",
+                remedy="Give more samples, or fewer parameters.",
             )
         self.smoothed = 0.0  # width of the filter of a stage, of the residuals of a signal
         self.correlated = [0.0] * len(self.signals)  # of neighbouring residuals, taken out of them

@@ -79,7 +79,8 @@ def fit(
     for kind in kinds:
         _allowed("intervals", kind, (JACOBIAN, PROFILE, BOOTSTRAP))
     if resamples < MIN_RESAMPLES:
-        raise CaseError(f"{resamples} resamples", remedy=f"Give {MIN_RESAMPLES} or more: percentiles need them.")
+        text = f"{resamples} resamples. Allowed: {MIN_RESAMPLES} or more, as percentiles need them"
+        raise CaseError(text, remedy=f"Give resamples={MIN_RESAMPLES} or more.")
     expect_whole(seed, "seed", 0, MAX_SEED)
     chosen = Options(loss, noise, tuple(kinds), resamples, seed)
     return fit_with_intervals(problem, search(problem, chosen), chosen)
@@ -117,7 +118,7 @@ def _experiments(case: Experiments, signals: Signal | Sequence[Signal] | None) -
         expect_case(case, "fit")
     pairs = [(case, signals if signals is not None else [])] if isinstance(case, Case) else [*case]
     if not isinstance(case, Case) and signals is not None:
-        raise CaseError("signals beside experiments", remedy=PAIRS)
+        raise CaseError("signals are given twice: beside the experiments, which have their own", remedy=PAIRS)
     if not pairs:
         raise CaseError("no experiment to fit", remedy="Give at least one case with its signals.")
     for each in pairs:

@@ -13,6 +13,7 @@ from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.measurement.inputs import above_zero
 from impactlab.prefixes import prefixed_range
+from impactlab.printing import counted
 from impactlab.types import Array
 
 MIN_SAMPLES = 4
@@ -128,7 +129,8 @@ class Signal:
                 remedy="Give one time for each sample.",
             )
         if len(self.times) < MIN_SAMPLES:
-            raise CaseError(f"signal {self.channel}: {len(self.times)} samples", remedy=f"Give {MIN_SAMPLES} or more.")
+            text = f"signal {self.channel}: {counted(len(self.times), 'sample')}. Allowed: {MIN_SAMPLES} or more"
+            raise CaseError(text, remedy="Give the samples of the whole record.")
         for name, column in (("time", self.times), ("value", self.values)):
             wrong = np.flatnonzero(~np.isfinite(column))
             if len(wrong):
@@ -143,12 +145,16 @@ class Signal:
                 f"time {falls[0] + 1}, {self.times[falls[0]]:.9g} s",
                 remedy="Sort the samples by time, and leave out all but one of each instant.",
             )
-        if self.std is not None and (
-            self.std.shape != self.values.shape or not np.all((self.std > 0) & (self.std < np.inf))
-        ):
+        if self.std is not None and self.std.shape != self.values.shape:
             raise CaseError(
-                f"signal {self.channel}: standard deviations that are not one positive number for each sample",
+                f"signal {self.channel}: {self.std.shape} standard deviations and {self.values.shape} samples",
                 remedy="Give one above 0 for each sample.",
+            )
+        off = () if self.std is None else tuple(np.flatnonzero(~((self.std > 0) & (self.std < np.inf))))
+        if self.std is not None and off:
+            raise CaseError(
+                f"signal {self.channel}: standard deviation {off[0] + 1} is {self.std[off[0]]:g}. Allowed: above 0",
+                remedy="Give one above 0 for each sample, or leave out samples without one.",
             )
 
     @property

@@ -83,7 +83,8 @@ def unknown(case: Case, path: str, bounds: Any) -> Unknown:
         raise CaseError(f"{bounds!r} is not a pair of bounds", path=path, remedy="Give (lower, upper).") from None
     ends = [_number(end, parameter.unit, path) for end in (low, high)]
     if not ends[0] < ends[1]:
-        raise CaseError(f"bounds {low} and {high}", path=path, remedy="Give the lower one first.")
+        text = f"the lower bound {low} is not below the upper one, {high}"
+        raise CaseError(text, path=path, remedy="Give the lower one first, as in (1.0, 3.0).")
     if not ends[0] <= parameter.value <= ends[1]:
         raise CaseError(
             f"the start {parameter.value:g} lies outside {ends[0]:g} to {ends[1]:g} {parameter.unit}", path=path,
@@ -114,7 +115,8 @@ def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknow
     if isinstance(chosen, (tuple, list)) and len(chosen) == 2:
         low, high = (_number(end, unit, path) for end in chosen)
         if not low < high:
-            raise CaseError(f"bounds {chosen[0]} and {chosen[1]}", path=path, remedy="Give the lower one first.")
+            text = f"the lower bound {chosen[0]} is not below the upper one, {chosen[1]}"
+            raise CaseError(text, path=path, remedy="Give the lower one first.")
         return Unknown(path, min(max(usual, low), high), low, high, unit, scale)
     try:
         return _number(chosen, unit, path)

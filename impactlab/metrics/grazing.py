@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
-from impactlab.scene.facts import field_acceleration
+from impactlab.scene.facts import RoundTrip, field_acceleration
 
 MAX_NEAR_GAP = 0.10  # of the largest gap of the flight so far: a smaller minimum is nearly a contact
 MIN_CONTACT = 0.07  # round trips: a shorter contact nearly did not happen
@@ -53,7 +53,7 @@ def merged_periods(history: AbstractHistory, contact_name: str, quiet: float) ->
     return merged
 
 
-def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float, dt: float = 0.0) -> str | None:
+def near_grazing(history: AbstractHistory, contact_name: str, trip: RoundTrip, dt: float = 0.0) -> str | None:
     """Return the text of the warning ``near_grazing``, or None.
 
     Three signs: inside a flight (from an opening on) the gap has a local minimum, not ended by contact there, below
@@ -68,11 +68,12 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
         A run, computed or exact.
     contact_name : str
         As in its events: ``hammer|rod.left``.
-    round_trip : float
-        T [s].
+    trip : RoundTrip
+        Of a body of the contact (`impactlab.scene.facts.round_trips_of`).
     dt : float, optional
         Step [s] of a stepped run: contacts shorter than three steps are left to chance and not reported.
     """
+    round_trip = trip.time
     contacts = merged_periods(history, contact_name, max(10.0 * dt, MIN_CONTACT * round_trip) if dt > 0.0 else 0.0)
     strongest = max((abs(contact.impulse) for contact in contacts), default=0.0)
     for contact in contacts:
@@ -81,8 +82,8 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
         if 3.0 * dt <= contact.end - contact.start < MIN_CONTACT * round_trip:
             lasts = (contact.end - contact.start) / round_trip
             return (
-                f"{contact_name}: the contact at {contact.start:.6g} s lasts only {lasts:.3g} round trips; "
-                "a small change of the case or of the method may make it vanish"
+                f"{contact_name}: the contact at {contact.start:.6g} s lasts only {lasts:.3g} round trips of "
+                f"'{trip.body}'; a small change of the case or of the method may make it vanish"
             )
     periods = [(each.start, history.duration if each.end is None else each.end) for each in contacts]
     if text := _slow_meeting(history, contact_name, periods, round_trip, dt):
@@ -127,7 +128,7 @@ def _most_samples(periods: Sequence[tuple[float, float]]) -> int:
     return min(MAX_SAMPLES, MAX_RUN_SAMPLES // max(1, len(periods)))
 
 
-def grazing_impulse(history: AbstractHistory, contact_name: str, round_trip: float, dt: float) -> str | None:
+def grazing_impulse(history: AbstractHistory, contact_name: str, trip: RoundTrip, dt: float) -> str | None:
     """Return the text of the warning ``near_grazing`` for a law of impulses, or None.
 
     A kick lasts no time and faces that ring under kicks nearly touch all the time: of the signs of `near_grazing` only
@@ -135,7 +136,7 @@ def grazing_impulse(history: AbstractHistory, contact_name: str, round_trip: flo
     or after, under an acceleration a, the speed differs by a dt, and the kick with it.
     """
     kicks = [event.time for event in history.events if event.contact == contact_name and event.kind == "impulse"]
-    return _slow_meeting(history, contact_name, [(time, time) for time in kicks], round_trip, dt)
+    return _slow_meeting(history, contact_name, [(time, time) for time in kicks], trip.time, dt)
 
 
 def _slow_meeting(

@@ -196,7 +196,8 @@ def _numbers(case: Case, blocks: Mapping[int, int], free: Free) -> Iterable[Numb
         law = _law(case.simulation(), case, block)
         start = getattr(law, of)
         if start <= 0.0:
-            raise CaseError(f"the start of {name} is {start:g}", remedy="Give the case a value above 0.", path=given)
+            text = f"the case gives {name} the value {start:g}, from which the fit starts. Allowed: above 0"
+            raise CaseError(text, remedy="Give the case a value above 0.", path=given)
         bounds = free[name] if isinstance(free, Mapping) else (start / BOUNDS, start * BOUNDS)
         yield Numbers(name, given, f"contacts.{blocks[block]}.law.{of}", blocks[block], of, bounds)
 

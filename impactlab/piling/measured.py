@@ -52,7 +52,8 @@ def checked(time: ArrayLike, force: ArrayLike, velocity: ArrayLike) -> tuple[Arr
         shapes = ", ".join(f"{name} {each.shape}" for name, each in found.items())
         raise CaseError(f"signals of different length: {shapes}", remedy="Give one sample of each for each time.")
     if sizes[0] < MIN_SAMPLES:
-        raise CaseError(f"{sizes[0]} samples", remedy=f"Give at least {MIN_SAMPLES} of time, force and velocity.")
+        text = f"{sizes[0]} samples of time, force and velocity. Allowed: {MIN_SAMPLES} or more"
+        raise CaseError(text, remedy="Give the record of the whole blow.")
     for name, each in found.items():
         wrong = np.flatnonzero(~np.isfinite(each))
         if wrong.size:

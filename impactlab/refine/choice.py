@@ -98,7 +98,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     if not history.choice.met:
         text = (
             f"no description that a choice may try keeps {allowed(method):g}: the best one has an estimated error of "
-            f"{level.error:.2g} ({history.choice.chosen}){_mostly(level)}{_between_records(history)}"
+            f"{level.error:.2g} ({history.choice.chosen}){_mostly(level)}{between_records(history)}"
         )
         history.warnings.append(Warned("tolerance_not_met", text))
     return history
@@ -114,13 +114,14 @@ def _mostly(level: Level) -> str:
     return f", of the {level.worst}; solve.tolerance_on names the quantities that count"
 
 
-def _between_records(history: AbstractHistory) -> str:
+def between_records(history: AbstractHistory) -> str:
     """Return as text that a run keeps only some of its steps; empty where it keeps all."""
     if history.dt is None or history.record_rate * history.dt > MIN_KEPT:
         return ""
     every = round(1.0 / (history.record_rate * history.dt))
     return (
-        f". Only one step in {every} is kept, with straight lines between; a larger solve.records may lower the error"
+        f". Only one step in {every} is kept, and channels are interpolated between these; a larger solve.records may "
+        "lower the error"
     )
 
 

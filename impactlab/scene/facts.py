@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
 
 from impactlab.scene.bodies import Beam, Body, Segment, WaveBody, beams_among
 from impactlab.scene.problem import Contact, Point, Probe, Scene
@@ -83,6 +83,33 @@ def cut_at(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Any
 def shortest_transit(scene: Scene) -> float:
     """Return the time of a wave through the shortest rod [s]; inf without rods."""
     return min((0.5 * rod.round_trip for rod in scene.wave_bodies), default=math.inf)
+
+
+class RoundTrip(NamedTuple):
+    """The time of a wave to the far end of a body and back [s]."""
+
+    time: float
+    body: str
+
+
+def round_trips_of(scene: Scene, contacts: Iterable[Contact], longer: bool = False) -> dict[str, RoundTrip]:
+    """Return the round trip by which the times of each contact are measured, by its name.
+
+    It is that of the shorter of its two bodies, which parts first, or of the ``longer`` one, whose motion lasts.
+    Between rigid bodies it is the shortest or longest of the scene. So it depends neither on the order of bodies nor on
+    sides. Empty without a rod or beam.
+    """
+    known = {name: RoundTrip(body.round_trip, name) for name, body in scene.elastic.items()}
+    if not known:
+        return {}
+    pick = max if longer else min
+    of_scene = pick(known.values())
+    found: dict[str, RoundTrip] = {}
+    for contact in contacts:
+        found[contact.name] = pick(
+            (known[point.body] for point in contact.faces if point.body in known), default=of_scene
+        )
+    return found
 
 
 def is_a_delay_line(scene: Scene) -> bool:

@@ -21,21 +21,43 @@ from impactlab.history.base import (
     Field,
     instants_around,
 )
-from impactlab.numerics.interpolation import interpolated
+from impactlab.numerics.interpolation import Between, between, cubic, interpolated, turning_points
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Contact, Scene
+from impactlab.simulate.field_rows import FieldRows, rows_of
 from impactlab.simulate.planning.contact_facts import ContactFacts
 from impactlab.simulate.planning.preparation import BuiltBody
 from impactlab.startup.cached import cached_property
-from impactlab.types import Array, Quantity
+from impactlab.types import Array, PowerForce, Quantity
+
+
+class Smooth(NamedTuple):
+    """A smooth motion [m], or the contact force K (-u)^n of one: cubic between records by its rates."""
+
+    times: Array  # (n,) s
+    values: Array  # (n,) m
+    rates: Array  # (n,) m/s
+    power: PowerForce | None = None
+
+    def at(self, t: Between) -> Array:
+        """Return the motion [m] or force [N], in the shape of the times."""
+        found = cubic(t, self.values, self.rates)
+        if self.power is None:
+            return found
+        return np.asarray(self.power.stiffness * np.maximum(-found, 0.0) ** self.power.exponent)
+
+    def turning_times(self) -> Array:
+        """Return the instants at which it may have extremes [s]."""
+        return np.concatenate((self.times, turning_points(self.times, self.values, self.rates)))
 
 
 class Channel(NamedTuple):
     """Values at times, stepped (each value holds since the time before it) or linear.
 
     Where the values of a stepped channel are means over steps with known middles, it is read with a slope inside each
-    step (`slopes`): the stairs themselves are of the first order only.
+    step (`slopes`): the stairs themselves are of the first order only. A channel with a ``smooth`` one is read by that,
+    and its values are those of the records.
     """
 
     times: Array
@@ -44,6 +66,7 @@ class Channel(NamedTuple):
     middles: Array | None = None
     rate: bool = False  # whether it follows from velocities, which some schemes keep at other instants than the ends
     pulls: bool = False  # a force that may have either sign
+    smooth: Smooth | None = None
 
 
 class Probed(NamedTuple):
@@ -67,10 +90,11 @@ def probed(scene: Scene) -> Iterator[Probed]:
 SAME_PLACE = 1e-9  # of a body's length: a place this near to a face is the face
 MIN_LOCATED = 1000  # instants, from which on their steps are kept: for fewer a comparison takes longer than the search
 MAX_TOGETHER = 50_000  # values of channels that are read at once: some passes over them stay in the cache
+PER_STEP = 8  # instants in the rest of a step, at which a force is integrated
 MAX_LISTED = 12  # times in a message
 MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
 # Fields that refer to the memory of a run.
-OF_THE_RUN = ("assembly", "_record", "_channels", "_last_bead_gaps", "_located")
+OF_THE_RUN = ("assembly", "_record", "_channels", "_last_bead_gaps", "_located", "_lying")
 
 
 class AbstractRecordedHistory(AbstractHistory):
@@ -79,6 +103,7 @@ class AbstractRecordedHistory(AbstractHistory):
     recorded: Mapping[str, Channel]
     dropped: tuple[float, int] = (0.0, 0)  # J, by changes of coordinates with a contact, and their number
     _located: tuple[Array, Array, NDArray[np.int64]] | None = None  # ends of steps, instants read last, their steps
+    _lying: Between | None = None  # those of smooth channels
 
     def __init__(self, scene: Scene, method: Method, built: Mapping[str, BuiltBody], dt: float | None = None) -> None:
         self.scene, self.method, self.duration, self.dt = scene, method, scene.duration, dt
@@ -148,7 +173,9 @@ class AbstractRecordedHistory(AbstractHistory):
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         t = within_run(t, self.duration)
         self._check_channel(channel)
-        times, values, stepped, middles, _, pulls = self._channel(channel)
+        times, values, stepped, middles, _, pulls, smooth = self._channel(channel)
+        if smooth is not None:
+            return smooth.at(self._between(smooth.times, t))
         if not stepped:
             return np.asarray(np.interp(t, times, values))
         step = self._step_at(times, t)
@@ -164,6 +191,9 @@ class AbstractRecordedHistory(AbstractHistory):
         for number, name in enumerate(channels):
             self._check_channel(name)
             channel = self._channel(name)
+            if channel.smooth is not None:
+                found[number] = channel.smooth.at(self._between(channel.smooth.times, t))
+                continue
             key = id(channel.times), channel.stepped, id(channel.middles), channel.pulls
             numbers, group = alike.setdefault(key, ([], []))
             numbers.append(number)
@@ -201,6 +231,13 @@ class AbstractRecordedHistory(AbstractHistory):
             self._located = times, t, step
         return step
 
+    def _between(self, times: Array, t: Array) -> Between:
+        """Return where times t lie between those of records [s]; the last ones are kept, as by `_step_at`."""
+        kept = self._lying
+        if kept is None or kept.instants is not times or not np.array_equal(kept.t, t):
+            kept = self._lying = between(t.copy(), times)
+        return kept
+
     def _check_channel(self, channel: str) -> None:
         """Raise `ImpactlabError` where a channel was not recorded."""
         if str(channel) in self.recorded:
@@ -222,15 +259,26 @@ class AbstractRecordedHistory(AbstractHistory):
         return min(before, start), max(end, min(after, self.duration))
 
     def impulse_until(self, contact: str, time: float) -> float:
+        """Return the impulse of a contact or link up to a time [N s].
+
+        Means over whole steps are summed; the force is integrated over the rest. In leapfrog the last force acts from
+        half a step before the end of the run.
+        """
         times, means, stepped, *_ = self._channel(f"force:{contact}")
         if not stepped:
             return super().impulse_until(contact, time)
-        return float(np.interp(time, times, np.append(0.0, np.cumsum(means[1:] * np.diff(times)))))
+        whole = max(0, int(np.searchsorted(times, time, side="right")) - 1)
+        start = float(times[whole])
+        given = float(np.sum(means[1 : whole + 1] * np.diff(times[: whole + 1])))
+        if time <= start:
+            return given
+        middles = start + (time - start) * (np.arange(PER_STEP) + 0.5) / PER_STEP
+        return given + float((time - start) * np.mean(self.evaluate(middles, f"force:{contact}")))
 
     def largest(self, channel: str) -> float:
         self._check_channel(channel)
         found = self._channel(channel)
-        if found.stepped:
+        if found.stepped or found.smooth is not None:
             return super().largest(channel)
         inside = found.values[: np.searchsorted(found.times, self.duration)]  # the last step may reach beyond the end
         return float(inside.max(initial=self.at_end(channel)))
@@ -248,7 +296,10 @@ class AbstractRecordedHistory(AbstractHistory):
     def turning_times(self, channel: str) -> Array:
         self._check_channel(channel)
         found = self._channel(channel)  # straight lines between records are largest at one of them
-        times = super().turning_times(channel) if found.stepped else found.times
+        if found.smooth is not None:
+            times = found.smooth.turning_times()
+        else:
+            times = super().turning_times(channel) if found.stepped else found.times
         return np.clip(times, 0.0, self.duration)  # the last step may end after the run
 
     def field_times(self, body: str) -> Array | None:
@@ -329,35 +380,6 @@ def _on_slopes(means: Array, slope: Array, after: Array, pulls: bool) -> Array:
     """
     sloped = means + slope * after
     return np.asarray(sloped if pulls else np.maximum(sloped, np.minimum(means, 0.0)))
-
-
-class Rows(NamedTuple):
-    """Rows over the coordinates of a body, without their zeros."""
-
-    rows: int
-    row: NDArray[np.int64]  # (entries,) number of the row
-    column: NDArray[np.int64]  # (entries,)
-    value: Array  # (entries,)
-
-    def times(self, motion: Array) -> Array:
-        """Return the rows times the coordinates, shape (rows,)."""
-        return np.asarray(np.bincount(self.row, self.value * motion[self.column], self.rows), float)
-
-
-class FieldRows(NamedTuple):
-    """Rows with which a field of a quantity is read."""
-
-    places: Array  # (n,) m
-    rows: Rows  # of the quantity at each place
-    delays: Array | None  # (n,) s, by which it follows its rate too (`Body.retardation`); None: nowhere
-
-
-def rows_of(dense: Sequence[Array]) -> Rows:
-    """Return dense rows, shape (n_dof,) each, without their zeros."""
-    entries = [np.flatnonzero(row) for row in dense]
-    number = np.repeat(np.arange(len(dense)), [each.size for each in entries])
-    values = [row[at] for row, at in zip(dense, entries, strict=True)]
-    return Rows(len(dense), number, np.concatenate([np.zeros(0, np.int64), *entries]), np.concatenate([[], *values]))
 
 
 def _to_have(time: float, times: Array) -> str:

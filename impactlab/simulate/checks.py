@@ -17,7 +17,7 @@ from impactlab.metrics.grazing import grazing_impulse, near_grazing
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
-from impactlab.scene.facts import moving_faces
+from impactlab.scene.facts import moving_faces, round_trips_of
 from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import BodyMomentum, balance
 from impactlab.scene.precision import LOST_DIGITS, all_finite
@@ -32,7 +32,7 @@ from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.simulate.warnings import approximate_modes, beams, ends, mechanisms, probe_oscillations, probes, weights
 from impactlab.simulate.warnings.closing_times import unplaced
 from impactlab.simulate.warnings.laws import closed_within_steps, noted_by_laws, own_laws
-from impactlab.simulate.warnings.resolvability import unresolved
+from impactlab.simulate.warnings.resolvability import lost_in_bonds, unresolved
 from impactlab.types import Array, Level
 
 RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
@@ -93,13 +93,13 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_loss", text))
     elif beyond(history, loss, SLOW_LOSS_WARN):
         found += slow_loss(history, loss)
+    found += lost_in_bonds(history, reference_energy(history))
     found += probe_oscillations.warnings(history, {each.code for each in (*found, *history.warnings)})
     found += [*dropped_in_maps(history), *overstrained(history)]
-    if scene.round_trip > 0.0:
-        for contact in meeting:
-            graze = near_grazing if laws[contact.name].answers_force else grazing_impulse
-            if (text_or_none := graze(history, contact.name, scene.round_trip, history.dt or 0.0)) is not None:
-                found.append(Warned("near_grazing", text_or_none))
+    for name, trip in round_trips_of(scene, meeting).items():
+        graze = near_grazing if laws[name].answers_force else grazing_impulse
+        if (text_or_none := graze(history, name, trip, history.dt or 0.0)) is not None:
+            found.append(Warned("near_grazing", text_or_none))
     history.warnings.extend(found)
 
 

@@ -171,7 +171,7 @@ def _values(path: str, values: Iterable[Any]) -> tuple[Any, ...]:
         for value in every
     )
     if not given:
-        raise CaseError("an axis without values", remedy="Give at least one.", path=path)
+        raise CaseError("this axis has no values", remedy="Give at least one, as in [1.0, 2.0].", path=path)
     return given
 
 
@@ -303,7 +303,9 @@ def _span_is_si(case: Case, path: str, given: Sequence[float]) -> bool:
     """
     numbers = np.array(given)
     if not np.all(np.isfinite(numbers)):
-        raise CaseError("an axis with a number that is not finite", path=path, remedy="Give finite values.")
+        wrong = int(np.flatnonzero(~np.isfinite(numbers))[0])
+        text = f"value {wrong + 1} of this axis is {numbers[wrong]}, which is not finite"
+        raise CaseError(text, path=path, remedy="Give finite values.")
     return all(in_si(case, path, given[place]) == given[place] for place in spread(numbers))
 
 

@@ -105,6 +105,7 @@ def read_points(file: Path) -> dict[str, list[Any]]:
 
 def _cell(file: Path, line: int, row: Sequence[str], number: int, unit: str) -> Any:
     if len(row) <= number or not row[number].strip():
-        raise CaseError("a value is missing", file=str(file), line=line, remedy="Give a value in each column.")
+        text = f"the value in column {number + 1} is missing"
+        raise CaseError(text, file=str(file), line=line, remedy="Give a value in each column.")
     value = parse_value(row[number].strip())
     return f"{row[number].strip()} {unit}" if unit and isinstance(value, (int, float)) else value

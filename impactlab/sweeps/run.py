@@ -112,9 +112,11 @@ def sweep(
     part = None if shard is None else read_shard(shard)
     path = None if out is None else Path(out)
     if path is None and part is not None:
-        raise CaseError("a shard without a folder", path="--shard", remedy="Give the folder of all shards with --out.")
+        text = f"shard {shard} has no folder, in which all shards of the sweep come together"
+        raise CaseError(text, path="--shard", remedy="Give the folder of all shards with --out.")
     if cluster is not None and workers:
-        raise CaseError("workers beside a cluster", path="--workers", remedy="Give one of the two.")
+        text = f"{workers} workers of this machine are given, and the cluster {cluster}, which has its own"
+        raise CaseError(text, path="--workers", remedy="Give one of the two.")
     made = _made_of(case, over, points, quantities, path)
     content = made.content(command)
     if path is not None:

@@ -9,6 +9,7 @@ import pytest
 
 from impactlab.exact.solve import solve
 from impactlab.metrics.grazing import near_grazing
+from impactlab.scene.facts import RoundTrip
 from tests.reference.exact_scenes import CLAMPED, FREE, name_of, struck
 from tests.reference.st_venant_mp import events
 
@@ -131,5 +132,5 @@ def test_is_silent_away_from_it(alpha):
 
 def test_contacts_of_less_than_three_steps_are_left_to_chance():
     history = solve(*struck(1.0, 6.0))
-    assert near_grazing(history, name_of(history), 2.0, dt=0.02) is not None
-    assert near_grazing(history, name_of(history), 2.0, dt=0.03) is None
+    assert near_grazing(history, name_of(history), RoundTrip(2.0, "rod"), dt=0.02) is not None
+    assert near_grazing(history, name_of(history), RoundTrip(2.0, "rod"), dt=0.03) is None

@@ -78,7 +78,12 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
         "a body of its own",
     ),
     ({"mechanisms": {}}, "bodies.crank", "a link of no mechanism", "Name it in the links"),
-    ({"mechanisms": {"block": CASE["mechanisms"]["press"]}}, "mechanisms.block", "is a body, too", "another name"),
+    (
+        {"mechanisms": {"block": CASE["mechanisms"]["press"]}},
+        "mechanisms.block",
+        "names a mechanism here and a body in bodies.block",
+        "another name",
+    ),
     ({f"{LAST}.body": "block"}, f"{LAST}.body", "'block' is a mass. Allowed: link (rigid), beam", "Name a body"),
     ({f"{LINKS}.0.torque": 1.0}, f"{LINKS}.0.drive", "driven or bears a torque", "Keep one of the two"),
     ({f"{LINKS}.0.rate": 1.0}, f"{LINKS}.0.rate", "that of its drive", "Remove one of the two"),

@@ -213,7 +213,7 @@ def test_attached_shapes_have_the_frequencies_of_rod_and_striker():
     ("part", "faces", "modes", "text"),
     [
         (CraigBampton(), (Face(0.0, 0, 1.0), Face(0.5, 1, 1.0)), 1, "needs 2 modes or more"),
-        (Substructured(pieces=100), HIT, 10, "100 pieces of 60 elements"),
+        (Substructured(pieces=100), HIT, 10, "100 pieces of a mesh of 60 elements"),
         (Substructured(pieces=4, others=3), HIT, 12, "needs 13 modes or more"),
         (Ritz(), (), 10, "this rod has none"),
         (StrikerAttached(), (), 10, "this rod has none"),

@@ -178,7 +178,7 @@ def test_the_command_reads_a_table_and_writes_a_case_that_runs(cushioned, tmp_pa
         ('time [us],force [kN]\n1,"2,5"\n2,3\n3,4\n4,5\n', "is not a finite number"),
         ("time [us],force [kN]\n1,2\n2\n3,4\n4,5\n", "1 cells, 2 columns"),
         ("time [us],force [kN]\n1,nan\n2,3\n3,4\n4,5\n", "not a finite number"),
-        ("time [us],force [kN]\n1,2\n", "1 samples"),
+        ("time [us],force [kN]\n1,2\n", "1 sample. Allowed: 4 or more"),
         ("force [kN],time [us]\n1,2\n", "first column"),
     ],
 )

@@ -144,7 +144,7 @@ def test_experiments_with_their_own_cases_are_fitted_together(case, tmp_path):
         for name in ("fitted", "fitted-2")
     ]
     assert masses == [pytest.approx(2.133), 4.0]
-    with pytest.raises(CaseError, match="signals beside experiments"):
+    with pytest.raises(CaseError, match="signals are given twice: beside the experiments"):
         il.fit(start, start[0][1], BOUNDS)
 
 
@@ -278,7 +278,7 @@ GOOD = "time [us],force [kN]\n" + "".join(f"{k},{k % 7}\n" for k in range(1, 40)
         (GOOD.replace("\n9,2", "\n\n9,two"), {}, "data.csv:11:"),
         (GOOD.replace("[kN]", "[µstrian]"), {"--signal": "force [µstrian]=strain:rod@0.1"}, "Did you mean 'µstrain'?"),
         ("", {}, "the file is empty"),
-        (GOOD[: GOOD.index("\n5,")], FREE, "4 samples for 4 unknowns"),
+        (GOOD[: GOOD.index("\n5,")], FREE, "4 samples are given for 4 unknowns"),
         (GOOD, {"--signal": f"froce [kN]={FORCE}"}, "no column is headed"),
         (GOOD, {"--signal": "force [kN]=force:hammer|rod"}, "no run has the channel"),
         (GOOD, {"--signal": "force [kN]=speed:hammer"}, "is not a channel"),

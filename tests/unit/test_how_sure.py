@@ -114,7 +114,7 @@ def test_a_fit_without_noise_has_narrow_intervals(cushioned, tmp_path):
         assert lower == pytest.approx(2.133, rel=1e-6)
         assert upper == pytest.approx(2.133, rel=1e-6)
     found.write(tmp_path)
-    with pytest.raises(il.CaseError, match="fewer than two"):
+    with pytest.raises(il.CaseError, match="determine 1 number"):
         found.plot("correlations")
 
 

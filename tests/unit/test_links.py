@@ -445,3 +445,29 @@ def test_an_exact_run_without_room_offers_a_tolerance_where_it_can_help(
         il.run(il.Case(bodies=bodies, contacts=contacts, solve={"duration": "9 ms", "model": {"kind": "continuous"}}))
     assert ("solve.tolerance" in caught.value.remedy) == (law["kind"] == "penalty")
     assert "a model that steps" in caught.value.remedy
+
+
+@pytest.mark.parametrize("elements", [100, 1000])
+def test_a_bond_that_takes_energy_from_the_nodes_of_a_mesh_is_warned_of(elements: int) -> None:
+    """Node m and body M of speed v lose m M v^2/(2 (m + M)), the share m/(m + M): 7.3 and 0.8 % of M v^2/2 here."""
+    light = 0.05
+    bodies = {"light": il.Mass(light, velocity=2.0), "rod": rod()}
+    contacts = [il.Contact("light", "rod.left", {"kind": "bonded"})]
+    solve = in_steps("0.1 ms", "central_difference", mesh(elements, "lumped"), courant=0.5)
+    history = il.run(il.Case(bodies=bodies, contacts=contacts, solve=solve))
+    node = 1e-3 * STEEL["density"] / elements / 2.0
+    share = node / (node + light)
+    assert history.energy.booked["contact"][-1] == pytest.approx(share * history.energy.total[0], rel=1e-6)
+    found = [text for code, text in history.warnings if code == "coarse_contact"]
+    assert len(found) == (share > 0.01)
+    assert all(
+        f"takes {100 * share:.2g} % of the reference energy from the mass of their nodes" in text for text in found
+    )
+
+
+def test_a_bond_of_rigid_bodies_loses_what_a_plastic_impact_does_without_a_warning() -> None:
+    bodies = {"a": il.Mass(1.0, velocity=2.0), "b": il.Mass(1.0), "rod": rod()}
+    contacts = [il.Contact("a", "b", {"kind": "bonded"}), il.Contact("b", "rod.left", {"kind": "penalty"}, gap=1.0)]
+    history = il.run(il.Case(bodies=bodies, contacts=contacts, solve=SOLVE))
+    assert history.energy.booked["contact"][-1] == pytest.approx(1.0, rel=1e-3)
+    assert "coarse_contact" not in {code for code, _ in history.warnings}

@@ -22,6 +22,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import End, Mass, Probe, Rod, Wall
+from impactlab.scene.facts import RoundTrip
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
 from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row, simulation, struck
@@ -160,5 +161,5 @@ def test_long_flights_between_many_contacts_take_a_bounded_number_of_samples() -
     history = SyntheticHistory(
         lasts * flights, {"gap:a|b": gap}, contacts=spans, simulation=row_of_masses(2, Penalty(1e4), Newmark())
     )
-    assert near_grazing(history, "a|b", 1.0) is None
+    assert near_grazing(history, "a|b", RoundTrip(1.0, "a")) is None
     assert taken <= 2 * (MAX_RUN_SAMPLES + 32 * flights)  # for both signs; 8e7 without the bound

@@ -73,3 +73,14 @@ def test_bodies_that_part_in_free_fall_are_not_failed_by_the_rounding_of_their_f
     assert [each.code for each in history.warnings] == ["slow_touch", "no_contact"]
     assert history.energy.at_stake < 1e-10 < history.energy.total[0]
     assert history.evaluate(2e-3, "velocity:left") == pytest.approx(-10.0 - 9.81 * 2e-3, rel=1e-12)
+
+
+@pytest.mark.parametrize("integrator", ["newmark", "midpoint", "central_difference", "generalised_alpha"])
+@pytest.mark.parametrize(
+    "law", [{"kind": "penalty", "stiffness": 1e6}, {"kind": "hertz", "stiffness": 1e9}, DAMPED["bilinear"]]
+)
+def test_the_peak_of_a_contact_that_relaxes_is_its_force_at_the_start(law: dict[str, Any], integrator: str) -> None:
+    """Means over steps are less: 3.6 % under newmark and 7 % under generalised_alpha, 45 steps before the opening."""
+    history = parting(law, integrator, 0.0, dt=1e-4 if law["stiffness"] < 1e8 else 1e-5, duration=3e-3)
+    exact = law["stiffness"] * DEPTH ** (1.5 if law["kind"] == "hertz" else 1.0)
+    assert history.spans("ball|wall")[0].peak_force == pytest.approx(exact, rel=1e-12)

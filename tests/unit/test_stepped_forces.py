@@ -88,3 +88,19 @@ def test_peaks_at_the_front_of_a_wave_along_beads_do_not_depend_on_the_records(d
     for place in rising:
         (span,) = history.spans(f"m{place}|m{place + 1}")
         assert span.peak_force == pytest.approx(forces[place], rel=5e-5)
+
+
+@pytest.mark.parametrize("records", [100_000, 100])
+@pytest.mark.parametrize("integrator", SCHEMES, ids=lambda each: type(each).__name__)
+def test_the_impulse_up_to_any_time_is_of_second_order_also_at_the_end(
+    integrator: AbstractIntegrator, records: int
+) -> None:
+    """In leapfrog the last force acts from half a step before the end, which was left out: half a step of the force."""
+    duration = 0.25 * math.pi / FREQUENCY  # in contact, while the force still rises
+    history = run(*ball_on_spring(integrator, 400, duration, records))
+    t = np.linspace(0.0, duration, 38)
+    exact = SPEED * (1.0 - np.cos(FREQUENCY * t))
+    found = [history.impulse_until("ball|wall", float(each)) for each in t]
+    bound = 0.5 * (duration / min(400, records) * FREQUENCY) ** 2  # the impulse of the first step or record
+    np.testing.assert_allclose(found, exact, rtol=0.0, atol=bound)
+    assert found[-1] == pytest.approx(history.impulse_of("ball|wall"), abs=2.0 * bound)

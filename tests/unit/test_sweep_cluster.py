@@ -87,7 +87,7 @@ def test_a_cluster_that_is_not_there_is_refused_and_nothing_written(address, wor
 
 
 def test_workers_beside_a_cluster_and_a_missing_library_are_refused(case, monkeypatch):
-    with pytest.raises(il.CaseError, match="workers beside a cluster"):
+    with pytest.raises(il.CaseError, match="workers of this machine are given, and the cluster"):
         il.sweep(case, {MASS: [1.0]}, cluster="local:2", workers=2)
     monkeypatch.setattr(cluster, "find_spec", lambda name: None)
     with pytest.raises(ExtraError) as raised:

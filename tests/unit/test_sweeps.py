@@ -156,7 +156,7 @@ def test_an_axis_of_a_key_that_the_case_turns_into_others_is_in_si():
     ("over", "words"),
     [
         ({"bodies.hammer.mas": [1.0]}, "Did you mean 'mass'?"),
-        ({MASS: []}, "an axis without values"),
+        ({MASS: []}, "this axis has no values"),
         ({MASS: [1.0, float("nan")]}, "nan is not a finite number"),
         ({MASS: [1.0, -1.0]}, "-1 kg is out of range"),
         ({MASS: ["1 m"]}, "bodies.hammer.mass"),

@@ -76,9 +76,46 @@ def test_no_warning_without_a_reason(changes: dict[str, Any]) -> None:
     assert "gap" in changes or not found
 
 
-def test_a_law_that_stiffens_has_a_sag_but_no_formula() -> None:
-    (text,) = texts(struck(law={"kind": "hertz", "stiffness": 1e10}))
-    assert text.endswith("count from the equilibrium")
+@pytest.mark.parametrize("kind", ["hertz", "hunt_crossley"])
+def test_a_law_that_stiffens_rests_at_the_overlap_of_the_force_on_it(kind: str) -> None:
+    """K d^1.5 = m g; the run from the start that is proposed stays at rest until the hammer arrives."""
+    law: dict[str, Any] = {"kind": kind, "stiffness": 1e10} | ({"restitution": 0.8} if kind == "hunt_crossley" else {})
+    (text,) = texts(struck(MESH, law))
+    shape, gap = re.search(r"displacement of 'rod': (\S.*?); gap of weight\|rod.left: (\S+)$", text).groups()  # type: ignore[union-attr]
+    sag = DENSITY * G * LENGTH**2 / (2.0 * YOUNG) + WEIGHT * G * LENGTH / (YOUNG * AREA)
+    overlap = (WEIGHT * G / law["stiffness"]) ** (2.0 / 3.0)
+    assert float(gap) == pytest.approx(-sag - overlap, rel=1e-6)
+    at_rest = struck(MESH, law, displacement=shape, gap=float(gap), duration=1e-4)
+    before = np.linspace(0.0, 1e-4, 50)
+    assert np.ptp(at_rest.evaluate(before, "displacement:rod@0")) < 1e-5 * sag
+    assert at_rest.evaluate(before, "force:weight|rod.left") == pytest.approx(WEIGHT * G, rel=1e-4)
+    assert not texts(struck(MESH, law, displacement=shape, gap=float(gap)))
+
+
+def test_contacts_that_stiffen_carry_what_stands_on_them() -> None:
+    """A weight on a light mass on the ground: each overlap is that of the force on it, not of the weight of all."""
+    bodies = {
+        "hammer": il.Mass(1.0, velocity=0.5),
+        "weight": il.Mass(WEIGHT),
+        "soft": il.Mass(1e-3),
+        "ground": il.Wall(),
+        "rod": il.Rod(length=0.1, diameter=0.02, material="steel", velocity=0.1),
+    }
+    hertz, harder = {"kind": "hertz", "stiffness": 1e9}, {"kind": "hertz", "stiffness": 1e11}
+    contacts = [
+        il.Contact("hammer", "weight", {"kind": "penalty", "stiffness": 1e7}, gap=1e-4),
+        il.Contact("weight", "soft", hertz),
+        il.Contact("soft", "ground", harder),
+        il.Contact("rod.right", "hammer", {"kind": "penalty", "stiffness": 1e7}, gap=1.0),
+    ]
+    solve = {**MESH, "duration": 2e-3}
+    (text,) = texts(il.run(il.Case(bodies=bodies, contacts=contacts, gravity=G, solve=solve)))
+    upper, lower = (
+        float(re.search(rf"gap of {name}: (\S+?)(;|$)", text)[1])  # type: ignore[index]
+        for name in (r"weight\|soft", r"soft\|ground")
+    )
+    assert -upper == pytest.approx((WEIGHT * G / 1e9) ** (2.0 / 3.0), rel=1e-8)
+    assert -lower == pytest.approx(((WEIGHT + 1e-3) * G / 1e11) ** (2.0 / 3.0), rel=1e-8)
 
 
 def test_what_nothing_holds_falls_without_a_warning() -> None:

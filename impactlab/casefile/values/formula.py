@@ -163,7 +163,7 @@ def _number(node: ast.Constant, names: tuple[str, ...]) -> None:
     except OverflowError:
         finite = False
     if not finite:
-        raise ValueError("the formula holds a number that is not finite")
+        raise ValueError(f"the formula holds {shown(value)}, which is not a finite number")
 
 
 def _exponent(node: ast.expr) -> None:

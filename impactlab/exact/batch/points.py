@@ -16,7 +16,7 @@ from impactlab.exact.batch.grazing import GAP_ROOM, grazes
 from impactlab.exact.batch.pattern import Pattern
 from impactlab.exact.batch.reading import energy, momentum
 from impactlab.exact.batch.results import BALANCE_TOL, balance, find_spans, may_be_noise, mean_velocity, restitution
-from impactlab.exact.batch.writing import round_trip, write
+from impactlab.exact.batch.writing import round_trip_at, write
 from impactlab.exact.march import advance
 from impactlab.exact.periods import CONTACT, IMPULSE, PEAK, SPAN_COLUMNS, START, STOP
 from impactlab.numerics.compiling import EXACT_PART, RELEASING_ENTRY
@@ -140,9 +140,8 @@ def read(m: MarchArrays, q: Pattern, r: ResultArrays, wanted: int, out: Array) -
     out[at] = max(0.0, gain)
     out[at + 1] = 0.0
     if wanted & GRAZES != 0:
-        trip = round_trip(q, p, q.whole[0].counted)
         for c in range(len(m.contacts)):
-            if grazes(m, c, r.spans, count, trip, r.touches, r.gap):
+            if grazes(m, c, r.spans, count, round_trip_at(q, p, c), r.touches, r.gap):
                 out[at + 1] = 1.0
                 break
     return SERVED

@@ -189,7 +189,8 @@ class Single:
             speed, transit = float(np.sqrt(young / density)), float(self.log.ends["transit"][link.left_end])
             way = transit if at_end else x / speed
             if way > transit:
-                raise CaseError("the place lies beyond the end of the rod", remedy="Give a longer rod.")
+                text = f"the place x = {x:.6g} m lies beyond the end of the rod, {speed * transit:.6g} m"
+                raise CaseError(text, remedy="Give a longer rod, or another place.")
             g = float(self.log.state["gravity"])
             sides = []
             for row, lag in zip(carried if summed else waves, (way, transit - way), strict=True):

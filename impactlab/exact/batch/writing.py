@@ -44,6 +44,19 @@ def round_trip(q: Pattern, p: Array, body: int) -> float:
 
 
 @EXACT_PART
+def round_trip_at(q: Pattern, p: Array, contact: int) -> float:
+    """Return the round trip by which a contact is measured [s], as `impactlab.scene.facts.round_trips_of`."""
+    own = shortest = math.inf
+    for body in range(len(q.bodies)):
+        if q.bodies[body].rigid == 0:
+            trip = round_trip(q, p, body)
+            shortest = min(shortest, trip)
+            if body in (q.contacts[contact].left_body, q.contacts[contact].right_body):
+                own = min(own, trip)
+    return own if own < math.inf else shortest
+
+
+@EXACT_PART
 def velocity_of(q: Pattern, p: Array, b: int) -> float:
     """Return the velocity of a body at t = 0 [m/s]."""
     body = q.bodies[b]

@@ -36,6 +36,7 @@ from impactlab.history.waves import wave_body
 from impactlab.metrics.grazing import near_grazing
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.scene.bodies.segmented import PLACE_ROUNDING
+from impactlab.scene.facts import round_trips_of
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe
 from impactlab.startup.cached import cached_property
@@ -161,10 +162,8 @@ class ContinuousHistory(AbstractHistory):
     @cached_property
     def warnings(self) -> list[Warned]:  # type: ignore[override]
         """Warnings, found on first use."""
-        trip = self.scene.round_trip
-        meeting = (contact.name for contact in self.scene.contacts if contact.name not in self.joined)
-        names = list(meeting) if np.isfinite(trip) else []
-        texts = [near_grazing(self, name, trip) for name in names]
+        meeting = (contact for contact in self.scene.contacts if contact.name not in self.joined)
+        texts = [near_grazing(self, name, trip) for name, trip in round_trips_of(self.scene, meeting).items()]
         found = [Warned("near_grazing", text) for text in texts if text is not None]
         return [*found, *never_closed(self), *overstrained(self)]
 

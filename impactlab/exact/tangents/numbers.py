@@ -91,7 +91,11 @@ def _difference(
             continue
         made = build(value + place * width)
         if not same_layout(log, made):
-            raise ImpactlabError("the network changes beside the given value", remedy="Use differences of runs.")
+            raise ImpactlabError(
+                f"at {value + place * width:.6g}, beside the value {value:.6g}, the case has other contacts, supports "
+                "or sections, so that there is no derivative",
+                remedy="Use differences of runs, or another value.",
+            )
         for sum_, found, start in zip(total, numbers(made), base, strict=True):
             # Differences from the base keep the digits of unchanged numbers; masses of walls are infinite.
             change = np.where(np.isfinite(start), found - np.where(np.isfinite(start), start, 0.0), 0.0)

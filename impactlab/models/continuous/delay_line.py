@@ -95,7 +95,7 @@ class DelayLine(AbstractSelfStepping):
             )
         if gravity != 0.0:
             raise CaseError(
-                "the stepped delay line does not support gravity",
+                f"the stepped delay line of '{rod.name}' does not support gravity, {gravity:g} m/s2 here",
                 remedy="Use finite_element or modal.",
                 path="solve.model",
             )

@@ -1,6 +1,7 @@
 """Compiled passes over the records of a stepped run for error estimates.
 
-No channel is made of the records. Displacements are linear between records. Forces are means over steps, read with the
+No channel is made of the records. Displacements are linear between records, those of beads cubic if the records are
+several steps apart. Forces are means over steps, read with the
 slopes of `impactlab.numerics.slopes`; those of hard contacts are linear between the middles of steps. Each run of a
 study is read once, however many others it is compared with.
 """
@@ -67,7 +68,7 @@ class Steps(NamedTuple):
         The cells of the run are equal; the shape is (2, cells).
         """
         found, columns = np.empty((2, cells)), np.array([self.column + 2, self.column + 4])
-        write_displacements(self.record, columns, self.duration, found)
+        write_displacements(self.record, columns, np.full(2, -1), 0.0, self.duration, np.zeros((2, 2)), found)
         return found
 
     def size(self, cells: int) -> float:
@@ -97,6 +98,7 @@ class Records:
         self.of_every_step = not self.thinned and abs(record[-1, 0] - whole) <= WHOLE_TOL * assembly.dt
         self._layout, self._duration = assembly.layout, history.duration
         self._late = assembly.integrator.load_point - 0.5
+        self._early = (1.0 - assembly.integrator.velocity_point) * assembly.dt
         self._moved: dict[tuple[int, tuple[str, ...]], Array] = {}  # also by each channel alone
         self._peaks: dict[tuple[int, bool, bytes], float] = {}
 
@@ -106,7 +108,9 @@ class Records:
         if key not in self._moved:
             self._moved[key] = np.empty((len(channels), cells))
             columns = np.array([self.columns[name] for name in channels], dtype=np.int64)
-            write_displacements(self.record, columns, self._duration, self._moved[key])
+            rates = np.array(self._layout.rates_of(columns.tolist()), dtype=np.int64)
+            ends, moved = np.zeros((2, columns.size)), self._moved[key]
+            write_displacements(self.record, columns, rates, self._early, self._duration, ends, moved)
             for place, name in enumerate(channels):
                 self._moved.setdefault((cells, (name,)), self._moved[key][place : place + 1])
         return self._moved[key]
@@ -147,14 +151,6 @@ def records_of(history: AbstractHistory) -> Records | None:
 
 
 @PART
-def _value(record: Array, column: int, at: int, t: float) -> float:
-    """Return a recorded value at an instant between records at and at + 1."""
-    share = (t - record[at, 0]) / (record[at + 1, 0] - record[at, 0])
-    value: float = record[at, column] + min(max(share, 0.0), 1.0) * (record[at + 1, column] - record[at, column])
-    return value
-
-
-@PART
 def _record_before(record: Array, first: int, t: float) -> int:
     """Return the last record at an instant or before.
 
@@ -174,15 +170,51 @@ def _record_before(record: Array, first: int, t: float) -> int:
     return low
 
 
+@PART
+def _write_rates(record: Array, at: int, rates: Ints, early: float, out: Array, side: int) -> None:
+    """Write velocities at the end of a record's step to a row of an array, (2, n_columns) [m/s].
+
+    Those of the record are ``early`` [s] before it, and go on with their slope by the records beside it.
+    """
+    first, last = max(at - 1, 0), min(at + 1, len(record) - 1)
+    before, after = record[at, 0] - record[first, 0], record[last, 0] - record[at, 0]
+    whole = before + after
+    low, high = 1.0 / whole, 1.0 / whole  # at an end of the run the slope is one-sided
+    if before > 0.0 and after > 0.0:
+        low, high = after / (before * whole), before / (after * whole)
+    for row in range(rates.size):
+        if rates[row] >= 0:
+            here = record[at, rates[row]]
+            slope = low * (here - record[first, rates[row]]) + high * (record[last, rates[row]] - here)
+            out[side, row] = here + early * slope
+
+
 @ENTRY
-def write_displacements(record: Array, columns: Ints, duration: float, out: Array) -> None:
-    """Write displacements (n_columns, n_cells) [m] in the middles of equal cells of the run."""
-    at, cells = 0, out.shape[1]
+def write_displacements(
+    record: Array, columns: Ints, rates: Ints, early: float, duration: float, ends: Array, out: Array
+) -> None:
+    """Write displacements (n_columns, n_cells) [m] in the middles of equal cells of the run.
+
+    They are linear between records, or cubic with the velocities in the columns ``rates``, which are negative without;
+    these belong ``early`` [s] before the ends of their steps. ``ends`` (2, n_columns) is room.
+    """
+    at, known, cells = 0, -1, out.shape[1]
     for k in range(cells):
         t = (k + 0.5) * (duration / cells)
         at = _record_before(record, at, t)
+        apart = record[at + 1, 0] - record[at, 0]
+        share = min(max((t - record[at, 0]) / apart, 0.0), 1.0)
+        if at != known:
+            _write_rates(record, at, rates, early, ends, 0)
+            _write_rates(record, at + 1, rates, early, ends, 1)
+            known = at
         for row in range(columns.size):
-            out[row, k] = _value(record, columns[row], at, t)
+            first, last = record[at, columns[row]], record[at + 1, columns[row]]
+            bend = 0.0
+            if rates[row] >= 0:
+                rise = last - first
+                bend = (1.0 - share) * (ends[0, row] * apart - rise) - share * (ends[1, row] * apart - rise)
+            out[row, k] = first + share * (last - first + (1.0 - share) * bend)
 
 
 @ENTRY

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from impactlab.history.base import ContactSpan, Warned
 from impactlab.history.frame import frames, in_frame, touched_in
 from impactlab.metrics.norms import midpoints
-from impactlab.scene.facts import moving_faces
+from impactlab.scene.facts import moving_faces, round_trips_of
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.warnings.resolvability import COARSE_WARN, finer_by
@@ -32,11 +32,12 @@ MIN_INSTANTS = 200
 def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Yield the warnings of contacts that shift, displace or move the faces after them."""
     scene = history.scene
-    if not 0.0 < scene.round_trip < math.inf:
+    trips = {name: trip.time for name, trip in round_trips_of(scene, scene.contacts, longer=True).items()}
+    if not trips:
         return
     resolutions = {contact.name: history.facts_of(contact).resolution for contact in scene.contacts}
-    periods = {contact.name: _periods(history, contact) for contact in scene.contacts}
-    yield from _shifted(history, resolutions, periods)
+    periods = {contact.name: _periods(history, contact, trips[contact.name]) for contact in scene.contacts}
+    yield from _shifted(history, resolutions, periods, trips)
     late, doubtful = _late(history, resolutions, periods), _doubtful(history, resolutions)
     if not late and not doubtful.passed:  # so it is of most runs: no displacement is read
         return
@@ -60,15 +61,15 @@ def _instants(history: AbstractRecordedHistory) -> int:
     return min(INSTANTS, max(records, MIN_INSTANTS))
 
 
-def _periods(history: AbstractRecordedHistory, contact: Contact) -> list[tuple[float, float | None]]:
+def _periods(history: AbstractRecordedHistory, contact: Contact, trip: float) -> list[tuple[float, float | None]]:
     """Return start and end [s] of the periods of a contact.
 
-    Periods that chatter count as one; an impulse law has none.
+    Periods that chatter count as one; an impulse law has none. ``trip`` is the round trip of the contact [s].
     """
     periods: list[tuple[float, float | None]] = []
     for span in _spans(history, contact):
         last = periods[-1][1] if periods else -math.inf
-        if last is None or span.start - last <= MIN_OPENING * history.scene.round_trip:
+        if last is None or span.start - last <= MIN_OPENING * trip:
             periods[-1] = periods[-1][0], span.end
         else:
             periods.append((span.start, span.end))
@@ -83,14 +84,16 @@ def _shifted(
     history: AbstractRecordedHistory,
     resolutions: Mapping[str, float],
     periods: Mapping[str, Sequence[tuple[float, float | None]]],
+    trips: Mapping[str, float],
 ) -> Iterator[Warned]:
-    """Warn of many contacts in a row, whose errors of time add up."""
+    """Warn of many contacts in a row, whose errors of time add up, each in round trips of its own bodies."""
     count = sum(len(found) for found in periods.values())
-    shift = sum(len(found) * resolutions[name] for name, found in periods.items())
-    if shift > SHIFT_WARN * history.scene.round_trip:
+    shift = math.fsum(len(found) * resolutions[name] for name, found in periods.items())
+    in_trips = math.fsum(len(found) * resolutions[name] / trips[name] for name, found in periods.items())
+    if in_trips > SHIFT_WARN:
         text = (
             f"the times of {count} contacts are uncertain by {shift / count:.3g} s each: later ones "
-            f"may be shifted by up to {shift / history.scene.round_trip:.2g} round trips; give "
+            f"may be shifted by up to {in_trips:.2g} round trips of their bodies; give "
             f"{finer_by(history, history.scene.bodies)}"
         )
         yield Warned("drift", text)
@@ -191,7 +194,8 @@ def _doubtful(history: AbstractRecordedHistory, resolutions: Mapping[str, float]
             counts[point.body] = unresolved + len(found), of + len(spans)
             for start, impulse in found:
                 left = max(0.0, scene.duration - start)
-                lasts = left / math.sqrt(3.0) if body.is_free else min(left, 0.5 * scene.round_trip)
+                trip = math.inf if body.elastic is None else body.elastic.round_trip
+                lasts = left / math.sqrt(3.0) if body.is_free else min(left, 0.5 * trip)
                 moved = impulse / body.moving_mass * lasts * math.sqrt(left / scene.duration)
                 passed.setdefault(point.body, []).append(moved)
     return UnresolvedClosings(passed, counts)

@@ -7,11 +7,12 @@ of bars with nodes at ends, joints and faces, which is exact there.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple, final
 
 import numpy as np
 
+from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.scene.bodies import Body
 from impactlab.scene.facts import cut_at
@@ -23,6 +24,8 @@ SWING_WARN = 0.01  # of the motion of a face in the run: the share that the vibr
 MAX_PLACES = 400  # bodies and faces, nodes of a dense matrix; scenes of more are left out
 HARD = 1e6  # stiffness of a hard contact over the largest other one
 INSTANTS = 1000  # of a run, at which the motion is read
+MAX_TURNS, SETTLED = 100, 1e-12  # solutions for contacts that stiffen, and the share by which the last forces differ
+MIN_FORCE = 1e-9  # N: a contact that carries nothing has no stiffness, and the equilibrium needs one
 Node = tuple[str, float]  # body and place x [m]
 
 
@@ -162,7 +165,12 @@ class StaticRest:
         laws = self._method.laws
         while True:
             self.held = self._held()
-            self.sags, self.forces = self._solved()
+            self.sags, self.forces = self._solved({})
+            for _ in range(MAX_TURNS if any(map(self._power, self._closed)) else 0):
+                before = self.forces
+                self.sags, self.forces = self._solved(before)
+                if all(abs(force - before[each]) <= SETTLED * abs(force) for each, force in self.forces.items()):
+                    break
             pull = {each.name for each, force in self.forces.items() if force < 0.0 and not laws[each.name].two_sided}
             if not pull:
                 return
@@ -181,22 +189,26 @@ class StaticRest:
                 keys.append(f"displacement of '{name}': {left:.9g} + {slope:.9g}*x + {factor:.9g}*x*(L - x)")
         for contact, force in self.forces.items():
             stiffness = stiffness_of(scene, self._method, contact)
-            if stiffness is None:
+            if stiffness is None and self._power(contact) is None:
                 return ""
-            gap = -force / stiffness
+            gap = -force / (self._stiffness(contact, force) if stiffness is None else stiffness)
             for sign, point in zip((1.0, -1.0), contact.faces, strict=True):
                 if scene.bodies[point.body].waves is not None:  # places of masses count from the start
                     gap += sign * float(self.sags[self.nodes[point.body, point.x]])
             keys.append(f"gap of {contact.name}: {gap:.9g}")
         return f". Or start in equilibrium: {'; '.join(keys)}"
 
-    def _solved(self) -> tuple[Array, dict[Contact, float]]:
-        """Return the displacements of the nodes [m] and the forces of the closed contacts [N]."""
+    def _solved(self, before: Mapping[Contact, float]) -> tuple[Array, dict[Contact, float]]:
+        """Return the displacements of the nodes [m] and the forces of the closed contacts [N].
+
+        Contacts that stiffen are as stiff as under the forces ``before`` [N].
+        """
         size = len(self.nodes)
         matrix, load = np.zeros((size + 1, size + 1)), np.zeros(size + 1)  # the last one is the ground
         for node, weight in self._weights.items():
             load[node] = weight * self._scene.gravity
-        soft = {contact: self._stiffness(contact) for contact in self._closed}
+        weight = sum(self._weights.values()) * abs(self._scene.gravity)
+        soft = {contact: self._stiffness(contact, before.get(contact, weight)) for contact in self._closed}
         finite = [k for _, _, k in self._springs] + [k for k in soft.values() if k < math.inf]
         hard = HARD * max(finite, default=1.0)
         contacts = []
@@ -224,11 +236,19 @@ class StaticRest:
     def _is_held(self, contact: Contact) -> bool:
         return any((point.body, point.x) in self.held for point in contact.faces)
 
-    def _stiffness(self, contact: Contact) -> float:
-        """Return the stiffness of a contact [N/m]; of a law that stiffens, that under the weight of all bodies."""
+    def _power(self, contact: Contact) -> tuple[float, float] | None:
+        """Return K and n of a contact whose force at rest is K d^n of its overlap d, else None."""
+        law = self._method.laws[contact.name]
+        return (law.stiffness, law.exponent) if isinstance(law, (Hertz, AbstractHystereticLaw)) else None
+
+    def _stiffness(self, contact: Contact, force: float) -> float:
+        """Return the force of a contact over its overlap [N/m], under a force [N] where it stiffens."""
         stiffness = stiffness_of(self._scene, self._method, contact)
         if stiffness is not None:
             return stiffness or math.inf
+        if (power := self._power(contact)) is not None:
+            factor, exponent = power
+            return float(factor ** (1.0 / exponent) * max(force, MIN_FORCE) ** (1.0 - 1.0 / exponent))
         weight = sum(self._weights.values()) * abs(self._scene.gravity)
         low, high = 1e-12, 1.0  # m
         for _ in range(60):

@@ -56,7 +56,7 @@ class RecordedHistory(AbstractRecordedHistory):
     Forces of hard contacts are constant over a step, those of compliant laws linear with the mean that acted in it;
     displacements and gaps are linear between the ends of steps; velocities are linear between the instants to which the
     scheme's velocities belong. A run of more steps than the scene's ``records`` keeps every second, third ... one, and
-    of forces the mean in between; its events are dated in every step and all kept.
+    of forces the mean in between; its events are dated in every step. Between, beads move on cubics by their rates.
     """
 
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
@@ -311,17 +311,16 @@ class RecordedHistory(AbstractRecordedHistory):
         if power is None:
             return self.at_end(f"force:{contact}")
         place = layout.column_of(number) - layout.first_bead_force
-        gaps = self._last_bead_gaps[place] if place >= 0 else self._channels.record[-2:, layout.column_of(number) + 1]
-        overlap = max(0.0, -float(np.interp(self.duration, self._channels.record[-2:, 0], gaps)))
+        last = self._channels.record[-2:]
+        gap = np.interp(self.duration, last[:, 0], last[:, layout.column_of(number) + 1])
+        overlap = max(0.0, -float(gap if place < 0 else self._last_bead_gaps[place]))
         return float(power.stiffness * overlap**power.exponent)
 
     @cached_property
     def _last_bead_gaps(self) -> Array:
-        """Gaps of bead contacts in the last two records [m].
-
-        The shape is (n_bead_contacts, 2).
-        """
-        return readout.bead_gaps(self.assembly, self._channels.record[-2:])
+        """Gaps of bead contacts at the end of the run [m], (n_bead_contacts,)."""
+        channels = self._channels
+        return readout.bead_gaps_at_end(self.assembly, channels.record, channels.instants.velocities, self.duration)
 
     def _waves_of(self, body: str) -> DelayWaves | ChainWaves:
         if body not in self._delayed:
@@ -390,5 +389,6 @@ class RecordedHistory(AbstractRecordedHistory):
             if not assembly.acting.laws[name].answers_force:
                 total = sum(impulse for _, impulse in given)
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
+        spans = readout.with_forces_at_start(assembly, spans)
         events.sort(key=lambda event: event.time)
         return above_noise(self.scene, assembly.method, events, spans, self.duration / assembly.dt)

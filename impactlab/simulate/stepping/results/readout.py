@@ -10,7 +10,8 @@ from operator import attrgetter
 
 import numpy as np
 
-from impactlab.history.base import LinkResult
+from impactlab.history.base import ContactSpan, LinkResult
+from impactlab.numerics.interpolation import between, cubic
 from impactlab.scene.method import laws_of
 from impactlab.simulate.channels import Channel
 from impactlab.simulate.planning.forces_at_start import forces_at_start
@@ -18,21 +19,53 @@ from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, T
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import MEMORY, Array
 
+TOGETHER = 64  # beads whose velocities are read at once
 left_of, right_of = attrgetter("left"), attrgetter("right")
 
 
 def bead_gaps(assembly: Assembly, record: Array) -> Array:
     """Return the gaps of bead contacts at the instants of a record [m], (n_bead_contacts, n_records)."""
+    first, layout = assembly.layout.first_bead, assembly.layout
+    gaps = assembly.memory.bead_contacts[GAP, assembly.slots][:, None]
+    return np.asarray(gaps + across_beads(assembly, record[:, first : first + layout.n_beads].T))
+
+
+def bead_gaps_at_end(assembly: Assembly, record: Array, known: Array, t: float) -> Array:
+    """Return the gaps of bead contacts at the end t [s] of a run [m], (n_bead_contacts,), from its last records."""
+    last, layout = record[-3:], assembly.layout
+    at = between(np.array(t), last[:, 0])
+    gaps = bead_gaps(assembly, last).T
+    if layout.stride > 1 and layout.smooth_beads.issuperset(layout.rows.beads):
+        rates = across_beads(assembly, bead_rates(assembly, last, known[-3:])).T
+        return cubic(at, gaps, rates)
+    return np.asarray(gaps[at.before] + at.share * (gaps[at.before + 1] - gaps[at.before]))
+
+
+def across_beads(assembly: Assembly, moved: Array) -> Array:
+    """Return the differences of a motion (n_beads, n) across contacts of beads, (n_bead_contacts, n)."""
     layout = assembly.layout
-    first, rows = layout.first_bead, layout.rows
+    rows = layout.rows
     if not rows.contacts:
-        return np.zeros((0, len(record)))
-    last = first + layout.n_beads
-    moved = np.vstack((record[:, first:last].T, np.zeros(len(record))))  # of a wall: the last row
+        return np.zeros((0, moved.shape[1]))
+    moved = np.vstack((moved, np.zeros(moved.shape[1])))  # of a wall: the last row
     contacts = [layout.scene.contacts[number] for number in rows.contacts]
     places = {name: place for place, name in enumerate(rows.beads)}
     left, right = ([places.get(face(each).body, -1) for each in contacts] for face in (left_of, right_of))
-    return np.asarray(assembly.memory.bead_contacts[GAP, assembly.slots][:, None] + moved[right] - moved[left])
+    return np.asarray(moved[right] - moved[left])
+
+
+def bead_rates(assembly: Assembly, record: Array, known: Array) -> Array:
+    """Return the velocities of beads at the instants of a record [m/s], (n_beads, n_records).
+
+    Those in the record are ``known`` (n_records,) [s] a part of a step earlier.
+    """
+    layout = assembly.layout
+    first, found = layout.first_bead + layout.n_beads, np.empty((layout.n_beads, len(record)))
+    late = record[:, 0] - known
+    for place in range(0, layout.n_beads, TOGETHER):
+        rates = record[:, first + place : first + min(place + TOGETHER, layout.n_beads)].T.copy()
+        found[place : place + TOGETHER] = rates + late * np.gradient(rates, known, axis=1)
+    return found
 
 
 def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkResult]:
@@ -62,6 +95,24 @@ def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkR
         known = np.extract(np.isfinite(forces), forces) if np.any(np.isfinite(forces)) else np.zeros(1)
         loss = sum(record.lost for record in records)
         yield LinkResult(name, len(places), most, float(known.max()), float(known.min()), loss, tuple(sets))
+
+
+def with_forces_at_start(assembly: Assembly, spans: Sequence[ContactSpan]) -> list[ContactSpan]:
+    """Return periods of contact whose peaks include the force at t = 0, which no step has as its mean."""
+    started = {span.contact for span in spans if span.start == 0.0 and span.peak_force is not None}
+    if not started:
+        return [*spans]
+    scene, plan = assembly.scene, assembly.layout.plan
+    numbers = [number for number, contact in enumerate(scene.contacts) if contact.name in started]
+    laws = laws_of(scene, assembly.acting)
+    found = forces_at_start(scene, laws, plan.starts, plan.built, assembly.dt, numbers)
+    first = {scene.contacts[number].name: force for number, force in found.items()}
+    return [
+        span._replace(peak_force=max(span.peak_force, first[span.contact]))
+        if span.start == 0.0 and span.peak_force is not None and span.contact in first
+        else span
+        for span in spans
+    ]
 
 
 def span_of(assembly: Assembly, number: int) -> tuple[float, float, float]:

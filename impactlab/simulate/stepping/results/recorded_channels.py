@@ -10,7 +10,7 @@ import numpy as np
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
-from impactlab.simulate.channels import Channel
+from impactlab.simulate.channels import Channel, Smooth
 from impactlab.simulate.stepping.results import readout
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.simulate.stepping.setup.layout import Source
@@ -106,6 +106,14 @@ class RecordedChannels(Mapping[str, Channel]):
         return Instants(self.record, self._assembly.dt, self._integrator)
 
     @cached_property
+    def _bead_rates(self) -> Array:
+        return readout.bead_rates(self._assembly, self.record, self.instants.velocities)
+
+    @cached_property
+    def _bead_gap_rates(self) -> Array:
+        return readout.across_beads(self._assembly, self._bead_rates)
+
+    @cached_property
     def _bead_gaps(self) -> Array:
         return readout.bead_gaps(self._assembly, self.record)
 
@@ -114,7 +122,8 @@ class RecordedChannels(Mapping[str, Channel]):
             return Channel(self._sample_times, self._sample[:, source.columns[0]], False, None, source.rate)
         times: Array = getattr(self.instants, source.instants)
         if source.kept == "bead_gaps":
-            return Channel(times, self._bead_gaps[source.columns[0]], False)
+            gaps = self._bead_gaps[source.columns[0]]
+            return Channel(times, gaps, False, smooth=self._smooth(source, gaps))
         values = self.record[:, source.columns[0]]
         for column in source.columns[1:]:
             values = values + self.record[:, column]
@@ -123,7 +132,21 @@ class RecordedChannels(Mapping[str, Channel]):
         if source.kept == "none":
             values = np.full_like(times, np.nan)
         middles = self.instants.middles if source.sloped else None
-        return Channel(times, values, source.stepped, middles, source.rate, source.pulls)
+        return Channel(times, values, source.stepped, middles, source.rate, source.pulls, self._smooth(source, values))
+
+    def _smooth(self, source: Source, values: Array) -> Smooth | None:
+        """Return the smooth motion or force of beads, where records are several steps apart."""
+        times, layout, column = self.instants.times, self._assembly.layout, source.columns[0]
+        if not source.cubic or times.size == 1:
+            return None
+        if source.stepped:  # a force
+            column -= layout.first_bead_force
+            power = layout.rows.forces[layout.rows.contacts[column]]
+            return Smooth(times, self._bead_gaps[column], self._bead_gap_rates[column], power)
+        rates = (
+            self._bead_gap_rates[column] if source.kept == "bead_gaps" else self._bead_rates[column - layout.first_bead]
+        )
+        return Smooth(times, values, rates)
 
 
 def lag_of(assembly: Assembly, integrator: AbstractIntegrator, body: str, x: float) -> float:

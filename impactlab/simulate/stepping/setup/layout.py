@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, NamedTuple, final
 
 from impactlab.errors import CaseError
@@ -47,6 +47,7 @@ class Source(NamedTuple):
     sloped: bool = False  # means over steps, read with a slope inside each
     rate: bool = False  # follows from velocities
     pulls: bool = False  # the force of a law that may pull
+    cubic: bool = False  # motion or force of beads between records that are several steps apart
 
 
 @final
@@ -153,9 +154,12 @@ class Layout:
         spacing = self.stride * self.dt
         for each in self.in_waves:
             if spacing > 0.5 * (lines | chains)[each.body].transit:
+                transit = (lines | chains)[each.body].transit
                 raise CaseError(
-                    f"records {spacing:.3g} s apart do not resolve the waves of '{each.body}'",
-                    remedy="Give more records, or a shorter duration.",
+                    f"records {spacing:.3g} s apart do not resolve the waves of '{each.body}'. Allowed: up to "
+                    f"{0.5 * transit:.3g} s, half of a transit",
+                    remedy=f"Give records: {math.ceil(2.0 * self.scene.duration / transit) + 1} or more, or a shorter "
+                    "duration.",
                     path="solve.records",
                 )
 
@@ -174,13 +178,14 @@ class Layout:
         grouped: dict[str, list[Source]] = {}
         for contact in self.scene.contacts:
             if contact.group:
-                grouped.setdefault(contact.group, []).append(found[f"force:{contact.name}"])
+                grouped.setdefault(contact.group, []).append(found[f"force:{contact.name}"]._replace(cubic=False))
         for group, forces in grouped.items():
             columns = tuple(column for each in forces for column in each.columns)
             pulls = any(each.pulls for each in forces)
             found.setdefault(f"force:{group}", forces[0]._replace(columns=columns, pulls=pulls))
         for probe in self.recorded:
-            source = Source("record", (self.probe_column(probe),))
+            smooth = probe.body in self.smooth_beads and probe.quantity == "displacement"
+            source = Source("record", (self.probe_column(probe),), cubic=smooth)
             if probe.quantity == "velocity":
                 source = source._replace(instants=self.instants_of_velocity(probe.body, probe.x), rate=True)
             elif probe.quantity == "moment":  # of a drive: that in the middle of a step
@@ -204,10 +209,12 @@ class Layout:
         # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
         kept: Literal["record", "none"] = "record" if law.answers_force else "none"
         force = Source(kept, (column,), "forces", stepped=True, sloped=not law.hard, pulls=law.pulls)
-        yield f"force:{contact.name}", force
         if column >= self.first_bead_force:
-            yield f"gap:{contact.name}", Source("bead_gaps", (column - self.first_bead_force,))
+            smooth = {point.body for point in contact.faces if self.scene.bodies[point.body].moves} <= self.smooth_beads
+            yield f"force:{contact.name}", force._replace(cubic=smooth)
+            yield f"gap:{contact.name}", Source("bead_gaps", (column - self.first_bead_force,), cubic=smooth)
             return
+        yield f"force:{contact.name}", force
         yield f"gap:{contact.name}", Source("record", (column + 1,))
         for side, point in enumerate(contact.faces):
             if self.scene.bodies[point.body].elastic is not None:
@@ -215,6 +222,22 @@ class Layout:
                 yield f"displacement:{place}", Source("record", (first,))
                 moved = self.instants_of_velocity(point.body, point.x)
                 yield f"velocity:{place}", Source("record", (first + 1,), moved, rate=True)
+
+    @cached_property
+    def smooth_beads(self) -> set[str]:
+        """Beads that are read with their velocities between records several steps apart.
+
+        No hard contact makes these jump.
+        """
+        if self.stride == 1:
+            return set()
+        hard = [contact for contact in self.contacts if self.plan.acting.laws[contact.name].hard]
+        return set(self.rows.beads) - {point.body for contact in hard for point in contact.faces}
+
+    def rates_of(self, columns: Sequence[int]) -> list[int]:
+        """Return the columns with the velocities of smooth beads, from those of displacements; -1 for all others."""
+        smooth = {self.bead_column(name, "displacement") for name in self.smooth_beads}
+        return [column + self.n_beads if column in smooth else -1 for column in columns]
 
     def instants_of_velocity(self, body: str, x: float) -> InstantsOfVelocity:
         """Return the instants of recorded velocities at x.
