@@ -95,11 +95,12 @@ def refusal(
         found.append(Best(description.words(level.fineness), level.error, description.seconds(level.fineness)))
     least = min(found, key=lambda each: each.error)
     budget = f" within {seconds:g} s of solving" if best is not None else ""
+    others = [each for each in dict.fromkeys(study.description.remedy for study in ended) if each]
     return CaseError(
         f"no description keeps {tolerance:g}{budget}: the best that could be reached is about {least.error:.2g}, by "
         f"{least.words}",
-        remedy=f"Give a tolerance of {_rounded_up(least.error):g} or more, a shorter duration, or model, integrator "
-        "and step of your own.",
+        remedy=f"Give {', '.join([f'a tolerance of {_rounded_up(least.error):g} or more', *others])}, a shorter "
+        "duration, or model, integrator and step of your own.",
         path="solve.tolerance",
     )
 

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab.errors import CaseError
 from impactlab.metrics.peaks import find_peak, peak_force
 from impactlab.refine import choice, search
 from impactlab.refine.descriptions.rods import MIN_FINENESS
 from impactlab.refine.descriptions.rows_of_beads import row_of_beads
+from impactlab.refine.errors.between_records import error_between_records
 from impactlab.refine.errors.distances import difference
 from impactlab.refine.errors.level_errors import PEAK_MARGIN, estimate_errors
 from impactlab.refine.references.converged import descriptions_of
@@ -50,6 +52,18 @@ def test_few_records_do_not_keep_a_chain_from_its_tolerance():
     assert peak_force(history, fine, fine.scene) == pytest.approx(
         max(abs(one / other - 1.0) for one, other in zip(*peaks, strict=True)), rel=1e-9
     )
+
+
+def test_the_error_between_few_records_counts():
+    """Runs that keep the same few instants have it in common: 2.9e-5 was stated of 7.5e-5."""
+    fine = il.run(chain(40, 6e-4, integrator={"kind": "central_difference"}, step={"dt": 5e-9}, records=60_000))
+    few = il.run(chain(40, 6e-4, tolerance=1e-3, records=100))
+    apart = difference(few, fine, fine.scene, fine.method.laws, ("displacements",))
+    assert error_between_records(few, few.scene) > 1e-5
+    assert apart < few.choice.expected_error < 1e-3
+    assert error_between_records(fine, fine.scene) < 1e-9
+    with pytest.raises(CaseError, match=r"or more, a larger solve\.records"):
+        il.run(chain(40, 6e-4, tolerance=3e-5, records=100))
 
 
 def test_a_tolerance_that_few_records_miss_names_the_key_for_more():
@@ -123,7 +137,7 @@ def test_a_trial_that_is_too_long_is_compared_with_the_seconds_that_are_left():
 
 
 def test_a_long_run_keeps_one_step_in_four():
-    """A record takes as long as several steps; lines between the instants kept are a tenth of the error."""
+    """A record takes as long as several steps, and cubics between the instants kept add nothing to the error."""
     study = studies_of(Simulation(*chain(30, 6e-4, tolerance=1e-4).simulation()))[0][0]
     few, many = study.run(1500).history, study.run(40_000).history
     assert few.record_rate * few.dt == pytest.approx(1.0)

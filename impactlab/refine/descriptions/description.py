@@ -51,6 +51,7 @@ class Description:
     check_error: Callable[[int], float] = lambda _n: 0.0  # of `check`, at most
     # Error that runs of neighbouring fineness have in common, at most; by a run, where there is one.
     unseen: Callable[[int, AbstractHistory | None], float] = lambda _n, _history: 0.0
+    remedy: str = ""  # what lowers that error, for people: "a larger solve.records"
     # In its place where a run, and how much its touches magnify an error, show that to be large.
     otherwise: Callable[[AbstractHistory, float], Description] | None = None
     detail: Callable[[int], str] | None = None  # other settings of a fineness, in words

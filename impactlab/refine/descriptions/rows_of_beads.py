@@ -7,18 +7,22 @@ cost. Only the automatic choice takes leapfrog: references keep schemes that con
 from __future__ import annotations
 
 import math
+from weakref import WeakKeyDictionary
 
 from impactlab.contact.power_law import Hertz
+from impactlab.history.base import AbstractHistory
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.refine.descriptions import cost
 from impactlab.refine.descriptions.contact_times import shortest_rise
 from impactlab.refine.descriptions.description import Description
+from impactlab.refine.errors.between_records import error_between_records
+from impactlab.refine.errors.distances import counted
 from impactlab.scene.method import Method, Simulation, StepRule, laws_of
 from impactlab.scene.sizes import default_records, keeps_default
 
 MAX_RECORDS = 200_000  # instants kept, as of every description
-STEPS_A_RECORD = 32  # at most, of the finest run: with more, lines between the instants kept are the larger error
-KEPT_STEPS = 4  # one in so many steps of a long run is kept: the error by lines between them is a tenth of the steps'
+STEPS_A_RECORD = 32  # at most, of the finest run: with more, cubics between the instants kept are the larger error
+KEPT_STEPS = 4  # one in so many steps of a long run is kept: the error by cubics between them is far below the steps'
 MIN_KEPT = 2000  # instants kept of a run that has so many steps
 COARSEST = 2.0  # steps in the shortest rise sqrt(m/k): leapfrog is stable up to a step of twice that of a pair
 
@@ -36,6 +40,15 @@ def row_of_beads(request: Simulation) -> Description:
     # common, which none of them shows: that of a force which still rises at the end.
     most = default_records(scene, MAX_RECORDS)
 
+    known = WeakKeyDictionary[AbstractHistory, float]()
+
+    def between_records(_: int, history: AbstractHistory | None) -> float:
+        if history is None or "displacements" not in counted(request)[2]:
+            return 0.0
+        if history not in known:
+            known[history] = error_between_records(history, scene, KEPT_STEPS)
+        return known[history]
+
     def simulation(steps: int) -> Simulation:
         method = Method(request.method.laws, {}, CentralDifference(), StepRule(dt=duration / steps))
         made = Simulation(scene, method)
@@ -51,6 +64,8 @@ def row_of_beads(request: Simulation) -> Description:
         # In a row the errors of all beads that a wave has passed add up, in time and so in displacement.
         error=lambda n: (duration / n / rise) ** 2,
         safety=3.0,
+        unseen=between_records,
+        remedy="" if keeps_default(scene) else "a larger solve.records",
         min_fineness=max(40, math.ceil(COARSEST * duration / rise)),
         max_fineness=max(STEPS_A_RECORD * most, math.ceil(2.0 * COARSEST * duration / rise)),
     )

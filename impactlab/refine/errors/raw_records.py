@@ -94,7 +94,8 @@ class Records:
         self.record, self.columns = record, assembly.layout.displacement_columns
         self.arrays, self.dt = assembly.memory, assembly.dt
         whole = (len(record) - 1) * assembly.dt  # located events cut steps
-        self.thinned = assembly.stride > 1
+        self.stride = assembly.stride  # steps a record
+        self.thinned = self.stride > 1
         self.of_every_step = not self.thinned and abs(record[-1, 0] - whole) <= WHOLE_TOL * assembly.dt
         self._layout, self._duration = assembly.layout, history.duration
         self._late = assembly.integrator.load_point - 0.5
@@ -114,6 +115,16 @@ class Records:
             for place, name in enumerate(channels):
                 self._moved.setdefault((cells, (name,)), self._moved[key][place : place + 1])
         return self._moved[key]
+
+    def displacements_by_half(self, channels: Sequence[str], cells: int) -> Array:
+        """Return the same of beads, read along cubics through every second record only."""
+        n, last = len(channels), len(self.record) - 1
+        columns = [self.columns[name] for name in channels]
+        kept = np.array([0, *columns, *self._layout.rates_of(columns)])
+        sparse = np.array([self.record[at, kept] for at in (*range(0, last, 2), last)])
+        places, found = np.arange(1, n + 1), np.empty((n, cells))
+        write_displacements(sparse, places, places + n, self._early, self._duration, np.zeros((2, n)), found)
+        return found
 
     def force(self, number: int, hard: bool) -> Steps:
         """Return the force of a contact by its number in the scene."""
